@@ -19,6 +19,7 @@ use crate::{
     api::{
         json::{request::ReadWhole, value},
         problem::{Problem, Room},
+        tables::kept::SentMapping,
     },
     telemetry,
 };
@@ -27,12 +28,12 @@ use flankfit_engine::estimation::{self, FitSpec, Nodes};
 /// Longest body that is read on a thread that serves connections: some tens of microseconds.
 const SHORT_BODY: usize = 64 << 10;
 
-/// Reads a fit request in either form and does `work` with it. What comes of it has the permit for
-/// the request's nodes.
+/// Reads a fit request in either form and does `work` with it, and with the mapping of its table.
+/// What comes of it has the permit for the request's nodes.
 pub async fn read_fit_and<E, T>(
     state: &AppState,
     payload: Payload,
-    work: impl FnOnce(Nodes, FitSpec, E) -> Result<T, Problem> + Send + 'static,
+    work: impl FnOnce(Nodes, FitSpec, E, Option<SentMapping>) -> Result<T, Problem> + Send + 'static,
 ) -> Result<WithPermit<T>, Problem>
 where
     E: ReadWhole + Send + 'static,
@@ -42,19 +43,19 @@ where
     if payload.is_plain_json(SHORT_BODY)
         && let Some(slot) = state.pool.try_slot()
     {
-        let ((nodes, spec, extra), permit) = multipart::read_fit::<E>(payload, limit)?.into_parts();
+        let ((nodes, spec, extra, sent), permit) = multipart::read_fit::<E>(payload, limit)?.into_parts();
         if estimation::is_short(&nodes, &spec) {
-            let work = || Ok(WithPermit::new(work(nodes, spec, extra)?, permit));
+            let work = || Ok(WithPermit::new(work(nodes, spec, extra, sent)?, permit));
             return telemetry::compute_span(&telemetry::here()).in_scope(work);
         }
         drop(slot);
-        return state.pool.run(move || Ok(WithPermit::new(work(nodes, spec, extra)?, permit))).await?;
+        return state.pool.run(move || Ok(WithPermit::new(work(nodes, spec, extra, sent)?, permit))).await?;
     }
     state
         .pool
         .run(move || {
-            let ((nodes, spec, extra), permit) = multipart::read_fit::<E>(payload, limit)?.into_parts();
-            Ok(WithPermit::new(work(nodes, spec, extra)?, permit))
+            let ((nodes, spec, extra, sent), permit) = multipart::read_fit::<E>(payload, limit)?.into_parts();
+            Ok(WithPermit::new(work(nodes, spec, extra, sent)?, permit))
         })
         .await?
 }

@@ -37,7 +37,7 @@ pub fn group() -> OpenApiRouter<AppState> {
 )]
 async fn create_fit(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
     let plans = state.plans.clone();
-    let work = move |nodes, spec, measurand: MeasurandBody| {
+    let work = move |nodes, spec, measurand: MeasurandBody, _| {
         measurand.checked(Some(&nodes)).map_err(Problem::invalid)?;
         service::fit(&nodes, &spec, &plans)
     };

@@ -20,7 +20,7 @@ use crate::{
         gears::files::spec::ImportSpecBody,
         jobs::{import, iterations::NewIterationBody, problem::of_measured},
         problem::Problem,
-        tables::mapping::MappingBody,
+        tables::{kept::SentMapping, mapping::MappingBody},
     },
     jobs::ExpectedGear,
 };
@@ -81,14 +81,19 @@ async fn import_iteration(
             let form = read_file(payload, limit)?;
             let FileForm { file, name, spec, mapping } = &*form;
             let mut draft = import::draft(file, name.as_deref(), spec.as_deref(), mapping.as_ref(), &own, &plans)?;
+            let sent = mapping.as_ref().and_then(|mapping| SentMapping::of(file, mapping));
+            let kept = sent.map(|sent| sent.kept(draft.details.instrument.as_deref()));
             draft.records.iter_mut().for_each(|record| record.gear = own.gear.as_deref().map(Into::into));
             draft.expected_gear = Some(ExpectedGear(own.gear));
-            Ok::<_, Problem>(draft)
+            Ok::<_, Problem>((draft, kept))
         };
-        let draft = state.pool.run(work).await??;
+        let (draft, kept) = state.pool.run(work).await??;
         let keyed = key.map(|key| key.answered_by(created));
         let (iteration, stored) =
             state.jobs.add_iteration(job, draft, keyed).await.map_err(|error| of_measured(error, "/file"))?;
+        if let Some(kept) = kept {
+            state.jobs.keep_mapping(kept).await;
+        }
         Ok(created(&iteration, stored))
     })
     .await

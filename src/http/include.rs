@@ -6,7 +6,12 @@ use serde::{
     de::{DeserializeOwned, value::StrDeserializer},
 };
 
-use crate::api::{faults::Faults, gears::correction::csv::OutsideLimitsName, json::refusal::Refusal, problem::Problem};
+use crate::api::{
+    faults::Faults,
+    gears::correction::csv::OutsideLimitsName,
+    json::{refusal::Refusal, text::ShortText},
+    problem::Problem,
+};
 
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -18,6 +23,27 @@ impl IncludeQuery {
     /// The names; one that stands twice counts once, one that there is not is refused.
     pub fn names<T: DeserializeOwned>(&self) -> Result<Vec<T>, Problem> {
         names(self.include.as_deref())
+    }
+}
+
+/// The query of a table that is read.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TableQuery {
+    include: Option<String>,
+    instrument: Option<String>,
+}
+
+impl TableQuery {
+    /// The names of `include`, likewise.
+    pub fn names<T: DeserializeOwned>(&self) -> Result<Vec<T>, Problem> {
+        names(self.include.as_deref())
+    }
+
+    pub fn instrument(&self) -> Result<Option<ShortText>, Problem> {
+        let read = |text: &String| ShortText::deserialize(StrDeserializer::<Refusal>::new(text));
+        let fault = |refusal: Refusal| Problem::invalid(Faults::one("/instrument", refusal.to_string()));
+        self.instrument.as_ref().map(read).transpose().map_err(fault)
     }
 }
 

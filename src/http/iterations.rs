@@ -39,7 +39,9 @@ use crate::{
             listed_iterations::{self, IterationPageBody},
             problem::of_measured,
         },
+        json::text::ShortText,
         problem::Problem,
+        tables::kept::SentMapping,
     },
     jobs::{Answer, Computed, Iteration, IterationDraft, List, Measurand, NewIteration, Stored},
 };
@@ -84,12 +86,13 @@ async fn create_iteration(
     idempotent(state, key, scope, payload, move |state, payload, key| async move {
         state.jobs.check_exists(job).await?;
         let plans = state.plans.clone();
-        let work = move |nodes, spec, mut measurement: Measurement| {
+        let work = move |nodes, spec, mut measurement: Measurement, sent: Option<SentMapping>| {
             let applied = measurement.applied.take();
-            Ok((draft(nodes, spec, measurement, &plans)?, applied))
+            let kept = sent.map(|sent| sent.kept(measurement.details.instrument.as_ref().map(ShortText::as_str)));
+            Ok((draft(nodes, spec, measurement, &plans)?, applied, kept))
         };
         // the permit for the nodes is held until they are stored
-        let ((draft, applied), permit) = read_fit_and(&state, payload, work).await?.into_parts();
+        let ((draft, applied, kept), permit) = read_fit_and(&state, payload, work).await?.into_parts();
         let (mut draft, _permit) = match draft {
             Drafted::Made(draft) => (*draft, permit),
             Drafted::Waiting(waiting) => {
@@ -106,6 +109,9 @@ async fn create_iteration(
         let keyed = key.map(|key| key.answered_by(created));
         let (iteration, stored) =
             state.jobs.add_iteration(job, draft, keyed).await.map_err(|error| of_measured(error, "/tooth"))?;
+        if let Some(kept) = kept {
+            state.jobs.keep_mapping(kept).await;
+        }
         Ok(created(&iteration, stored))
     })
     .await

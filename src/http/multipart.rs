@@ -14,23 +14,32 @@ use crate::api::{
     fits::reader,
     json::request::ReadWhole,
     problem::{Problem, ProblemCode},
-    tables::mapping::{self, MappingBody},
+    tables::{
+        kept::SentMapping,
+        mapping::{self, MappingBody},
+    },
 };
 use flankfit_engine::estimation::{FitSpec, Nodes};
 
+/// A fit request, with the mapping that came with its table.
+pub type FitForm<E> = (Nodes, FitSpec, E, Option<SentMapping>);
+
 /// Decompresses and reads a fit request in either form, with the permit for what has been read.
 /// Processor work.
-pub fn read_fit<E: ReadWhole>(payload: Payload, limit: usize) -> Result<WithPermit<(Nodes, FitSpec, E)>, Problem> {
+pub fn read_fit<E: ReadWhole>(payload: Payload, limit: usize) -> Result<WithPermit<FitForm<E>>, Problem> {
     match payload.media().clone() {
         Media::Json => {
             let (text, permit) = payload.into_bytes(limit)?.into_parts();
-            Ok(WithPermit::new(reader::read_fit(&text)?, permit))
+            let (nodes, spec, extra) = reader::read_fit(&text)?;
+            Ok(WithPermit::new((nodes, spec, extra, None), permit))
         }
         Media::Multipart(content_type) => {
             let ([spec, nodes, mapping], permit) = split(payload, limit, &content_type, &FIT)?.into_parts();
             let (spec, nodes) = (required(spec, "spec")?, required(nodes, "nodes")?);
-            let mapping = mapping.as_ref().map(|part| &*part.content);
-            Ok(WithPermit::new(reader::read_fit_with_table(&spec.content, &nodes.content, mapping)?, permit))
+            let (table, mapping) = (nodes.content, mapping.as_ref().map(|part| &*part.content));
+            let (nodes, spec, extra) = reader::read_fit_with_table(&spec.content, &table, mapping)?;
+            let sent = mapping::read(mapping)?.and_then(|mapping| SentMapping::of(&table, &mapping));
+            Ok(WithPermit::new((nodes, spec, extra, sent), permit))
         }
         Media::Other(other) => Err(unsupported(&other, "application/json or multipart/form-data")),
     }

@@ -1,6 +1,6 @@
 //! `/v1/nodes/read`: what a table of nodes or points is proposed to be.
 
-use axum::{extract::State, response::Response};
+use axum::response::Response;
 use serde::Serialize;
 use utoipa::ToSchema;
 use utoipa_axum::{router::OpenApiRouter, routes};
@@ -8,17 +8,19 @@ use utoipa_axum::{router::OpenApiRouter, routes};
 use super::{
     body::Payload,
     budget::WithPermit,
+    caller_state::CallerState,
     extract::QueryOf,
     fits::json_held,
-    include::IncludeQuery,
+    include::TableQuery,
     multipart::{FileForm, read_any_file},
     state::AppState,
 };
 use crate::api::{
     faults::Faults,
     gears::files::proposal::{self, ProposalBody, TableIncludeName},
+    json::{text::ShortText, value::read_json},
     problem::Problem,
-    tables::mapping::MappingBody,
+    tables::{kept, mapping::MappingBody},
 };
 
 pub fn group() -> OpenApiRouter<AppState> {
@@ -41,12 +43,18 @@ struct TableFormBody {
 ///
 /// Separators, decimal sign, character set, header and units are found from the content. The
 /// answer's `separator`, `decimal`, `header`, `matrix`, `columns` and `layout` form the `mapping`
-/// to send with the file to an import; correct it where it is wrong. A table that cannot be read is
-/// refused with one sentence and the first five places.
+/// to send with the file to an import; correct it where it is wrong. The mapping of the last table
+/// of the same form and instrument that became an iteration is proposed first (`proposed_from`). A
+/// table that cannot be read is refused with one sentence and the first five places.
 #[utoipa::path(
     post, path = "/v1/nodes/read", operation_id = "read_nodes", tag = "fits",
-    params(("include" = Option<Vec<TableIncludeName>>, Query, style = Form, explode = false, description = "Additional \
-        parts of the answer: `nodes`.")),
+    params(
+        ("include" = Option<Vec<TableIncludeName>>, Query, style = Form, explode = false, description = "Additional \
+            parts of the answer: `nodes`."),
+        ("instrument" = Option<String>, Query, min_length = 1, max_length = 200, description = "Instrument of the \
+            measurement, as in an iteration: its kept mapping is proposed. If omitted, that of tables without an \
+            instrument.")
+    ),
     request_body(
         content(
             (TableFormBody = "multipart/form-data"), (String = "text/csv"), (String = "text/plain"),
@@ -57,19 +65,31 @@ struct TableFormBody {
     responses((status = 200, description = "The proposed mapping and a preview.", body = ProposalBody))
 )]
 async fn read_nodes(
-    State(state): State<AppState>,
-    QueryOf(query): QueryOf<IncludeQuery>,
+    state: CallerState,
+    QueryOf(query): QueryOf<TableQuery>,
     payload: Payload,
 ) -> Result<Response, Problem> {
-    let with_nodes = !query.names::<TableIncludeName>()?.is_empty();
+    let (with_nodes, instrument) = (!query.names::<TableIncludeName>()?.is_empty(), query.instrument()?);
     let limit = state.settings.body_limit;
-    let work = move || {
-        let (form, permit) = read_any_file(payload, limit)?.into_parts();
-        let FileForm { file, name: _, spec, mapping } = &form;
-        if spec.is_some() {
+    let read = move || {
+        let form = read_any_file(payload, limit)?;
+        if form.spec.is_some() {
             return Err(Problem::invalid(Faults::one("/spec", "a table takes a mapping only: leave this part out")));
         }
-        Ok(WithPermit::new(proposal::answer(file, mapping.as_ref(), with_nodes)?, permit))
+        let instrument = instrument.as_ref().map(ShortText::as_str);
+        let key = if form.mapping.is_none() { kept::key(&form.file, instrument) } else { None };
+        Ok((form, key))
+    };
+    let (form, key) = state.pool.run(read).await??;
+    let kept = match key {
+        Some(key) => state.jobs.mapping(key).await?,
+        None => None,
+    };
+    let work = move || {
+        let (FileForm { file, mapping, .. }, permit) = form.into_parts();
+        // another version may know more words
+        let kept = kept.and_then(|text| read_json(text.as_bytes()).ok());
+        Ok::<_, Problem>(WithPermit::new(proposal::answer(&file, mapping.as_ref(), kept.as_ref(), with_nodes)?, permit))
     };
     Ok(json_held(state.pool.run(work).await??))
 }

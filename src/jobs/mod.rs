@@ -33,6 +33,7 @@ mod iterations;
 mod job;
 mod known_jobs;
 mod listing;
+mod mapping;
 mod measurand;
 mod measurement;
 pub mod nodes_codec;
@@ -74,6 +75,7 @@ pub use iteration::{
 };
 pub use job::{Job, JobPatch, Update};
 pub use listing::{JobFilter, JobPage, JobPlace, JobPlaceError, JobQuery, JobSort, JobStatus, ListedJob, folded};
+pub use mapping::{KeptMapping, MOST_MAPPINGS};
 pub use measurand::{Measurand, Successors, has_no_tooth, side_name, side_named};
 pub use measurement::MeasurementDetails;
 pub use origin::Origin;

@@ -19,6 +19,7 @@ use super::{
     iteration::{FitSummary, Iteration, ListedIteration, NewIteration, NewRun, Trace},
     job::{Job, JobPatch},
     listing::{JobPage, JobQuery},
+    mapping::KeptMapping,
     measurand::{Measurand, Successors},
     outcome::{Precondition, RepositoryFuture, Stored},
     page::{Page, PageRequest},
@@ -204,6 +205,9 @@ macro_rules! repository_operations {
 
                 /// The answer kept under an idempotency key, with the digest of its request.
                 GetAnswer = answer(key: String, scope: String) -> Option<([u8; 32], Answer)>;
+
+                /// The mapping of a table that was kept last under a key.
+                GetMapping = mapping(key: [u8; 32]) -> Option<String>;
             }
             writes {
                 InsertJob = insert_job(job: Job, receipt: Option<Receipt>) -> Stored;
@@ -250,6 +254,11 @@ macro_rules! repository_operations {
                 /// Cancels a task of a job, or of none, and frees its key; one that has ended is
                 /// taken away.
                 CancelTask = cancel_task(id: Uuid, job: Option<Uuid>, now: Timestamp) -> ();
+
+                /// Keeps the mapping of a table in place of the one under its key. Of more than
+                /// [`MOST_MAPPINGS`](super::mapping::MOST_MAPPINGS) of the tenant the oldest are
+                /// forgotten.
+                KeepMapping = keep_mapping(kept: KeptMapping, now: Timestamp) -> ();
             }
         }
     };

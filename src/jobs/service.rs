@@ -19,6 +19,7 @@ use super::{
     job::{Job, JobPatch},
     known_jobs::KnownJobs,
     listing::{JobPage, JobQuery},
+    mapping::KeptMapping,
     outcome::{Precondition, RepositoryError},
     page::{Page, PageRequest},
     repository::{Repository, Store, Wakes},
@@ -293,6 +294,19 @@ impl Jobs {
     /// Is woken when something happens to the job.
     pub fn listen(&self, job: Uuid) -> watch::Receiver<u64> {
         self.service.notifier.subscribe(self.owned(job))
+    }
+
+    /// The mapping that was kept last under a key.
+    pub async fn mapping(&self, key: [u8; 32]) -> Result<Option<String>, RepositoryError> {
+        self.repository.mapping(key).await
+    }
+
+    /// Keeps a mapping. Where the store fails nothing is lost but a proposal: it is logged, and the
+    /// request that has stored an iteration by it goes on.
+    pub async fn keep_mapping(&self, kept: KeptMapping) {
+        if let Err(error) = self.repository.keep_mapping(kept, self.now()).await {
+            tracing::warn!(%error, "the mapping of a table is not kept");
+        }
     }
 
     /// Refuses a job that does not exist before a fit is computed for it. (The write looks again.)

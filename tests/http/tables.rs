@@ -76,7 +76,10 @@ async fn a_proposal_is_a_mapping() {
             mapping[member] = first[member].clone();
         }
         let again = read(&app, "", file(name, example(name)).text("mapping", mapping.to_string())).await;
-        assert_eq!(again.json(), first, "{name}");
+        let mut again = again.json();
+        assert_eq!(again["proposed_from"], "mapping");
+        again["proposed_from"] = json!("file");
+        assert_eq!(again, first, "{name}");
         mapping["columns"][2]["unit"] = json!("mm");
         if name != "points.txt" {
             let other = read(&app, "", file(name, example(name)).text("mapping", mapping.to_string())).await.json();
@@ -291,4 +294,54 @@ async fn helices_are_turned_at_import() {
         let stored = send(app.get(&format!("{job}/iterations/{number}"))).await.json();
         assert_eq!(stored["note"].as_str().unwrap().contains("are turned"), sign < 0.0, "{stored}");
     }
+}
+
+/// The mapping of an import, or of an iteration made of a table, is proposed for the next table of
+/// the same form and instrument, and for no other.
+#[tokio::test]
+async fn a_mapping_is_remembered() {
+    let app = TestApp::start().await;
+    let job = job(&app).await;
+    let table = |rows: &str| format!("Tiefe;Ort;Rest\n{rows}").into_bytes();
+    let first = table("5,5;1;7\n5,5;2;8\n6;1;9\n6;2;10\n7;1;7\n7;2;9\n");
+    let next = table("5,5;1;0\n5,5;3;1\n6;1;2\n6;3;4\n");
+    let columns = json!([{"meaning": "roll_length", "unit": "mm"}, {"meaning": "face_width", "unit": "mm"},
+        {"meaning": "deviation", "unit": "nm"}]);
+    let mapping = json!({"columns": columns}).to_string();
+    let proposed = async |query: &str, content: &[u8]| read(&app, query, file("a.csv", content.to_vec())).await.json();
+    let before = proposed("?instrument=P40", &next).await;
+    assert_eq!((&before["proposed_from"], &before["columns"][2]["meaning"]), (&json!("file"), &json!("z")));
+    let form = |instrument: Option<&str>| {
+        let spec = instrument.map_or(json!({}), |name| json!({"instrument": name}));
+        file("a.csv", first.clone()).text("mapping", mapping.clone()).text("spec", spec.to_string())
+    };
+    let made = import(&app, &job, form(Some("P40"))).await;
+    assert_eq!(made.status, 201, "{}", made.text);
+    let kept = proposed("?instrument=P40", &next).await;
+    assert_eq!(kept["proposed_from"], "kept");
+    assert_eq!(kept["columns"][2], json!({"name": "Rest", "meaning": "deviation", "unit": "nm"}));
+    assert_eq!(kept["preview"]["greatest_deviation_um"], 0.004);
+    // another instrument, none, another form, and one that cannot be read so
+    for (query, content) in [
+        ("?instrument=P41", next.clone()),
+        ("", next.clone()),
+        ("?instrument=P40", String::from_utf8(next.clone()).unwrap().replace("Ort", "Platz").into_bytes()),
+        ("?instrument=P40", table("5,5;1;0\n5,5;3;links\n5,5;4;links\n6;3;rechts\n6;1;rechts\n")),
+    ] {
+        assert_eq!(proposed(query, &content).await["proposed_from"], "file", "{query}");
+    }
+    // what the request says goes before
+    let sent = read(&app, "?instrument=P40", file("a.csv", next.clone()).text("mapping", "{}")).await.json();
+    assert_eq!((&sent["proposed_from"], &sent["columns"]), (&json!("mapping"), &before["columns"]));
+    // an iteration of a form keeps its mapping too, without an instrument for tables without one
+    let spec = json!({"model": {"type": "polynomial", "degree": [1, 1]}}).to_string();
+    let form = Form::new()
+        .text("spec", spec)
+        .text("mapping", mapping.clone())
+        .part("nodes", Part::bytes(first.clone()).file_name("a.csv"));
+    let made = send(app.client.post(app.url(&format!("{job}/iterations"))).multipart(form)).await;
+    assert_eq!(made.status, 201, "{}", made.text);
+    assert_eq!(proposed("", &next).await["proposed_from"], "kept");
+    let refused = read(&app, "?instrument=", file("a.csv", next)).await;
+    assert_eq!(refused.pointers(), ["/instrument"], "{}", refused.text);
 }

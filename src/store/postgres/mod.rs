@@ -45,6 +45,7 @@ mod jobs;
 mod keys;
 mod leases;
 mod locate;
+mod mappings;
 mod message;
 mod migrate;
 mod open;

@@ -6,7 +6,7 @@ use super::{
     operation::{
         Amend, CancelTask, Choose, Decide, DeleteJob, DeleteStream, FinishStream, InsertBlock, InsertFit,
         InsertIteration, InsertJob, InsertKey, InsertPlant, InsertRecord, InsertRuns, InsertStream, InsertTask,
-        PatchJob, PatchKey, PatchPlant, PurgeJob, RevokeKey, RotateKey,
+        KeepMapping, PatchJob, PatchKey, PatchPlant, PurgeJob, RevokeKey, RotateKey,
     },
     row::purge_name,
     subject::{About, Subject},
@@ -52,6 +52,7 @@ about! {
     DeleteStream: write => Subject::Stream(write.id);
     InsertTask: write => write.task.job.map_or(Subject::Nothing, Subject::Job);
     CancelTask: write => write.job.map_or(Subject::Nothing, Subject::Job);
+    KeepMapping: _write => Subject::Nothing;
     InsertKey: write => no_job(write), vec![of_keys([&*write.key], None)];
     PatchKey: _write => Subject::Nothing;
     RotateKey: _write => Subject::Nothing;

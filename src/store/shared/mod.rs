@@ -41,11 +41,12 @@ pub use neighbours::{CorrectionRow, MeasuredRow, PredecessorRow, SuccessorRow, p
 pub use operation::{
     Amend, Asked, CancelTask, Choose, Decide, DeleteJob, DeleteStream, FinishStream, GetAllEvents, GetAnswer, GetAudit,
     GetBlockSha256, GetBlocks, GetEvents, GetFit, GetIteration, GetJob, GetJobCounts, GetKey, GetLastEvent,
-    GetLastPlace, GetLatestRecord, GetMeasurand, GetNodes, GetNodesUpTo, GetPlant, GetPredecessors, GetRecord,
-    GetRounds, GetSeals, GetStream, GetStreamState, GetSuccessors, GetTask, GetTaskOfKey, GetTaskResult, GetTrace,
-    InsertBlock, InsertFit, InsertIteration, InsertJob, InsertKey, InsertPlant, InsertRecord, InsertRuns, InsertStream,
-    InsertTask, Key, ListFits, ListIterations, ListJobs, ListKeys, ListPlants, ListRecords, ListStreams, ListTasks,
-    Operation, PatchJob, PatchKey, PatchPlant, PurgeJob, RevokeKey, RotateKey, TellsAllAfter, VerifyAudit, key_of,
+    GetLastPlace, GetLatestRecord, GetMapping, GetMeasurand, GetNodes, GetNodesUpTo, GetPlant, GetPredecessors,
+    GetRecord, GetRounds, GetSeals, GetStream, GetStreamState, GetSuccessors, GetTask, GetTaskOfKey, GetTaskResult,
+    GetTrace, InsertBlock, InsertFit, InsertIteration, InsertJob, InsertKey, InsertPlant, InsertRecord, InsertRuns,
+    InsertStream, InsertTask, KeepMapping, Key, ListFits, ListIterations, ListJobs, ListKeys, ListPlants, ListRecords,
+    ListStreams, ListTasks, Operation, PatchJob, PatchKey, PatchPlant, PurgeJob, RevokeKey, RotateKey, TellsAllAfter,
+    VerifyAudit, key_of,
 };
 pub use queue::{Pending, Queue, Queued, Run, Waiting, queue};
 #[cfg(test)]

@@ -12,10 +12,10 @@ use super::{
 use crate::{
     jobs::{
         Amendment, Answer, ApiKey, Block, Caller, Choice, DecisionEvent, EventPlace, FinishedStream, FitRecord,
-        FitSummary, Iteration, Job, JobCounts, JobEvent, JobPage, JobPatch, JobQuery, KeyId, KeyPatch, Lease,
-        ListedIteration, Measurand, NewBlock, NewFit, NewIteration, NewKey, NewPlant, NewPurge, NewRun, NewStream,
-        NewTask, Page, PageRequest, Plant, PlantPatch, Precondition, Predecessor, Predecessors, Receipt, Record,
-        RecordKind, RecordSummary, Rotation, Rounds, Stored, Stream, StreamState, Successors, Task, TaskQuery,
+        FitSummary, Iteration, Job, JobCounts, JobEvent, JobPage, JobPatch, JobQuery, KeptMapping, KeyId, KeyPatch,
+        Lease, ListedIteration, Measurand, NewBlock, NewFit, NewIteration, NewKey, NewPlant, NewPurge, NewRun,
+        NewStream, NewTask, Page, PageRequest, Plant, PlantPatch, Precondition, Predecessor, Predecessors, Receipt,
+        Record, RecordKind, RecordSummary, Rotation, Rounds, Stored, Stream, StreamState, Successors, Task, TaskQuery,
         TaskResult, Tenant, ToldEvent, Trace,
         audit::{Chain, Contents, Entry, Prepared, Seal, Verdict},
     },

@@ -6,9 +6,9 @@ use jiff::Timestamp;
 use uuid::Uuid;
 
 use crate::jobs::{
-    Amendment, Choice, DecisionEvent, FinishedStream, Job, JobPatch, KeyId, KeyPatch, NewBlock, NewFit, NewIteration,
-    NewKey, NewPlant, NewPurge, NewRun, NewStream, NewTask, PlantPatch, Precondition, Receipt, Record, Rotation,
-    Tenant,
+    Amendment, Choice, DecisionEvent, FinishedStream, Job, JobPatch, KeptMapping, KeyId, KeyPatch, NewBlock, NewFit,
+    NewIteration, NewKey, NewPlant, NewPurge, NewRun, NewStream, NewTask, PlantPatch, Precondition, Receipt, Record,
+    Rotation, Tenant,
 };
 
 /// Part of a write.
@@ -36,6 +36,7 @@ light!(
     DecisionEvent,
     Job,
     JobPatch,
+    KeptMapping,
     KeyId,
     KeyPatch,
     NewKey,

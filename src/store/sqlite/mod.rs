@@ -45,6 +45,7 @@ mod job_list;
 mod jobs;
 mod locate;
 mod lock;
+mod mappings;
 mod open;
 mod plants;
 mod purges;

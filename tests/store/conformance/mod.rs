@@ -12,6 +12,7 @@ mod extremes;
 mod grounds;
 mod job_list;
 mod keys;
+mod mappings;
 mod neighbours;
 mod paging;
 mod pair;
@@ -144,6 +145,9 @@ conformance! {
             tenants_begin_with_a_key,
             a_key_stays_what_it_is,
             a_key_is_changed_once_from_each_version;
+        mappings:
+            a_mapping_is_kept_until_another_takes_its_place,
+            mappings_of_a_tenant_are_bounded_and_its_own;
         neighbours:
             neighbours_are_of_the_same_flank_and_tooth,
             rounds_tell_iterations_and_corrections;

@@ -17,8 +17,8 @@ use super::{
 };
 use crate::support::{WHOLE, actor, archived, purge_of, receipt};
 
-/// What is no change: that something is to be done, or is not to be done any more.
-const NOT_ENTERED: [&str; 2] = ["insert_task", "cancel_task"];
+/// What is no change: that something is to be done, or is not to be done any more; and proposals.
+const NOT_ENTERED: [&str; 3] = ["insert_task", "cancel_task", "keep_mapping"];
 
 /// What there is to be changed.
 struct Changeable {

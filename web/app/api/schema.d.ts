@@ -81,8 +81,7 @@ export interface paths {
         put?: never;
         /**
          * Evaluates a curve at many parameters: values, derivatives, curvature, arc length.
-         * @description The curve is one from an earlier answer or one written by hand. Parameters must lie within its
-         *     domain.
+         * @description Of whatever curve was answered or written down. Parameters must lie within the curve's domain.
          */
         post: operations["evaluate_curve"];
         delete?: never;
@@ -102,8 +101,7 @@ export interface paths {
         put?: never;
         /**
          * Finds the point of a curve that is closest to each given point.
-         * @description Returns the parameters of the closest points and the distances, which are signed for a plane
-         *     curve.
+         * @description With distances, for a plane curve signed ones, and the parameters of the points found.
          */
         post: operations["closest_points_of_curve"];
         delete?: never;
@@ -167,8 +165,8 @@ export interface paths {
         /**
          * Evaluates a surface at many parameters: values, derivatives, normals, fundamental forms,
          *     curvatures, area.
-         * @description The surface is one from an earlier answer or one written by hand, evaluated at single parameters
-         *     or on a grid. Parameters must lie within its domain.
+         * @description Of whatever surface was answered or written down, at single parameters or on a grid of them.
+         *     Parameters must lie within the surface's domain.
          */
         post: operations["evaluate_surface"];
         delete?: never;
@@ -188,8 +186,8 @@ export interface paths {
         put?: never;
         /**
          * Finds the point of a surface that is closest to each given point.
-         * @description Returns the parameters of the closest points and the distances, positive on the side the normal
-         *     points to.
+         * @description With distances, signed by the side that the normal points to, and the parameters of the points
+         *     found.
          */
         post: operations["closest_points_of_surface"];
         delete?: never;
@@ -210,9 +208,10 @@ export interface paths {
         /**
          * Cuts a surface by parallel planes: the curves of the sections, and the mesh of curves that two
          *     families of planes make.
-         * @description Curves are cubic B-splines in space or polylines. They are joined across patches, seams and
-         *     poles. Where the plane touches the surface, or the section cannot be determined, the answer has
-         *     a warning. The mesh can be sent unchanged to `POST /v1/surfaces`, which fills it with patches.
+         * @description Curves are cubic B-splines in space or polylines, joined where they go on in the next patch,
+         *     across a seam or through a pole. Where the plane touches the surface, or the section cannot be
+         *     told, the answer says so. The mesh can be sent as it is to `POST /v1/surfaces`, which fills it
+         *     with patches.
          */
         post: operations["sections_of_surface"];
         delete?: never;
@@ -250,7 +249,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Lists jobs with the status of their last iterations, last changed first.
+         * Lists jobs with what became of their last iterations, last changed first.
          * @description In pages: `next_cursor` of one page is the `cursor` of the next, and the last page has none. No
          *     page repeats a job; one that is changed while the list is read by `changed` goes to its first
          *     page.
@@ -298,23 +297,24 @@ export interface paths {
         };
         /**
          * A job.
-         * @description The header `ETag` has its version, for a conditional `PATCH` or `DELETE`.
+         * @description With its version as `ETag`, for a conditional `PATCH` or `DELETE`.
          */
         get: operations["get_job"];
         put?: never;
         post?: never;
         /**
          * Deletes a job that has no iterations.
-         * @description A job with iterations cannot be deleted, since its trace is the record of every decision on the
+         * @description A job with iterations is kept for good, since its trace is the record of what was decided on a
          *     gear.
          */
         delete: operations["delete_job"];
         options?: never;
         head?: never;
         /**
-         * Changes a job. Fields that are left out stay unchanged.
-         * @description Fields that `clear` names are removed; `gear`, `requirements` and `tags` are replaced as a
-         *     whole. The new gear must have every tooth that the job has an iteration of.
+         * Changes a job. What is left out stays.
+         * @description Fields that are named in `clear` are taken away; `gear`, `requirements` and `tags` are replaced
+         *     as a whole. A
+         *     gear without a tooth that the job's iterations are of is refused.
          */
         patch: operations["update_job"];
         trace?: never;
@@ -327,15 +327,15 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Lists the iterations of a job, each with its chosen fit.
-         * @description By number, in pages, with the figures of the chosen fit. Slopes, crownings and twist are
-         *     included where the axes place the nodes on a flank of the job's gear.
+         * Lists the iterations of a job with the fit that stands of each.
+         * @description By number, in pages: the figures of the fit, and where its nodes are told to be on a flank of
+         *     the job's gear the slopes, crownings and twist.
          */
         get: operations["list_iterations"];
         put?: never;
         /**
          * Fits nodes and keeps both, in one transaction, as the job's next iteration.
-         * @description The fit is the iteration's chosen fit until another one is chosen. A request that is repeated
+         * @description The fit is answered at once and stands until another one is chosen. A request that is repeated
          *     with the same `Idempotency-Key` gets the first answer and stores nothing.
          */
         post: operations["create_iteration"];
@@ -364,10 +364,10 @@ export interface paths {
         options?: never;
         head?: never;
         /**
-         * Records a decision on the gear, or changes flank, tooth, axes or units of the nodes.
-         * @description The job's trace keeps every decision with its reason, and every change with the values before
-         *     it. Where a change gives the chosen fit other figures, the fit is stored again with these
-         *     figures and chosen.
+         * Decides what is done with the gear, or says what its nodes are of. The trace keeps all of it.
+         * @description The job's trace has every decision with its reason, and every change of flank, tooth, axes and
+         *     accepted units with what was before. Where such a change gives the chosen fit other figures, the
+         *     fit is stored once more with them and chosen.
          */
         patch: operations["update_iteration"];
         trace?: never;
@@ -401,13 +401,13 @@ export interface paths {
         };
         /**
          * Lists the fits of an iteration by their figures.
-         * @description In the order in which they were made; `GET …/fits/{fit_id}` returns each in full.
+         * @description They come in the order in which they were made; `GET …/fits/{fit_id}` has each in full.
          */
         get: operations["list_iteration_fits"];
         put?: never;
         /**
-         * Fits the stored nodes with another λ* or model. The fit is not used until it is chosen.
-         * @description All fits of the iteration are kept for comparison.
+         * Fits the stored nodes with another λ* or model. The fit does not stand until it is chosen.
+         * @description The iteration's first fit and all others are kept; comparing them is what the trace is for.
          */
         post: operations["create_iteration_fit"];
         delete?: never;
@@ -425,8 +425,8 @@ export interface paths {
         };
         /**
          * A fit in full, as it was answered when it was made.
-         * @description The parts that `include` names are computed from the stored nodes and added; the stored answer
-         *     itself is returned byte for byte. `spec` can be changed and sent back as a refit.
+         * @description What is included beside is computed from the stored nodes and added; what is stored stays as it
+         *     is, byte for byte. `spec` can be sent back, changed, as a refit.
          */
         get: operations["get_iteration_fit"];
         put?: never;
@@ -446,8 +446,8 @@ export interface paths {
         };
         get?: never;
         /**
-         * Chooses a fit of the iteration. Earlier choices stay in the trace.
-         * @description Each choice is a new row in the trace; no fit is overwritten or deleted.
+         * From now on this fit of the iteration stands. Choices before it stay in the trace.
+         * @description A change of mind is a new row in the trace; no fit is overwritten or deleted.
          */
         put: operations["choose_fit"];
         post?: never;
@@ -469,8 +469,8 @@ export interface paths {
         /**
          * Computes a stored fit again from the stored nodes and compares the answers bit by bit. Stores
          *     nothing.
-         * @description Shows that an answer can be reproduced, with this or a later version of the program. The body is
-         *     empty or `{}`.
+         * @description It shows that an answer can be reproduced, with this or a later version of the program. There is
+         *     nothing to be said: a body is empty or `{}`.
          */
         post: operations["replay_fit"];
         delete?: never;
@@ -490,8 +490,8 @@ export interface paths {
         put?: never;
         /**
          * Fits the stored nodes with another λ* or model, and stores nothing.
-         * @description The answer is that of `POST /v1/fits` for the same nodes. To store such a fit, post it to
-         *     `…/fits`.
+         * @description The answer is that of `POST /v1/fits` for the same nodes. To keep such a fit, and to let it
+         *     stand, post it to `…/fits`.
          */
         post: operations["preview_iteration_fit"];
         delete?: never;
@@ -513,7 +513,7 @@ export interface paths {
          * Derives diameters, pitches, thicknesses and measures of a gear, with warnings such as undercut
          *     or a pointed tip.
          * @description By ISO 21771, for external and internal spur and helical gears, with span measurement and
-         *     dimension over balls on request.
+         *     dimension over balls where they are asked for.
          */
         post: operations["gear_geometry"];
         delete?: never;
@@ -553,10 +553,10 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Reads the gears in a file, in the form that jobs and other requests take.
-         * @description The file is a REXS model, or curves or values of a gear tester. For a gear with missing data the
-         *     answer lists the missing data. It also has the contents of the file: traces and pitch tables,
-         *     which an import takes, and printed values.
+         * Reads the gears that a file describes, as a job or any other request takes them.
+         * @description Takes a REXS model, or curves or values of a gear tester. Gears for which the file does not say
+         *     enough are named with what is missing. Beside them stands what the file holds: traces and tables
+         *     of pitches, which an import takes, and printed values.
          */
         post: operations["read_gears"];
         delete?: never;
@@ -575,10 +575,10 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Returns the transverse section of a tooth with its fillets as a closed polygon, and of the whole
-         *     gear on request.
-         * @description The polygon consists of the tip arc, involutes, fillets and the root arc; the fillets are those
-         *     that the gear's tool generates.
+         * Answers the transverse section of a tooth with its fillets, closed, and if asked of the whole
+         *     gear.
+         * @description As a polygon of the tip arc, involutes, fillets and the root arc; the fillets are those that the
+         *     gear's tool generates.
          */
         post: operations["gear_profile"];
         delete?: never;
@@ -620,8 +620,8 @@ export interface paths {
         put?: never;
         /**
          * Envelops the profile of any tool numerically.
-         * @description The tool is a rack or a pinion that rolls with the gear, given by points of its profile. The
-         *     answer is the flank of the tooth that the tool generates, between two radii.
+         * @description Of a rack or a pinion that rolls with the gear, given by points of its profile. The answer is
+         *     the part of the gear's tooth space that the tool leaves, between two radii.
          */
         post: operations["gear_envelope"];
         delete?: never;
@@ -641,7 +641,7 @@ export interface paths {
         put?: never;
         /**
          * Tolerances of ISO 1328-1:2013 for a class.
-         * @description For all nine characteristics, unrounded and rounded as in the tables of the standard. A gear
+         * @description Of all nine characteristics, unrounded and as the tables of the standard print them. What lies
          *     outside the scope of the standard is refused.
          */
         post: operations["gear_tolerances"];
@@ -705,11 +705,11 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Computes deviations of measured points from the nominal flanks, optionally after a registration
-         *     of the part.
-         * @description Deviations are along the normal of the nominal or modified flank. With a registration, the
-         *     motions of the part are estimated first, with standard errors; motions that the points cannot
-         *     separate are listed.
+         * Deviations of measured points from the nominal flanks, if asked after the part has been laid
+         *     into the nominal one.
+         * @description Along the normal of the nominal or modified flank. With a registration, the motions of the part
+         *     are estimated first, with standard errors, and those that the points do not tell apart are
+         *     named.
          */
         post: operations["gear_deviations"];
         delete?: never;
@@ -878,9 +878,9 @@ export interface paths {
         put?: never;
         /**
          * Keeps the changes that were entered on the machine after the iteration's correction.
-         * @description The changes belong to the iteration's newest correction; the next measurement is then compared
-         *     with them instead of the proposed changes. A setting that is not named counts as changed as
-         *     proposed. Nothing is overwritten: the newest entry counts, and earlier ones stay in the trace.
+         * @description They belong to its newest correction, whose comparison with the next measurement then takes them
+         *     in place of the proposed changes. Settings that are not named were changed as proposed. Nothing
+         *     is overwritten: the newest entry counts, and earlier ones stay in the trace.
          */
         post: operations["create_applied_changes"];
         delete?: never;
@@ -900,9 +900,9 @@ export interface paths {
         put?: never;
         /**
          * Keeps the changes that were entered on the machine after the correction of the gear.
-         * @description The changes belong to the gear's newest correction; the next round is then compared with them
-         *     instead of the proposed changes. A setting that is not named counts as changed as proposed. The
-         *     newest entry counts, and earlier ones stay in the trace.
+         * @description They belong to its newest correction, whose comparison with the next round then takes them in
+         *     place of the proposed changes. Settings that are not named were changed as proposed. The newest
+         *     entry counts, and earlier ones stay in the trace.
          */
         post: operations["create_gear_applied_changes"];
         delete?: never;
@@ -922,13 +922,12 @@ export interface paths {
         put?: never;
         /**
          * Makes an iteration of a file of a gear tester, of a table of nodes or points or of a REXS model.
-         * @description The traces of a tooth flank become its nodes (u = roll length in mm, v = z in mm, heights in µm
-         *     along the normal). Nodes within the evaluation range are fitted by a second-order surface, or by
-         *     the terms of it that they determine. All traces and pitch tables are evaluated, and the
-         *     evaluations are stored with the iteration, with their data and the digest of the file. For
-         *     points and for the topographies of a model the deviations are stored. Nodes of a table are
-         *     stored in the units of its columns, as a grid where they form one. A file of another gear than
-         *     the job's is refused.
+         * @description The traces of a tooth flank become its nodes (u = roll length, v = z, heights in µm along the
+         *     normal), those of the evaluation range, fitted by a second-order surface or what they tell of
+         *     it; all traces and tables of pitches are evaluated, and the evaluations are kept with it,
+         *     together with what they are of and the file's digest. Of points and of a model's topographies
+         *     the deviations are kept. Nodes of a table are stored in the units of its columns, on a grid
+         *     where it is one. A file of another gear than the job's is refused.
          */
         post: operations["import_iteration"];
         delete?: never;
@@ -947,11 +946,13 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Reads a table of nodes or points and returns how it was read; stores nothing.
+         * Reads a table of nodes or points and answers what it is taken for; stores nothing.
          * @description Separators, decimal sign, character set, header and units are found from the content. The
-         *     answer's `separator`, `decimal`, `header`, `matrix`, `columns` and `layout` form the `mapping`
-         *     to send with the file to an import; correct it where it is wrong. A table that cannot be read is
-         *     refused with one sentence and the first five places.
+         *     answer's `separator`, `decimal`, `header`, `matrix`, `columns` and `layout` are the `mapping`
+         *     that goes with the file to every import, changed where they are wrong. The mapping by which the
+         *     last table of the same form and instrument became an iteration is proposed first
+         *     (`proposed_from`). A table that cannot be read is refused by one sentence and the first five
+         *     places.
          */
         post: operations["read_nodes"];
         delete?: never;
@@ -971,7 +972,7 @@ export interface paths {
         put?: never;
         /**
          * Builds a curve, by default of the iteration's own nodes, and keeps it with the iteration.
-         * @description As `POST /v1/curves`; the answer is stored with the iteration as a record.
+         * @description As `POST /v1/curves`; the answer stays with the iteration as a record.
          */
         post: operations["create_iteration_curve"];
         delete?: never;
@@ -991,7 +992,7 @@ export interface paths {
         put?: never;
         /**
          * Builds a surface, by default of the iteration's own nodes, and keeps it with the iteration.
-         * @description As `POST /v1/surfaces`; the answer is stored with the iteration as a record.
+         * @description As `POST /v1/surfaces`; the answer stays with the iteration as a record.
          */
         post: operations["create_iteration_surface"];
         delete?: never;
@@ -1008,7 +1009,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Lists the records of an iteration (everything stored with it except its fits), oldest first.
+         * Lists what is kept with an iteration beside its fits, oldest first.
          * @description In pages, without the requests and results themselves.
          */
         get: operations["list_iteration_records"];
@@ -1028,10 +1029,10 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * A record of an iteration: the request and the result.
-         * @description The result is the text of the original answer. For an evaluation or for pitches, `Accept:
-         *     application/x-q-das-dfq` returns a file for statistical process control, with the job's current
-         *     part number and machine.
+         * What is kept with an iteration: what was asked and what was answered.
+         * @description The text of the result is that which was answered when it was made. Of an evaluation or of
+         *     pitches `Accept: application/x-q-das-dfq` gives a file for statistical process control, with the
+         *     job's part number and machine as they are now.
          */
         get: operations["get_iteration_record"];
         put?: never;
@@ -1052,10 +1053,10 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Simulates a machine with wrong settings: parts are measured, the machine is corrected and the
-         *     parts are machined again, with several correction methods.
-         * @description With `store` the run of each method is stored as a job, all of them or none. The same seed gives
-         *     the same answer.
+         * Simulates a machine whose settings are off: measured, corrected and machined again, by several
+         *     ways to correct.
+         * @description With `store` each way is kept as a job, all of them or none. The same seed gives the same
+         *     answer.
          */
         post: operations["simulate_closed_loop"];
         delete?: never;
@@ -1094,9 +1095,9 @@ export interface paths {
         };
         /**
          * Every change of a job, oldest first.
-         * @description Each entry has the digest of the one before it, so a changed or missing entry is detected. The
-         *     entries of a deleted job are kept. A job that is older than the audit begins with a digest of
-         *     its state at its first change.
+         * @description Each entry has the digest of the one before it, so that none can be changed or left out
+         *     unnoticed. A job that was deleted has still got its entries. One that is older than they are
+         *     begins with a digest of what was found at its first change.
          */
         get: operations["list_job_audit"];
         put?: never;
@@ -1115,9 +1116,9 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Verifies the audit entries of a job and the rows they have digests of.
-         * @description Reads the whole job and computes the digest of every entry and every row again. The answer names
-         *     the first entry at fault.
+         * Whether a job's entries, and all that they tell of, are as they were written.
+         * @description Reads the whole job: every entry is digested again, and so is every row that it has a digest of.
+         *     The first entry at fault is told.
          */
         get: operations["verify_job_audit"];
         put?: never;
@@ -1137,8 +1138,8 @@ export interface paths {
         };
         /**
          * Changes of the tenant that are of no job, oldest first.
-         * @description The chain of a tenant has the changes of its keys and of the tenant itself; changes of jobs are
-         *     in the chains of the jobs.
+         * @description The chain of a tenant tells of its keys and of itself; changes of jobs are in the chains of
+         *     these.
          */
         get: operations["list_audit"];
         put?: never;
@@ -1158,9 +1159,8 @@ export interface paths {
         };
         /**
          * The tenant's seals, oldest first.
-         * @description About once a minute a server seals the last entries of the chains that have grown since the seal
-         *     before. Keep copies of the seals where no administrator of the database can change them: they
-         *     reveal a rewritten chain.
+         * @description About once a minute a server seals what the chains that grew meanwhile end with. Keep seals
+         *     where nobody who owns the database can change them: they convict whoever writes a chain anew.
          */
         get: operations["list_audit_seals"];
         put?: never;
@@ -1179,11 +1179,11 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Sends the events of a job: `iteration`, `fit`, `decision`, `record`, `stream`, `operation`,
-         *     `job` (its own data), `purged`; from the first event, or after `Last-Event-ID`.
-         * @description As server-sent events; the connection stays open, and comment lines keep it alive. The id of
-         *     each event is its number within the job; after a lost connection a client continues from the
-         *     last one.
+         * Sends what happens to a job: `iteration`, `fit`, `decision`, `record`, `stream`, `operation`,
+         *     `job` (its own data), `purged`; from its beginning, or after `Last-Event-ID`.
+         * @description As server-sent events; the connection stays open, and a comment line is sent now and then to
+         *     keep it so. The id of each event is its number within the job, from which a client that lost its
+         *     connection goes on.
          */
         get: operations["get_job_events"];
         put?: never;
@@ -1202,7 +1202,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Sends new events of all jobs of the caller's tenant, or those after `Last-Event-ID`.
+         * Sends what happens to all jobs of the caller's tenant from now on, or after `Last-Event-ID`.
          * @description The events of the jobs, each with the `job_id`, and jobs that are created or deleted (`job`). As
          *     those of a job; the id of an event is its place among all. After an id that is older than seven
          *     days, or not of this database, as after a backup was restored, the first event is a `reset`, and
@@ -1231,7 +1231,7 @@ export interface paths {
         get: operations["list_streams"];
         put?: never;
         /**
-         * Opens a stream: a model that is fitted to nodes as they arrive.
+         * Opens a stream: what is fitted to nodes that are still to come.
          * @description The spec is checked as far as it can be without nodes. Blocks of nodes follow, and in the end
          *     the stream becomes an iteration.
          */
@@ -1257,7 +1257,7 @@ export interface paths {
         put?: never;
         post?: never;
         /**
-         * Deletes a stream with its nodes. The iteration of a finished stream is kept.
+         * Deletes a stream with its nodes. An iteration that it has become stays.
          * @description An open stream loses its nodes.
          */
         delete: operations["delete_stream"];
@@ -1275,9 +1275,9 @@ export interface paths {
         };
         /**
          * The nodes that were posted to an open stream, block by block after the one numbered `after`.
-         * @description A page holds up to a few megabytes, and at least one block if there is one. `sequence` is the
-         *     number of the stream's last block: request the next page until it is reached. The blocks of a
-         *     finished stream are the nodes of its iteration.
+         * @description As many as a few megabytes hold, at least one where there is one. `sequence` is that of the last
+         *     block of the stream: ask again after the last item until it is reached. Blocks of a stream that
+         *     has become an iteration are its nodes.
          */
         get: operations["get_stream_nodes"];
         put?: never;
@@ -1323,8 +1323,8 @@ export interface paths {
         };
         /**
          * Opens a WebSocket on a stream: each message is a block, each answer an estimate or a problem.
-         * @description Messages are the bodies of `POST /v1/streams/{stream_id}/nodes` and its answers. A problem is
-         *     sent as a JSON message with its `code`, and the connection stays open.
+         * @description Messages are the bodies of `POST /v1/streams/{stream_id}/nodes` and its answers. A problem comes
+         *     as a JSON message with its `code`, and the connection goes on.
          */
         get: operations["connect_stream"];
         put?: never;
@@ -1347,9 +1347,10 @@ export interface paths {
         /**
          * Writes all that there is of a job into a file: nodes, fits, records, streams, events, and the
          *     audit.
-         * @description JSON lines, compressed by zstd, in the format of `flankfit export` and `flankfit import`. The
-         *     bytes are the same until the job changes. Nothing is stored. A large archive is sent while it is
-         *     written, without `archive-sha256` and length; a file without its last line is incomplete.
+         * @description JSON lines, compressed by zstd, as `flankfit export` writes them and `flankfit import` reads
+         *     them. The same bytes for as long as nothing changes. Nothing is stored. One that takes long is
+         *     sent as it is written, without `archive-sha256` and length; a file that ends before its last
+         *     line was cut off.
          */
         post: operations["archive_job"];
         delete?: never;
@@ -1369,11 +1370,10 @@ export interface paths {
         put?: never;
         /**
          * Takes nodes, results, texts and names of a job away, for good.
-         * @description Removes personal names and frees space. The job's row, its numbers, times and figures, and its
-         *     audit are kept; requests for anything else are answered 410, and the job cannot be changed any
-         *     more. The request must contain the digest of the job's current archive (`POST …/archive`): keep
-         *     that file, it is the only copy of the removed data. The purge is recorded in the audits of the
-         *     job and of the tenant.
+         * @description For people's names, and for space. The job's row, its numbers, times and figures, and its audit
+         *     stay; whatever needs the rest is 410 from then on, and the job takes nothing more. It takes the
+         *     digest of the job's archive as it stands now (`POST …/archive`): keep that file, nothing else
+         *     has what is taken away. The audit of the job and that of the tenant tell of it.
          */
         post: operations["purge_job"];
         delete?: never;
@@ -1390,9 +1390,8 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Lists the operations that the caller may see, newest first.
-         * @description These are the operations whose requests the caller's scopes allow. An operation is kept for an
-         *     hour after its end.
+         * Lists operations that the caller may ask after, newest first.
+         * @description Those are the ones whose requests it could make itself. What has ended is kept for an hour.
          */
         get: operations["list_operations"];
         put?: never;
@@ -1411,17 +1410,17 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * An operation: state, progress and remaining time.
-         * @description The operation was begun by a request with `Prefer: respond-async`. Every caller with the scope
-         *     of that request may see it, on any server.
+         * An operation: where it stands, how far it is and how long it will take.
+         * @description It was begun by a request with `Prefer: respond-async`, and is told of to whoever could make
+         *     that request. Any server answers.
          */
         get: operations["get_operation"];
         put?: never;
         post?: never;
         /**
-         * Cancels an operation. If it has ended, its result is deleted.
-         * @description Nothing is stored for it after this, and its computation ends within four seconds on any server.
-         *     Data stored before is kept.
+         * Cancels an operation. Of one that has ended it takes away what is kept.
+         * @description Nothing is stored for it from then on, and its computation ends within four seconds, whichever
+         *     server does it. What was stored before stays.
          */
         delete: operations["cancel_operation"];
         options?: never;
@@ -1466,12 +1465,12 @@ export interface paths {
         put?: never;
         /**
          * Makes a key of the caller's tenant.
-         * @description Its scopes must be among those of the caller's key, except that a key with the role `admin`
-         *     makes keys of every role of its tenant. A key of the kind `certificate` has no secret: clients
-         *     with a certificate of its name need no other key.
+         * @description It allows no more than the key that asks for it, except that one of the role `admin` makes keys
+         *     of every role of its tenant. A key of the kind `certificate` has no secret: clients that show a
+         *     certificate with its name need no other key.
          *
-         *     A server that asks for no key yet must get a secret of the role `admin` first. Restarted with
-         *     `--auth auto`, it asks for a key with every request, as the answer's `warnings` say.
+         *     A server that asks for no key yet takes a secret of the role `admin` first. Restarted with
+         *     `--auth auto`, it asks for a key with every request; the answer's `warnings` say so.
          */
         post: operations["create_key"];
         delete?: never;
@@ -1489,23 +1488,23 @@ export interface paths {
         };
         /**
          * A key, without its secret.
-         * @description The header `ETag` has its version, for a conditional `PATCH`.
+         * @description With its version as `ETag`, for a conditional `PATCH`.
          */
         get: operations["get_key"];
         put?: never;
         post?: never;
         /**
          * Ends a key for good.
-         * @description Every server refuses it within five seconds, and connections opened with it end within thirty.
-         *     It is kept as revoked.
+         * @description It lets nobody in any more, at any server within five seconds, and connections that it opened
+         *     end within thirty. It is kept as revoked.
          */
         delete: operations["revoke_key"];
         options?: never;
         head?: never;
         /**
-         * Changes the name or the expiry of a key. Fields that are left out stay unchanged.
-         * @description The scopes of a key cannot be changed: make another key. An expired key cannot be changed or
-         *     renewed.
+         * Changes the name or the end of a key. What is left out stays.
+         * @description What a key allows is not changed: make another one. A key that has ended is not changed, either,
+         *     and does not come back.
          */
         patch: operations["update_key"];
         trace?: never;
@@ -1521,9 +1520,9 @@ export interface paths {
         put?: never;
         /**
          * Gives the holder of a key another secret.
-         * @description The new key has an id of its own, the same name and scopes, and the same lifetime. The old key
-         *     stays valid for `overlap_seconds` and cannot be rotated again. If the new key is lost, rotate
-         *     the new key; its id is `replaced_by` of the old one.
+         * @description The new key has an id of its own, the same name and scopes, and lives as long as the one before
+         *     was made to live. That one goes on for `overlap_seconds`, and is not rotated again: who lost the
+         *     new key rotates that one, whose id is `replaced_by` of the old one.
          */
         post: operations["rotate_key"];
         delete?: never;
@@ -1540,8 +1539,8 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * The caller: tenant, actor and scopes.
-         * @description For programs that show the scopes of their key, and to find out whose key this is.
+         * Who asks: tenant, actor and scopes.
+         * @description For programs that show what their key allows, and for people who wonder whose key they hold.
          */
         get: operations["whoami"];
         put?: never;
@@ -1567,8 +1566,8 @@ export interface paths {
         put?: never;
         /**
          * Creates a tenant, with its first key.
-         * @description The key has the role `admin` and can make the tenant's other keys. A server that asks for no key
-         *     yet needs an administrator's key (`POST /v1/keys`) before the first tenant.
+         * @description The key has the role `admin`; with it the tenant makes its own. A server that asks for no key
+         *     yet takes an administrator's key (`POST /v1/keys`) before the first tenant.
          */
         post: operations["create_tenant"];
         delete?: never;
@@ -1586,7 +1585,7 @@ export interface paths {
         };
         /**
          * A tenant.
-         * @description The header `ETag` has its version, for a conditional `PATCH`.
+         * @description With its version as `ETag`, for a conditional `PATCH`.
          */
         get: operations["get_tenant"];
         put?: never;
@@ -1595,9 +1594,9 @@ export interface paths {
         options?: never;
         head?: never;
         /**
-         * Changes a tenant. Fields that are left out stay unchanged.
-         * @description The keys of a suspended tenant are refused; its data is kept, and the tenant can be resumed.
-         *     (Keys in the server's settings are not affected.)
+         * Changes a tenant. What is left out stays.
+         * @description The keys of a suspended tenant let nobody in; nothing is lost, and it can be let in again. (Keys
+         *     that the server's settings name are not among them.)
          */
         patch: operations["update_tenant"];
         trace?: never;
@@ -1610,9 +1609,9 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Reports that the process is up.
-         * @description For a supervisor that restarts the process when it does not answer, and for clients that look up
-         *     the limits of requests. The store is not checked.
+         * Whether the process is up.
+         * @description For a supervisor that starts the process anew when it does not answer, and for a client that
+         *     wants to know what it may send. The store is not asked.
          */
         get: operations["get_health"];
         put?: never;
@@ -1631,9 +1630,10 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Reports whether the server can answer requests: the process is not shutting down, the database
-         *     answers within a second, and its disk accepts writes.
-         * @description For a load balancer. The database is checked at most once a second.
+         * Whether requests can be answered: the process is not about to end, the database answers within a
+         *     second, and its disk takes what is written.
+         * @description For a load balancer that sends no requests to a process that cannot answer them. The database is
+         *     asked at most once a second.
          */
         get: operations["get_readiness"];
         put?: never;
@@ -1653,8 +1653,9 @@ export interface paths {
         };
         /**
          * Metrics in the Prometheus text format.
-         * @description Metrics of requests, fits, queues, streams and the store, for a Prometheus server. As for
-         *     `/readyz`, the store is checked at most once a second, for at most a second.
+         * @description Requests, fits, queues, streams and the store, for a Prometheus server. Whether the store
+         *     answers is asked as for `/readyz`, with it at most once a second, and waited for a second at
+         *     most.
          */
         get: operations["get_metrics"];
         put?: never;
@@ -1669,7 +1670,7 @@ export interface paths {
 export type webhooks = Record<string, never>;
 export interface components {
     schemas: {
-        /** @description A place where the constraint is active: without it the derivative would be below 0. */
+        /** @description A place where the derivative would be below 0 if it might. */
         ActivePlace: {
             /**
              * Format: double
@@ -1683,14 +1684,14 @@ export interface components {
             v?: number;
             /**
              * Format: double
-             * @description Decrease of Σ w r² per unit by which the derivative may fall below 0 here (twice the
-             *     Lagrange multiplier of half the sum).
+             * @description By how much Σ w r² would fall for each unit by which the derivative might be below 0
+             *     here (twice the Lagrange multiplier of half the sum).
              */
             multiplier: number;
         };
         /**
-         * @description Direction of scan lines: `u` (columns of a grid; profiles of a flank), `v` (rows; helices of a
-         *     flank), or `order`: along the abscissae of a curve, and in the order posted for other nodes.
+         * @description Which way scan lines run: along u (columns of a grid; of a flank its profiles) or v (rows; of a
+         *     flank its helices); `order`: along the abscissae of a curve, in the order posted of other nodes.
          * @enum {string}
          */
         AlongName: "u" | "v" | "order";
@@ -1754,7 +1755,7 @@ export interface components {
              * @enum {string}
              */
             type: "ar1";
-            /** @description Direction of scan lines. Required for a grid; default `order`. */
+            /** @description Which way scan lines run. Needed for a grid; default `order`. */
             along?: components["schemas"]["AlongName"];
             /**
              * @description The line of each node as posted, any whole number; of scattered nodes and rows of a
@@ -1765,7 +1766,7 @@ export interface components {
             estimate?: boolean;
             parameters?: components["schemas"]["Ar1Parameters"];
         };
-        /** @description Parameters of the first-order autoregression. */
+        /** @description Of the autoregression of first order. */
         Ar1Parameters: {
             /**
              * Format: double
@@ -1775,8 +1776,8 @@ export interface components {
             rho: number;
         };
         /**
-         * @description Autoregression of second order in steps of the line; missing nodes are steps. Estimating it
-         *     takes three nodes with two predecessors on their line.
+         * @description Autoregression of second order in steps of the line; missing nodes are steps. To be
+         *     estimated it takes three nodes with two others before them on their line.
          */
         Ar2Errors: {
             /**
@@ -1784,7 +1785,7 @@ export interface components {
              * @enum {string}
              */
             type: "ar2";
-            /** @description Direction of scan lines. Required for a grid; default `order`. */
+            /** @description Which way scan lines run. Needed for a grid; default `order`. */
             along?: components["schemas"]["AlongName"];
             /**
              * @description The line of each node as posted, any whole number; of scattered nodes and rows of a
@@ -1795,7 +1796,7 @@ export interface components {
             estimate?: boolean;
             parameters?: components["schemas"]["Ar2Parameters"];
         };
-        /** @description Parameters of the second-order autoregression. */
+        /** @description Of the autoregression of second order. */
         Ar2Parameters: {
             /**
              * @description φ₁ and φ₂, with -1 < φ₂ < 1 − |φ₁|.
@@ -1810,7 +1811,7 @@ export interface components {
         Area: {
             /**
              * Format: double
-             * @description In the square of the unit of length of the request.
+             * @description In the square of the caller's unit of length.
              */
             value: number;
             /**
@@ -1832,16 +1833,16 @@ export interface components {
              */
             type: "attraction";
             /**
-             * @description Target T, in the order of the coefficients; for example the coefficients of the nominal
-             *     flank. With `standardized` the constant's entry is ignored.
+             * @description T, in the order of the coefficients; such as those of the nominal flank. With `standardized`
+             *     the entry of the constant takes no part.
              */
             target: number[];
             /** @description k. Default `optimal`. */
             parameter?: components["schemas"]["Parameter"];
         };
         /**
-         * @description A change: its time, the caller, and digests of the stored rows. SHA-256 digests have 64
-         *     lower-case hexadecimal digits.
+         * @description A change: who made it, when, and digests of what was stored. SHA-256 is always in 64 lower-case
+         *     hexadecimal digits.
          */
         AuditEntry: {
             /**
@@ -1856,23 +1857,20 @@ export interface components {
             id: string;
             /**
              * Format: date-time
-             * @description Time of the request, always with six decimals.
+             * @description When the change was asked for, always with six decimals.
              */
             at: string;
-            /** @description Name of the caller's key, or `anonymous`. Absent after a purge of the job. */
+            /** @description Who made it: the name of a key, or `anonymous`. Absent where the job was purged since. */
             actor?: string;
-            /** @description Kind of change, such as `iteration.add`. */
+            /** @description What was done, such as `iteration.add`. */
             action: string;
-            /** @description Path of the changed resource. */
+            /** @description The path of what was changed. */
             target: string;
             /** @description `x-request-id` of the request. */
             request_id?: string;
             /** @description The address that the request came from. */
             peer?: string;
-            /**
-             * @description SHA-256 of each stored row, by kind of row; rows of iterations are digested with the
-             *     `_salt`.
-             */
+            /** @description SHA-256 of each row that was stored, by what it is; those of iterations with the `_salt`. */
             contents: {
                 [key: string]: string;
             };
@@ -1884,7 +1882,7 @@ export interface components {
             sha256: string;
         };
         /**
-         * @description Kind of fault.
+         * @description What is not as it was written.
          * @enum {string}
          */
         AuditFault: "entry" | "link" | "content" | "seal";
@@ -1892,15 +1890,15 @@ export interface components {
         AuditPage: {
             /** @description The entries of this page. */
             items: components["schemas"]["AuditEntry"][];
-            /** @description Cursor of the next page; absent on the last one. */
+            /** @description Where the next page begins; absent on the last one. */
             next_cursor?: string;
         };
         /**
-         * @description Last entries of a tenant's chains that have grown since the seal before. Digits are lower-case
-         *     hexadecimal.
+         * @description What the chains of a tenant ended with: those that grew since the seal before. All digits are
+         *     lower-case hexadecimal.
          */
         AuditSeal: {
-            /** @description The tenant of the chains. */
+            /** @description The tenant whose chains they are. */
             tenant: string;
             /**
              * Format: int64
@@ -1914,7 +1912,7 @@ export interface components {
             at: string;
             /**
              * Format: int64
-             * @description Number of chains that have grown.
+             * @description How many chains grew.
              */
             heads: number;
             /** @description Root of the Merkle tree (RFC 6962) of their last entries. */
@@ -1932,34 +1930,34 @@ export interface components {
         AuditSealPage: {
             /** @description The seals of this page. */
             items: components["schemas"]["AuditSeal"][];
-            /** @description Cursor of the next page; absent on the last one. */
+            /** @description Where the next page begins; absent on the last one. */
             next_cursor?: string;
         };
-        /** @description Result of verifying a chain and the rows it has digests of. */
+        /** @description Whether a chain and the rows that it tells of are as they were written. */
         AuditVerdict: {
-            /** @description True if nothing was changed. */
+            /** @description Whether nothing was changed. */
             intact: boolean;
             /**
              * Format: int64
-             * @description If intact: number of entries in the chain.
+             * @description Where it is intact: entries of the chain.
              */
             entries?: number;
             /**
-             * @description If intact: `sha256` of the last entry. Absent for a job that is older than the audit and has
-             *     not been changed since.
+             * @description Where it is intact: `sha256` of the last entry. Absent of a job from before there were
+             *     entries that was not changed since.
              */
             head?: string;
             /**
              * Format: int64
-             * @description If not intact: number of the first entry at fault.
+             * @description Where it is not: the first entry at fault.
              */
             number?: number;
-            /** @description If not intact: kind of fault. */
+            /** @description Where it is not: what is at fault. */
             what?: components["schemas"]["AuditFault"];
         };
         /**
-         * @description Quantities and units on the axes of nodes: `u`, `v` and `z` of a surface, `x` and `y` of a
-         *     curve, `y` of a measurement matrix.
+         * @description What the axes of nodes mean: `u`, `v` and `z` of a surface, `x` and `y` of a curve, `y` of a
+         *     measurement matrix.
          * @example {
          *       "u": {
          *         "quantity": "roll_length",
@@ -1988,7 +1986,7 @@ export interface components {
             /** @description Heights of a curve or of a measurement matrix. */
             y?: components["schemas"]["Axis"];
         };
-        /** @description Quantity and unit of the numbers on an axis. */
+        /** @description What the numbers of an axis mean. */
         Axis: {
             /**
              * @description `roll_length` (with the unit `deg` or `arcmin`: the roll angle), `diameter`, `face_width`,
@@ -2002,12 +2000,12 @@ export interface components {
              * @example um
              */
             unit: string;
-            /** @description For heights: meaning of a positive value. Default `material_out`. */
+            /** @description Of heights: what a positive one means. Default `material_out`. */
             positive?: components["schemas"]["PositiveHeight"];
             /**
-             * @description For heights measured as traces with separate zeros: number of nodes of each trace, in the
-             *     order of the nodes. A correction then ignores the mean of each trace. Absent where all
-             *     heights have one zero.
+             * @description Of heights that were measured as traces, each with a zero of its own: how many nodes each
+             *     trace has, in the order of the nodes. A correction then leaves aside what the nodes of a
+             *     trace have in common. Left out where all heights count from one zero.
              * @example [
              *       480,
              *       480,
@@ -2023,14 +2021,11 @@ export interface components {
              * @enum {string}
              */
             type: "b_spline";
-            /** @description Degree of the pieces, from 0 (steps). */
+            /** @description Of the pieces, from 0 (steps) on. */
             degree: number;
             /** @description The full knot vector, ascending: as many as control points, degree and 1 together. */
             knots: number[];
-            /**
-             * @description Their number is that of the knots minus the degree minus 1: numbers for a graph, `[x, y]` or
-             *     `[x, y, z]` otherwise.
-             */
+            /** @description As many as knots less degree less 1: numbers for a graph, `[x, y]` or `[x, y, z]` otherwise. */
             control_points: components["schemas"]["Point"][];
         };
         /** @description The B-spline through all points (Eqs. 6 to 8). */
@@ -2040,14 +2035,14 @@ export interface components {
              * @enum {string}
              */
             type: "b_spline";
-            /** @description Degree of the pieces; 3 gives continuous curvature. */
+            /** @description Of the pieces; 3 gives continuous curvature. */
             degree: number;
             /** @description The full knot vector; default averages of neighbouring parameters (The NURBS Book, 9.8). */
             knots?: number[];
         };
         /**
-         * @description The least-squares B-spline. Exactly one of `knots`, `spans`, `control_count` and `tolerance`
-         *     sets the knots.
+         * @description The B-spline nearest to the points. Exactly one of `knots`, `spans`, `control_count` and
+         *     `tolerance` says where knots are.
          */
         BSplineLeastSquaresCurveMethod: {
             /**
@@ -2055,29 +2050,26 @@ export interface components {
              * @enum {string}
              */
             type: "b_spline_least_squares";
-            /** @description Degree of the pieces; 3 gives continuous curvature. */
+            /** @description Of the pieces; 3 gives continuous curvature. */
             degree: number;
             /** @description The full knot vector. */
             knots?: number[];
             /** @description Equal spans. */
             spans?: number;
-            /**
-             * @description Number of control points; knots are placed so that every span has points (The NURBS Book,
-             *     9.68 and 9.69).
-             */
+            /** @description Knots placed by the points, so that every span holds some (The NURBS Book, 9.68 and 9.69). */
             control_count?: number;
             /**
              * Format: double
-             * @description Largest distance of a point from the curve; knots are inserted until it is met or none can
-             *     be inserted.
+             * @description Knots are inserted where a point lies further off than this, until none does or none can be
+             *     inserted.
              */
             tolerance?: number;
-            /** @description One weight for each point; it multiplies the squared residual. */
+            /** @description One for each point: what its squared residual counts. */
             weight?: number[];
         };
         /**
-         * @description The least-squares B-spline surface. Exactly one of `knots`, `spans` and `placed_spans` sets the
-         *     knots.
+         * @description The B-spline surface nearest to nodes. Exactly one of `knots`, `spans` and `placed_spans` says
+         *     where knots are.
          */
         BSplineLeastSquaresSurfaceMethod: {
             /**
@@ -2090,7 +2082,7 @@ export interface components {
             knots?: number[][];
             /** @description Spans of equal width. */
             spans?: components["schemas"]["Spans"];
-            /** @description For a grid: number of spans with about equal numbers of nodes. */
+            /** @description For a grid: spans that hold about as many nodes each. */
             placed_spans?: components["schemas"]["Spans"];
         };
         /** @description B-splines, or NURBS with `weights`; either `knots` or `spans`. */
@@ -2106,8 +2098,8 @@ export interface components {
             /** @description Equal spans over the domain. */
             spans?: components["schemas"]["Spans"];
             /**
-             * @description For NURBS: one weight above 0 for each control point, for a surface in rows along u. They
-             *     are given, not fitted.
+             * @description Of NURBS: one weight above 0 for each control point, for a surface in rows along u. They are
+             *     given, not fitted.
              */
             weights?: components["schemas"]["Weights"];
         };
@@ -2139,14 +2131,14 @@ export interface components {
             knots?: number[][];
         };
         /**
-         * @description A band: `confidence` holds for the true height at each single place, `prediction` for a further
-         *     measurement of weight 1, `simultaneous` for the true heights of the whole domain at once (with a
-         *     linear model: of all requested rows). Coverage is documented in docs/intervals.md. A fit of n
+         * @description A band: `confidence` is for the true height at each place by itself, `prediction` for a further
+         *     measurement of weight 1, `simultaneous` for the true heights of the whole domain (of a linear
+         *     model: of all rows asked for) at once. How often they hold is in docs/intervals.md. A fit of n
          *     coefficients takes 2,000,000/n places, at most 100,000; with a norm limit a sixteenth of that.
          * @enum {string}
          */
         Band: "confidence" | "prediction" | "simultaneous";
-        /** @description Result of a fit of many coefficients by a banded factorisation. */
+        /** @description A fit of many coefficients: what a banded factorisation tells. */
         BandedFit: {
             /** @description Nodes counted. */
             count: number;
@@ -2182,7 +2174,7 @@ export interface components {
             corrections: number;
             /**
              * Format: double
-             * @description Size of the last correction relative to the coefficients; 0 without a correction.
+             * @description Size of the last correction against that of the coefficients; 0 where there was none.
              */
             last_correction: number;
         };
@@ -2199,9 +2191,9 @@ export interface components {
              * @enum {string}
              */
             type: "bezier";
-            /** @description With `control_points`: one weight ≥ 0 for each, for a rational patch. */
+            /** @description With `control_points`: one ≥ 0 for each, for a rational patch. */
             weights?: number[][];
-            /** @description With `control_points`: the domain. Default [0, 1] for both. */
+            /** @description With `control_points`. Default [0, 1] both. */
             domain?: components["schemas"]["Domain"];
         };
         /** @description A tensor Bézier patch; its degrees are one less than the numbers of control points. */
@@ -2227,12 +2219,12 @@ export interface components {
             norm: number;
             /**
              * Format: double
-             * @description The smallest bound that holds for every coefficient vector within the norm limit.
+             * @description The least bound that holds for every coefficient vector within the norm limit.
              */
             sharp_bound: number;
             /**
              * Format: double
-             * @description Bound by Ineq. 51, where it holds.
+             * @description Ineq. 51, where it holds.
              */
             paper_bound?: number;
             /**
@@ -2244,10 +2236,10 @@ export interface components {
             coefficient_norm_limit_source: components["schemas"]["NormLimitSource"];
             /**
              * Format: double
-             * @description Upper confidence limit of the norm of the true coefficients, by least squares and its
-             *     errors. A first-order expansion, with a coverage below `level` (at 0.95 at worst 86 % of
-             *     the draws of simulations). Present where r is the norm of the estimate and the fit is
-             *     regularised; no bound uses it.
+             * @description What the norm of the true coefficients stays below by least squares and its errors. An
+             *     expansion of first order, which holds less often than `level` says (at 0.95 in 86 % of
+             *     the draws of simulations at worst). There where r is the norm of the estimate and
+             *     something is regularised; no bound uses it.
              */
             upper_confidence?: number;
             /**
@@ -2268,8 +2260,8 @@ export interface components {
             cross_derivatives?: components["schemas"]["Borders"];
             /**
              * Format: double
-             * @description Largest distance between two curves at their corner, in the unit of the request. Default
-             *     1e-6 of the largest coordinate.
+             * @description How far apart two curves may be at their corner, in the caller's unit. Default 1e-6 of
+             *     the largest coordinate.
              */
             tolerance?: number;
         };
@@ -2283,8 +2275,8 @@ export interface components {
             boundaries: components["schemas"]["Borders"];
             /**
              * Format: double
-             * @description Largest distance between two curves at their corner, in the unit of the request. Default
-             *     1e-6 of the largest coordinate.
+             * @description How far apart two curves may be at their corner, in the caller's unit. Default 1e-6 of
+             *     the largest coordinate.
              */
             tolerance?: number;
         };
@@ -2323,7 +2315,7 @@ export interface components {
         };
         /**
          * @description Curves along the borders of a patch: `u0` and `u1` run along v at the least and the greatest
-         *     u, `v0` and `v1` along u. For points in space one may be missing: the patch then has three
+         *     u, `v0` and `v1` along u. Of points in space one may be missing: the patch then has three
          *     sides.
          */
         Borders: {
@@ -2354,9 +2346,9 @@ export interface components {
         BuiltSurface: {
             surface: components["schemas"]["Surface"];
             domain: components["schemas"]["Domain"];
-            /** @description For nodes on a grid: the parameters of its rows and columns. */
+            /** @description Of nodes on a grid: the parameters of its rows and columns. */
             parameters?: components["schemas"]["NodeParameters"];
-            /** @description For least squares with a whole grid: number of nodes. */
+            /** @description Of least squares near a whole grid: nodes. */
             count?: number;
             /** @description Nodes less control points. */
             degrees_of_freedom?: number;
@@ -2376,23 +2368,23 @@ export interface components {
              *     left.
              */
             sigma?: number;
-            /** @description For a mesh: the largest gap between crossing curves, and its place. */
+            /** @description Of a mesh: the largest gap between curves that cross, and where. */
             gap?: components["schemas"]["Worst"];
             /**
-             * @description For meshes, borders and patches with cubic borders: the largest distance from the curves,
-             *     and its place.
+             * @description Of meshes, borders and patches with cubic borders: how far they are from the curves at
+             *     worst, and where.
              */
             deviation?: components["schemas"]["Worst"];
-            /** @description For several patches: continuity across their common borders. */
+            /** @description Of several patches: how they meet. */
             continuity?: components["schemas"]["Continuity"];
             /** @description Borders that are points: there the surface has three sides. */
             degenerate_borders?: components["schemas"]["DegenerateBorder"][];
             /**
-             * @description For least squares with up to some hundred coefficients: the fit as in the answer of `POST
-             *     /v1/fits`.
+             * @description Of least squares with up to some hundred coefficients: the fit, as `POST /v1/fits` answers
+             *     it.
              */
             fits?: components["schemas"]["CoordinateFit"][];
-            /** @description For least squares with more coefficients: the fit. */
+            /** @description Of least squares with more of them. */
             banded_fit?: components["schemas"]["BandedFit"];
             /** @description What to know about the answer; empty where there is nothing to say. */
             warnings: components["schemas"]["Warning"][];
@@ -2405,7 +2397,7 @@ export interface components {
         Candidate: {
             /** @description Degree of a curve or of a total degree, or `[p, q]`. */
             degree?: components["schemas"]["Degree"];
-            /** @description Terms of the model, named as in `coefficients`. */
+            /** @description Its terms, named as in `coefficients`. */
             terms?: string[];
             /** @description Number of coefficients n. */
             coefficients: number;
@@ -2445,8 +2437,8 @@ export interface components {
             blocked_cv?: number;
             /**
              * Format: double
-             * @description −2 ln of the marginal likelihood with Zellner's prior, without the part that all models
-             *     have in common; absent where `aic` is.
+             * @description −2 ln of the marginal likelihood with Zellner's prior, less what all models have in
+             *     common; absent where `aic` is.
              */
             reml?: number;
             /**
@@ -2460,7 +2452,7 @@ export interface components {
              */
             sigma?: number;
         };
-        /** @description The choice of one criterion. */
+        /** @description What one criterion would choose. */
         Choice: {
             criterion: components["schemas"]["ChosenBy"];
             /**
@@ -2494,11 +2486,11 @@ export interface components {
             rms: number;
         };
         /**
-         * @description Criterion that chose λ*.
+         * @description What λ* was chosen by.
          * @enum {string}
          */
         ChosenBy: "min_mse" | "min_condition" | "gcv" | "discrepancy" | "l_curve" | "hkb" | "hkb_1975" | "lawless_wang" | "optimal" | "reml" | "press" | "blocked_cv" | "sure" | "fixed" | "least_squares";
-        /** @description The fit to choose. */
+        /** @description Which fit stands from now on. */
         ChosenFit: {
             /**
              * Format: uuid
@@ -2518,7 +2510,7 @@ export interface components {
             start: components["schemas"]["Point"];
             end: components["schemas"]["Point"];
         };
-        /** @description Result of the simulation. */
+        /** @description What became of the machine. */
         ClosedLoop: {
             /**
              * Format: int64
@@ -2527,49 +2519,50 @@ export interface components {
             seed: number;
             /**
              * Format: double
-             * @description Condition of JᵀJ, in the units of the request; absent where settings are linearly dependent.
+             * @description Condition of JᵀJ, as posted; left out where settings depend on each other exactly.
              */
             condition?: number;
-            /** @description One run for each correction method, all on the same machine. */
+            /** @description One for each way to correct, all from the same machine. */
             runs: components["schemas"]["ClosedLoopRun"][];
         };
         /**
-         * @description A machine with wrong settings, and methods to correct it. By default the ill-conditioned case: 5
-         *     × 9 nodes and six settings, the sixth of which is nearly a combination of two others.
+         * @description A machine whose settings are off, and ways to correct it. Without a word it is the
+         *     ill-conditioned case: 5 × 9 nodes, six settings of which the sixth is nearly a mixture of two
+         *     others.
          */
         ClosedLoopRequest: {
             /**
              * Format: int64
-             * @description Seed of all random numbers. Default 0.
+             * @description Of everything that is drawn. Default 0.
              */
             seed?: number;
-            /** @description Number of corrections. Default 2. */
+            /** @description How often the machine is corrected. Default 2. */
             corrections?: number;
             /**
-             * @description Correction methods. Default `spectral_uncertainty` (the default of corrections) and
-             *     `least_squares`; further ones are `spectral_min_mse`, `ridge_gcv` and so on.
+             * @description Ways to correct. Default `spectral_uncertainty` (what corrections do by default) and
+             *     `least_squares`; further `spectral_min_mse`, `ridge_gcv` and so on.
              */
             strategies?: string[];
             /** @description Names of the settings, with `matrix`. */
             settings?: string[];
-            /** @description Sensitivity matrix: µm at each node per unit of each setting, as used by the corrections. */
+            /** @description µm at each of the nodes for a unit of each setting: what corrections know of the machine. */
             matrix?: number[][];
-            /** @description Rows and columns of the nodes of `matrix`, which then form a grid over [-1, 1] × [-1, 1]. */
+            /** @description Of the nodes of `matrix`, which then are a grid over [-1, 1] × [-1, 1]: rows and columns. */
             grid?: number[];
             /**
-             * @description Standard deviation of the initial error of each setting, in its unit. Default 12 µm in the
-             *     ill-conditioned case; required with `matrix`.
+             * @description Standard deviation of what each setting is off by at first. Default 12 µm in the
+             *     ill-conditioned case; needed with `matrix`.
              */
             setting_error?: number[];
             /**
              * Format: double
-             * @description Relative standard deviation of the difference between the true response and the matrix,
-             *     entry by entry. Default 0.01.
+             * @description By how much an entry of the true response differs from the matrix, relative to it (standard
+             *     deviation). Default 0.01.
              */
             response_noise?: number;
             /**
              * Format: double
-             * @description The value of `response_noise` that corrections assume. Default 0.02.
+             * @description What corrections take it to be. Default 0.02.
              */
             response_uncertainty?: number;
             /**
@@ -2584,7 +2577,7 @@ export interface components {
              */
             missing?: number;
             /**
-             * @description If true, each run is stored as a job with its iterations and corrections, all in one
+             * @description Whether each run is kept as a job with its iterations and corrections, all in one
              *     transaction. Default false.
              */
             store?: boolean;
@@ -2598,30 +2591,32 @@ export interface components {
             iteration: number;
             /**
              * Format: double
-             * @description Root mean square of the measured deviations, µm.
+             * @description Of the nodes that were measured.
              */
             rms_measured_um: number;
             /**
              * Format: double
-             * @description Root mean square of the deviations without noise over all nodes, µm; known in a simulation
-             *     only.
+             * @description Without noise, over all nodes: only a simulation knows.
              */
             rms_true_um: number;
             /**
              * Format: double
-             * @description Root mean square predicted by the correction, µm; absent after the last measurement.
+             * @description What the correction promised; left out after the last measurement.
              */
             rms_predicted_um?: number;
             /** @description The changes of the settings. */
             changes?: number[];
         };
-        /** @description One correction method. */
+        /** @description One way to correct. */
         ClosedLoopRun: {
-            /** @description Method of the corrections, such as `least_squares`, or the regularisation and its criterion. */
+            /**
+             * @description How corrections were computed, such as `least_squares`, or the regularisation and its
+             *     criterion.
+             */
             strategy: string;
             /**
              * Format: uuid
-             * @description The stored job.
+             * @description Where it is kept.
              */
             job_id?: string;
             /** @description Measurements: the first one, and one after each correction. */
@@ -2660,31 +2655,31 @@ export interface components {
             column?: number;
             /**
              * Format: double
-             * @description The regularised estimate Â_B (Eq. 29) by the chosen estimator. With a `prior` the mean
-             *     of the posterior; with `constraints` the best estimate that meets them.
+             * @description The estimator asked for, regularised: Â_B (Eq. 29). With a `prior` the mean of the
+             *     posterior; with `constraints` the best that meets them.
              */
             value: number;
             /**
              * Format: double
-             * @description Standard error of `value` where λ* was given or the fit is not regularised, and of
-             *     `least_squares` where λ* was chosen from the nodes. In simulations of one flank the
-             *     truth lay within one standard error of least squares in 66 to 70 % of the cases
-             *     (docs/mathematics-notes.md). Absent without degrees of freedom. With a `prior` the
-             *     standard deviation of the posterior, by `prior.sigma`. With `constraints` that of least
-             *     squares with the derivatives at the active places held at 0, as if these places had been
-             *     known beforehand: too small (docs/constraints.md).
+             * @description A standard error that holds: of `value` where λ* was given or nothing is regularised,
+             *     of `least_squares` where the nodes chose λ*. In simulations of one flank the truth lay
+             *     within it about least squares in 66 to 70 % of the cases (docs/mathematics-notes.md).
+             *     Absent without degrees of freedom. With a `prior` the standard deviation of the
+             *     posterior, by `prior.sigma`. With `constraints` that of least squares with the
+             *     derivatives at the active places held at 0, as if these places had been known
+             *     beforehand: too small (docs/constraints.md).
              */
             std_error?: number;
             /**
              * Format: double
-             * @description Standard error of `value` for the λ* used, as if λ* had not been chosen from the same
-             *     nodes; present where it was. It is too small and excludes the bias: the truth lay within
-             *     it in 23 to 44 % of the cases, not 68 %.
+             * @description Standard error of `value` for the λ* used, as if it had not been chosen by the same
+             *     nodes; present where it was. It is too small and leaves the bias out: the truth lay
+             *     within it in 23 to 44 % of the cases, not 68 %.
              */
             conditional_std_error?: number;
             /**
              * Format: double
-             * @description Plain least-squares estimate from the posted nodes, whatever the estimator.
+             * @description Plain least-squares estimate of the posted nodes, whatever the estimator.
              */
             least_squares: number;
             /**
@@ -2694,18 +2689,18 @@ export interface components {
             least_squares_std_error?: number;
             /**
              * Format: double
-             * @description Sharp bound on the bias |Â − Â_B| of this coefficient for norm limit r. With a `prior`
-             *     that of the posterior mean, for coefficients as far from the prior mean as its
-             *     covariance P implies on average (eᵀP⁻¹e ≤ n). With `constraints` √n standard errors of
-             *     least squares, which bound the bias for every truth that meets the constraints.
+             * @description Sharp bound on the bias |Â − Â_B| of this coefficient, given r; with a `prior` that of
+             *     the posterior's mean for coefficients that lie as far from the prior's as it says on
+             *     average (eᵀP⁻¹e ≤ n, P being its covariance). With `constraints` √n
+             *     standard errors of least squares, which bound the bias for every truth that meets them.
              */
             bias_bound: number;
             /**
-             * @description Confidence interval of the true coefficient at `level`, `[low, high]`. Coverage at 0.95
-             *     is 0.94 to 0.96 on average for independent normal errors (docs/intervals.md); for other
-             *     cases see docs/errors.md, docs/prior.md and docs/selection.md. The regularised `value`
-             *     may lie outside. Absent without an estimate of the noise, and where the coefficient is
-             *     not bounded.
+             * @description Confidence interval of the true coefficient at `level`, `[low, high]`. How often it
+             *     holds is in docs/intervals.md: for independent normal errors, at 0.95, in 0.94 to 0.96
+             *     on average; elsewhere as docs/errors.md, docs/prior.md and docs/selection.md have it.
+             *     The regularised `value` may lie outside. Absent without an estimate of the noise, and
+             *     where nothing limits the coefficient.
              */
             interval?: number[];
             interval_kind?: components["schemas"]["IntervalKind"];
@@ -2716,13 +2711,13 @@ export interface components {
             least_squares_interval?: number[];
             /**
              * Format: double
-             * @description Effect of the given norm limit (`coefficient_norm_limit`) or `prior`: the width of
-             *     `interval` divided by that of Student's interval about least squares, above 0. 0.6 is an
-             *     interval shorter by 40 %; 1 is no gain, and above 1 the prior made it wider.
+             * @description What the norm limit (`coefficient_norm_limit`) or the `prior` that was given gained: the
+             *     width of `interval` as a share of that of Student's about least squares, above 0. 0.6 is
+             *     an interval shorter by 40 %; 1 gained nothing, and above 1 a prior made it wider.
              */
             interval_gain?: number;
         };
-        /** @description Linear dependence of the columns. */
+        /** @description How the columns depend on each other. */
         Collinearity: {
             /** @description Each column against all others, in the order of the coefficients. */
             columns: components["schemas"]["ColumnCollinearity"][];
@@ -2809,8 +2804,8 @@ export interface components {
          */
         ConformityDecision: "conforms" | "does_not_conform" | "cannot_be_told";
         /**
-         * @description A condition on the shape of the fitted curve or surface. It holds everywhere in its domain, not
-         *     only at the nodes.
+         * @description A condition on the shape of the fitted curve or surface, which holds at every place of its
+         *     domain, not at nodes alone.
          * @example {
          *       "along": "v",
          *       "kind": "concave"
@@ -2824,18 +2819,18 @@ export interface components {
              */
             along?: components["schemas"]["FilterAxisName"];
             /**
-             * @description Where the constraint applies, within the domain of the fit; default the whole domain.
-             *     Opposite constraints along an axis must not touch.
+             * @description Where it does, within the domain of the fit; by default all over that. Opposite constraints
+             *     along an axis must not touch.
              */
             domain?: components["schemas"]["Domain"];
         };
         /**
-         * @description Shape along the axis: `increasing` and `decreasing` limit the first derivative, which may be 0;
-         *     `convex` and `concave` limit the second.
+         * @description What the function does along the axis: `increasing` and `decreasing` limit the first derivative,
+         *     which may be 0, `convex` and `concave` the second.
          * @enum {string}
          */
         ConstraintKind: "increasing" | "decreasing" | "convex" | "concave";
-        /** @description Result of one constraint. */
+        /** @description What one constraint came to. */
         ConstraintResult: {
             kind: components["schemas"]["ConstraintKind"];
             along: components["schemas"]["FilterAxisName"];
@@ -2852,14 +2847,14 @@ export interface components {
              * @description The same of plain least squares; below 0 where the constraint had something to do.
              */
             least_squares_least_value: number;
-            /** @description Places where the constraint is active. */
+            /** @description Where the constraint holds the function back. */
             active: components["schemas"]["ActivePlace"][];
         };
         /**
-         * @description Proof that the fitted function meets the constraints, and that no function of the model that
-         *     meets them is much better. It applies to the fitted function (`curve`, `surface`,
-         *     `predictions`); rounded coefficients of raw powers meet the constraints to
-         *     `numerics.correct_digits`.
+         * @description The proof that the fitted function meets the constraints, and that none of the model that
+         *     does is much better. It is of the fitted function (`curve`, `surface`, `predictions`):
+         *     coefficients of raw powers, rounded to doubles, hold it as far as `numerics.correct_digits`
+         *     says.
          */
         ConstraintsResult: {
             /** @description In the order of the request. */
@@ -2878,19 +2873,19 @@ export interface components {
             rss_bound: number;
             /**
              * Format: double
-             * @description Length of the gradient of the Lagrangian relative to that of the projected heights: 0 at
-             *     the exact solution.
+             * @description Length of the gradient of the Lagrangian, over that of the heights as the columns see
+             *     them: 0 at the exact solution.
              */
             stationarity: number;
             /**
-             * @description Number of rounds that searched for violated constraints; 0 where least squares meets all
-             *     of them.
+             * @description Rounds in which places were looked for where a constraint was violated; 0 where least
+             *     squares meets all of them.
              */
             rounds: number;
         };
         /** @description Share of gross errors, 1e-6 to 0.9, or `estimate`. */
         Contamination: "estimate" | number;
-        /** @description Continuity across common borders. */
+        /** @description How patches meet. */
         Continuity: {
             /** @description The worst class of all joints. */
             class: components["schemas"]["ContinuityClass"];
@@ -2898,8 +2893,8 @@ export interface components {
             joints: components["schemas"]["Joint"][];
         };
         /**
-         * @description Continuity of two patches, from worst to best: a gap; a common line with an edge; a common
-         *     tangent plane; equal first derivatives; equal second derivatives, hence equal curvature.
+         * @description How two patches meet, from worst to best: a gap; one line with an edge; one tangent plane; the
+         *     same first derivatives; the same second ones, hence one curvature.
          * @enum {string}
          */
         ContinuityClass: "apart" | "c0" | "g1" | "c1" | "c2";
@@ -2928,7 +2923,7 @@ export interface components {
         CoordinateFit: {
             /** @description `y` of a curve's graph, `z` of a surface's; else `x`, `y` or `z`. */
             coordinate: string;
-            /** @description The fit as in the answer of `POST /v1/fits`, without the shape. */
+            /** @description As `POST /v1/fits` answers it, without the shape. */
             result: components["schemas"]["FitResult"];
         };
         /**
@@ -2961,11 +2956,11 @@ export interface components {
              */
             sigma?: number;
             /**
-             * @description For a surface of many coefficients without a penalty: standard errors of the control points,
-             *     row by row.
+             * @description Of a surface of many coefficients without a penalty: the standard error of each control
+             *     point, in their rows.
              */
             std_errors?: number[][];
-            /** @description With `"include": ["residuals"]`: residuals of the counted nodes, in the order posted. */
+            /** @description With `"include": ["residuals"]`: of the counted nodes, in the order posted. */
             values?: number[];
         };
         /** @description The teeth whose mean a flank was corrected by. */
@@ -3256,24 +3251,24 @@ export interface components {
             twist_um?: components["schemas"]["CorrectionTargetFigure"];
         };
         /**
-         * @description Correlation of the errors.
+         * @description How errors are correlated.
          * @enum {string}
          */
         CorrelationName: "ar1" | "ar2" | "matern";
-        /** @description Number of smallest eigenvalues to regularise: a number or `auto`. */
+        /** @description How many of the smallest eigenvalues are regularised: a number or `auto`. */
         Count: "auto" | number;
         /**
          * @description Covariance matrices of the coefficients, in their order: the lower triangle by rows, row j
          *     having j + 1 numbers.
          */
         Covariance: {
-            /** @description Covariance of the estimate for the λ* used. */
+            /** @description Of the estimate, for the λ* used. */
             coefficients: number[][];
-            /** @description Covariance of the unregularised estimate: least squares, or the robust estimate. */
+            /** @description Of the estimate before it is regularised: least squares, or the robust estimate. */
             least_squares: number[][];
         };
         /**
-         * @description Criterion that chooses λ*, k or λ; `fixed` takes `value` of the request.
+         * @description By what λ*, k or λ is chosen; `fixed` takes the caller's `value`.
          * @enum {string}
          */
         CriterionName: "min_mse" | "min_condition" | "gcv" | "discrepancy" | "l_curve" | "hkb" | "hkb_1975" | "lawless_wang" | "optimal" | "reml" | "press" | "blocked_cv" | "sure" | "fixed";
@@ -3312,7 +3307,7 @@ export interface components {
         Curve: components["schemas"]["PolynomialCurve"] | components["schemas"]["PiecewisePolynomialCurve"] | components["schemas"]["BSplineCurve"] | components["schemas"]["NurbsCurve"];
         /** @description Closest points, everything in the order of the given ones. */
         CurveFeet: {
-            /** @description Parameters of the closest points on the curve. */
+            /** @description Where they lie on the curve. */
             parameters: number[];
             /** @description They themselves; of a graph (x, y). */
             points: number[][];
@@ -3325,31 +3320,31 @@ export interface components {
             signed_distances?: number[];
         };
         /**
-         * @description Files of curves: IGES (entity 126) and STEP AP242 contain the curve itself; OBJ, VTK and CSV a
-         *     polyline of points on it.
+         * @description Files of curves: IGES (entity 126) and STEP AP242 hold the curve itself; OBJ, VTK and CSV a
+         *     chain of points on it.
          * @enum {string}
          */
         CurveFormat: "iges" | "step" | "obj" | "vtk" | "csv";
         /**
-         * @description Optional parts of the answer: `arc_length` for at most 10,000 parameters.
+         * @description What is answered of a curve only when asked for: `arc_length` for at most 10,000 parameters.
          * @enum {string}
          */
         CurveInclude: "arc_length";
         /** @description Curves along the lines of a mesh, from two families of planes u = const and v = const. */
         CurveMesh: {
-            /** @description Positions of the curves over v, ascending. */
+            /** @description Where the curves over v stand, ascending. */
             u: number[];
-            /** @description Positions of the curves over u, ascending. */
+            /** @description Where the curves over u stand, ascending. */
             v: number[];
             /**
-             * @description For each u its curve over v. For points in space the first or the last may be `null`:
-             *     the patches there are three-sided.
+             * @description For each u its curve over v. Of points in space the first or the last may be `null`: a
+             *     tip, where the patches have three sides.
              */
             u_curves: (components["schemas"]["Curve"] | null)[];
             /** @description For each v its curve over u; `null` as above. */
             v_curves: (components["schemas"]["Curve"] | null)[];
         };
-        /** @description Method of a curve through the points (all but the last three) or near them. */
+        /** @description How a curve is led through points (all but the last three) or near them. */
         CurveMethod: components["schemas"]["LagrangeMethod"] | components["schemas"]["NewtonMethod"] | components["schemas"]["HermiteMethod"] | components["schemas"]["CubicHermiteMethod"] | components["schemas"]["CubicSplineMethod"] | components["schemas"]["BSplineCurveMethod"] | components["schemas"]["BSplineLeastSquaresCurveMethod"] | components["schemas"]["NurbsLeastSquaresCurveMethod"] | components["schemas"]["SmoothingSplineMethod"];
         /** @description One boundary curve y(x); abscissae in any order, repetitions are repeated measurements. */
         CurveNodes: {
@@ -3358,7 +3353,7 @@ export interface components {
              * @enum {string}
              */
             type: "curve";
-            /** @description Abscissae of the heights, in any order. */
+            /** @description Where the heights were measured, in any order. */
             x: number[];
             /** @description The height at each x. */
             y: number[];
@@ -3374,16 +3369,16 @@ export interface components {
         CurveRequest: {
             scaling?: components["schemas"]["ScalingName"];
             /**
-             * @description Default for fits: `first_order` with λ* by `min_mse`, or `none` with a prior. Default
-             *     for a curve, a surface or a flank: `none`.
+             * @description Of fits by default `first_order` with λ* by `min_mse`, or `none` with a prior; where a
+             *     curve, a surface or a flank is asked for, `none`.
              */
             regularization?: components["schemas"]["Regularization"];
             estimator?: components["schemas"]["Estimator"];
             /**
              * Format: double
-             * @description Norm limit r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bias bounds and intervals;
-             *     they are valid only if it holds. Take it from a source other than these nodes
-             *     (docs/intervals.md). By default r is estimated, and used for bounds only.
+             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals, which
+             *     hold as far as it is true; by default estimated, and then for bounds alone. It is to be
+             *     known from elsewhere than these nodes (docs/intervals.md).
              */
             coefficient_norm_limit?: number;
             /**
@@ -3401,7 +3396,7 @@ export interface components {
              * @example 0.95
              */
             level?: number;
-            /** @description Optional parts of the answer. */
+            /** @description Parts of the answer that come only when asked for. */
             include?: components["schemas"]["FitInclude"][];
             /** @description Applied to the heights before the fit, in this order. */
             filters?: components["schemas"]["Filter"][];
@@ -3415,14 +3410,13 @@ export interface components {
             /** @description By order: first derivatives, second ones, … */
             derivatives?: components["schemas"]["Point"][][];
             /**
-             * @description With two derivatives or more: 1/radius; for plane curves and graphs > 0 where the curve
-             *     turns left. Absent, with a warning, where the first derivative is 0 at one of the
-             *     parameters.
+             * @description With two derivatives and more: 1/radius; of plane curves and graphs > 0 where the curve
+             *     turns left. Left out where the curve stands still at one of the parameters, with a warning.
              */
             curvature?: number[];
             /**
-             * @description With three derivatives: torsion of a space curve; absent where its curvature is 0 at one of
-             *     the parameters.
+             * @description With three derivatives, of a curve in space that is nowhere straight at the parameters: how
+             *     fast it leaves its plane.
              */
             torsion?: number[];
             /**
@@ -3444,22 +3438,21 @@ export interface components {
             warnings: components["schemas"]["Warning"][];
         };
         /**
-         * @description Decision on the gear.
+         * @description What is done with the gear.
          * @enum {string}
          */
         DecisionName: "accept" | "remachine" | "reject";
         /** @description A border that is a point. */
         DegenerateBorder: {
             border: components["schemas"]["Border"];
-            /** @description The point. */
+            /** @description Where all of the border lies. */
             point: number[];
         };
         /** @description One degree for every axis, or one for each: `3` or `[p, q]`. */
         Degree: number | number[];
         /**
-         * @description Cause of a near dependency: `basis`, the columns are independent in Legendre's basis over
-         *     the domain; `nodes`, the nodes cannot separate them in any basis, or there is no other
-         *     basis.
+         * @description Why columns nearly depend on each other: `basis`, in Legendre's over the domain they do not;
+         *     `nodes`, the nodes do not tell them apart in whatever basis, or there is no other.
          * @enum {string}
          */
         DependencyCause: "basis" | "nodes";
@@ -3543,7 +3536,7 @@ export interface components {
             v?: number[];
         };
         /**
-         * @description For each list of a traced iteration: number of entries before the listed ones, which are the
+         * @description How many entries of each list of a traced iteration stand before those listed, which are the
          *     last hundred.
          */
         EarlierEntries: {
@@ -3612,7 +3605,7 @@ export interface components {
              */
             type: "end_relief";
         };
-        /** @description End conditions of a cubic spline: the paper's (i) to (iv), and `periodic`. */
+        /** @description What holds at the ends of a cubic spline: the paper's (i) to (iv), and `periodic`. */
         Ends: components["schemas"]["ClampedEnds"] | components["schemas"]["NaturalEnds"] | components["schemas"]["SecondDerivativeEnds"] | components["schemas"]["NotAKnotEnds"] | components["schemas"]["PeriodicEnds"];
         /** @description A tool's profile and how it rolls with the gear. */
         EnvelopeRequest: {
@@ -3623,24 +3616,24 @@ export interface components {
             /** @description Ascending: where the flank that is left is answered. */
             radii_mm?: number[];
         };
-        /** @description Parameters of the correlation, given or estimated: `rho`, `phi`, or `length` and `nugget`. */
+        /** @description Parameters, told or estimated: `rho`, or `phi`, or `length` and `nugget`. */
         ErrorParameters: {
             /**
              * Format: double
-             * @description For `ar1`: the correlation of neighbours. At 0.95 over a line of 60 nodes, 95 % intervals
-             *     have a coverage of 0.92 only, 0.88 for the worst coefficient (docs/errors.md).
+             * @description Of `ar1`: the correlation of neighbours. Where it is 0.95 over a line of 60 nodes, 95 %
+             *     intervals hold in 0.92 only, those of the worst coefficient in 0.88 (docs/errors.md).
              */
             rho?: number;
-            /** @description For `ar2`: φ₁ and φ₂. */
+            /** @description Of `ar2`: φ₁ and φ₂. */
             phi?: number[];
             /**
              * Format: double
-             * @description For `matern`: the correlation length in the unit of the abscissae.
+             * @description Of `matern`, in the unit of the abscissae.
              */
             length?: number;
             /**
              * Format: double
-             * @description For `matern`: share of white noise in the variance.
+             * @description Of `matern`: the white share of the variance.
              */
             nugget?: number;
             /**
@@ -3666,9 +3659,9 @@ export interface components {
          */
         Errors: components["schemas"]["IndependentErrors"] | components["schemas"]["Ar1Errors"] | components["schemas"]["Ar2Errors"] | components["schemas"]["MaternErrors"];
         /**
-         * @description Correlations of the errors along scan lines. `rss` and `sigma` of `residuals` are then those of
-         *     the whitened rows, where sigma is the standard deviation of a height of weight 1; the other
-         *     residual figures are those of the heights.
+         * @description Correlations of the errors along scan lines. Of `residuals`, `rss` and `sigma` are then those of
+         *     the white rows, sigma being the standard deviation of a height of weight 1; the others are those
+         *     of the heights.
          */
         ErrorsResult: {
             type: components["schemas"]["CorrelationName"];
@@ -3676,13 +3669,13 @@ export interface components {
             parameters: components["schemas"]["ErrorParameters"];
             /**
              * Format: double
-             * @description Number of independent heights that would determine a mean equally well.
+             * @description So many independent heights would tell as much of a mean.
              */
             effective_count: number;
             /**
-             * @description Durbin and Watson's d: the mean of (rᵢ − rᵢ₊₁)² over neighbours on one line divided by the
-             *     mean of r² over the nodes, about 2 for white residuals and any number of lines. Given for
-             *     plain least squares and for the whitened rows. Absent where no line has two nodes.
+             * @description Durbin and Watson's d: the mean of (rᵢ − rᵢ₊₁)² over neighbours on one line over the mean of
+             *     r² over the nodes, about 2 for white residuals and any number of lines. Of plain least
+             *     squares, and of the white rows. Absent where no line has two nodes.
              */
             durbin_watson?: number[];
             /**
@@ -3703,7 +3696,7 @@ export interface components {
          *     unregularised estimate.
          */
         EstimableSum: {
-            /** @description The terms whose coefficients cannot be separated. */
+            /** @description The terms whose coefficients cannot be told apart. */
             terms: string[];
             /** @description Weight of the coefficient of each of `terms`; 1 for the leading one. */
             weights: number[];
@@ -3723,8 +3716,8 @@ export interface components {
             interval?: number[];
             /**
              * Format: double
-             * @description Ratio of the standard error of the sum to that of the best determined sum of the same
-             *     terms, in columns of unit length: 1 to 30.
+             * @description How much worse the sum is determined than the best one of the same terms, in columns of
+             *     unit length: 1 to 30.
              */
             condition_index: number;
             /** @description The same in words. */
@@ -3767,7 +3760,7 @@ export interface components {
             exponent?: number;
         };
         /**
-         * @description Estimator of the coefficients; default `least_squares`. Weights of nodes multiply squared
+         * @description How the coefficients are estimated; default `least_squares`. Weights of nodes multiply squared
          *     residuals for every estimator: rows and heights are scaled by √weight.
          */
         Estimator: components["schemas"]["LeastSquaresEstimator"] | components["schemas"]["MEstimator"] | components["schemas"]["LeastAbsoluteDeviationsEstimator"] | components["schemas"]["LpEstimator"] | components["schemas"]["QuantileEstimator"] | components["schemas"]["LeastTrimmedSquaresEstimator"] | components["schemas"]["RankEstimator"] | components["schemas"]["LEstimator"] | components["schemas"]["MaximumLikelihoodEstimator"];
@@ -3980,7 +3973,7 @@ export interface components {
             k_bands?: components["schemas"]["KBand"][];
         };
         /**
-         * @description Subject of an event.
+         * @description What an event is about.
          * @enum {string}
          */
         EventName: "iteration" | "fit" | "decision" | "stream" | "operation" | "record" | "job" | "purged" | "reset";
@@ -3988,12 +3981,12 @@ export interface components {
         ExportCurve: {
             curve: components["schemas"]["Curve"];
             format: components["schemas"]["CurveFormat"];
-            /** @description Name of the curve in the file. Default `curve`. */
+            /** @description What the file calls the curve. Default `curve`. */
             name?: string;
             /**
              * Format: double
-             * @description For `obj`, `vtk` and `csv` (polylines): largest distance of a chord from the curve.
-             *     Default a thousandth of the curve's extent.
+             * @description Of `obj`, `vtk` and `csv`, which are chains of points: how far a chord may stray from
+             *     the curve. Default a thousandth of the curve's extent.
              */
             tolerance?: number;
         };
@@ -4001,19 +3994,18 @@ export interface components {
         ExportSurface: {
             surface: components["schemas"]["Surface"];
             format: components["schemas"]["SurfaceFormat"];
-            /** @description Name of the surface in the file. Default `surface`. */
+            /** @description What the file calls the surface. Default `surface`. */
             name?: string;
             /**
              * Format: double
-             * @description For `iges` and `step`: largest distance between a patch that no B-spline equals
-             *     (Gregory, bicubic Coons of rational curves) and the one written. Default a millionth of
-             *     the surface's extent. For meshes: nodes on common borders within this distance become
-             *     one.
+             * @description Of `iges` and `step`: how far a patch that no B-spline equals (Gregory, bicubic Coons of
+             *     rational curves) may be from the one written. Default a millionth of the surface's
+             *     extent. Of meshes: nodes on common borders no farther apart are one.
              */
             tolerance?: number;
             /**
-             * @description For all other formats: quadrilaterals along u and along v on each smooth patch. Default
-             *     20 and 20.
+             * @description Of all others: quadrilaterals along u and along v on each smooth patch. Default 20 and
+             *     20.
              */
             samples?: number[];
         };
@@ -4162,9 +4154,9 @@ export interface components {
          */
         FilterAxisName: "u" | "v";
         /**
-         * @description Linear dependence of the columns before and after the filters, which may smooth away the
-         *     difference between terms. `after` is that of the filtered matrix X without removed nodes,
-         *     with the peaks and robustness weights found from the heights; the fit itself relates the
+         * @description How the columns depend on each other before and after the filters, which smooth away what
+         *     tells terms apart. `after` is of the matrix that the filters make of X, removed nodes left
+         *     out, with peaks and robustness weights as the heights decided them; the fit itself is of the
          *     filtered heights to X.
          */
         FilterCollinearity: {
@@ -4176,12 +4168,12 @@ export interface components {
          * @enum {string}
          */
         FilterName: "hampel" | "gaussian" | "spline";
-        /** @description Changes by one filter. */
+        /** @description What one filter changed. */
         FilterResult: {
             type: components["schemas"]["FilterName"];
-            /** @description Number of nodes whose height was changed or that were removed. */
+            /** @description Nodes whose height is another one now, or that were removed. */
             changed: number;
-            /** @description Number of nodes removed. */
+            /** @description Of them, those that count no more. */
             removed: number;
             /**
              * Format: double
@@ -4201,7 +4193,7 @@ export interface components {
             node_indices?: number[];
             /** @description Rounds of the line that took the most; of a robust filter only. */
             iterations?: number;
-            /** @description True if the iteration converged on every line; for a robust filter only. */
+            /** @description Whether every line came to rest; of a robust filter only. */
             converged?: boolean;
         };
         /**
@@ -4254,28 +4246,28 @@ export interface components {
             spec: components["schemas"]["FitFormSpec"];
             /**
              * Format: binary
-             * @description A table of nodes in any form that `POST /v1/nodes/read` reads, such as CSV with a header
-             *     `u,v,z[,weight]` or `x,y[,weight]`; an empty height is a missing node. Its flank, tooth and
-             *     axes are used where `spec` has none.
+             * @description A table of nodes of any form that `POST /v1/nodes/read` reads, such as CSV with a header
+             *     `u,v,z[,weight]` or `x,y[,weight]`; an empty height is a missing node. What it says of
+             *     flank, tooth and axes is taken where `spec` does not give them.
              */
             nodes: string;
-            /** @description Mapping of the table. */
+            /** @description How the table is to be read. */
             mapping?: components["schemas"]["TableMapping"];
         };
         /** @description A fit request without nodes. */
         FitFormSpec: {
             scaling?: components["schemas"]["ScalingName"];
             /**
-             * @description Default for fits: `first_order` with λ* by `min_mse`, or `none` with a prior. Default
-             *     for a curve, a surface or a flank: `none`.
+             * @description Of fits by default `first_order` with λ* by `min_mse`, or `none` with a prior; where a
+             *     curve, a surface or a flank is asked for, `none`.
              */
             regularization?: components["schemas"]["Regularization"];
             estimator?: components["schemas"]["Estimator"];
             /**
              * Format: double
-             * @description Norm limit r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bias bounds and intervals;
-             *     they are valid only if it holds. Take it from a source other than these nodes
-             *     (docs/intervals.md). By default r is estimated, and used for bounds only.
+             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals, which
+             *     hold as far as it is true; by default estimated, and then for bounds alone. It is to be
+             *     known from elsewhere than these nodes (docs/intervals.md).
              */
             coefficient_norm_limit?: number;
             /**
@@ -4293,7 +4285,7 @@ export interface components {
              * @example 0.95
              */
             level?: number;
-            /** @description Optional parts of the answer. */
+            /** @description Parts of the answer that come only when asked for. */
             include?: components["schemas"]["FitInclude"][];
             /** @description Applied to the heights before the fit, in this order. */
             filters?: components["schemas"]["Filter"][];
@@ -4302,8 +4294,8 @@ export interface components {
             domain?: components["schemas"]["Domain"];
             prior?: components["schemas"]["Prior"];
             /**
-             * @description Conditions on slope or curvature of the fitted curve or surface. `regularization` must
-             *     then be `none`, and the estimator `least_squares`.
+             * @description How the fitted curve or surface has to rise, fall or bend. Then `regularization` is
+             *     `none`, and the estimator `least_squares`.
              */
             constraints?: components["schemas"]["Constraint"][];
             /** @description Heights, slopes and bands at places of the domain. */
@@ -4311,8 +4303,8 @@ export interface components {
             select?: components["schemas"]["Select"];
             folds?: components["schemas"]["Folds"];
             /**
-             * @description Nodes that the fit treats as missing; each is named once. They remain in the stored
-             *     nodes, and `spec` lists them.
+             * @description Nodes that are left out of the fit, as if they were missing; each is named once. They
+             *     stay in what is stored, and `spec` says that they were left out.
              * @example [
              *       {
              *         "column": 7,
@@ -4328,13 +4320,13 @@ export interface components {
              * @example 1
              */
             tooth?: string;
-            /** @description Quantities and units on the axes of the nodes. */
+            /** @description What the axes of the nodes mean. */
             axes?: components["schemas"]["Axes"];
         };
         /**
-         * @description Optional parts of the answer, which grow with the nodes or with the square of the coefficients.
-         *     A name may occur twice; one that does not apply (`ridge_trace` without ridge) adds at most a
-         *     warning.
+         * @description What is answered only when asked for: whatever grows with the nodes or with the square of the
+         *     coefficients. Each name only adds to the answer; a name that stands twice counts once, one that
+         *     has nothing to add (`ridge_trace` without ridge) adds at most a warning that says so.
          * @enum {string}
          */
         FitInclude: "residuals" | "fitted" | "collinearity" | "lambda_curve" | "matrix_b" | "ridge_trace" | "robust_weights" | "peaks" | "covariance" | "influence" | "shape" | "representative" | "intervals" | "predicted_mse";
@@ -4342,7 +4334,7 @@ export interface components {
         FitPage: {
             /** @description The fits of this page. */
             items: components["schemas"]["FitSummary"][];
-            /** @description Cursor of the next page; absent on the last one. */
+            /** @description Where the next page begins; absent on the last one. */
             next_cursor?: string;
         };
         /** @description A fit request. */
@@ -4350,16 +4342,16 @@ export interface components {
             nodes: components["schemas"]["Nodes"];
             scaling?: components["schemas"]["ScalingName"];
             /**
-             * @description Default for fits: `first_order` with λ* by `min_mse`, or `none` with a prior. Default
-             *     for a curve, a surface or a flank: `none`.
+             * @description Of fits by default `first_order` with λ* by `min_mse`, or `none` with a prior; where a
+             *     curve, a surface or a flank is asked for, `none`.
              */
             regularization?: components["schemas"]["Regularization"];
             estimator?: components["schemas"]["Estimator"];
             /**
              * Format: double
-             * @description Norm limit r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bias bounds and intervals;
-             *     they are valid only if it holds. Take it from a source other than these nodes
-             *     (docs/intervals.md). By default r is estimated, and used for bounds only.
+             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals, which
+             *     hold as far as it is true; by default estimated, and then for bounds alone. It is to be
+             *     known from elsewhere than these nodes (docs/intervals.md).
              */
             coefficient_norm_limit?: number;
             /**
@@ -4377,7 +4369,7 @@ export interface components {
              * @example 0.95
              */
             level?: number;
-            /** @description Optional parts of the answer. */
+            /** @description Parts of the answer that come only when asked for. */
             include?: components["schemas"]["FitInclude"][];
             /** @description Applied to the heights before the fit, in this order. */
             filters?: components["schemas"]["Filter"][];
@@ -4386,8 +4378,8 @@ export interface components {
             domain?: components["schemas"]["Domain"];
             prior?: components["schemas"]["Prior"];
             /**
-             * @description Conditions on slope or curvature of the fitted curve or surface. `regularization` must
-             *     then be `none`, and the estimator `least_squares`.
+             * @description How the fitted curve or surface has to rise, fall or bend. Then `regularization` is
+             *     `none`, and the estimator `least_squares`.
              */
             constraints?: components["schemas"]["Constraint"][];
             /** @description Heights, slopes and bands at places of the domain. */
@@ -4395,8 +4387,8 @@ export interface components {
             select?: components["schemas"]["Select"];
             folds?: components["schemas"]["Folds"];
             /**
-             * @description Nodes that the fit treats as missing; each is named once. They remain in the stored
-             *     nodes, and `spec` lists them.
+             * @description Nodes that are left out of the fit, as if they were missing; each is named once. They
+             *     stay in what is stored, and `spec` says that they were left out.
              * @example [
              *       {
              *         "column": 7,
@@ -4412,7 +4404,7 @@ export interface components {
              * @example 1
              */
             tooth?: string;
-            /** @description Quantities and units on the axes of the nodes. */
+            /** @description What the axes of the nodes mean. */
             axes?: components["schemas"]["Axes"];
         };
         /** @description The answer to a fit. */
@@ -4445,20 +4437,20 @@ export interface components {
             /** @description Condition, bias and error along λ*; present when `lambda_curve` was included. */
             lambda_curve?: components["schemas"]["LambdaCurvePoint"][];
             /**
-             * @description The coefficients along k, ascending from 0; present with `include` of `ridge_trace` and
-             *     ridge.
+             * @description The coefficients along k, ascending from 0; present when `ridge_trace` was included and
+             *     ridge asked for.
              */
             ridge_trace?: components["schemas"]["RidgeTracePoint"][];
             /** @description The rows of B in the caller's columns; present when `matrix_b` was included. */
             matrix_b?: number[][];
-            /** @description Changes by each filter, in the order applied; present with filters. */
+            /** @description What each filter changed, in the order applied; present when there were filters. */
             filters?: components["schemas"]["FilterResult"][];
             /** @description B as a product; present with `matrix_b`. */
             matrix_b_factors?: components["schemas"]["MatrixBFactors"];
             /**
-             * @description The data that other fits need: V, λ* and L, as `regularization` of type `representative`
-             *     takes them. Present with `include` of `representative`, if `spectral` raised an
-             *     eigenvalue.
+             * @description What of this fit is used for others: V, λ* and L, as `regularization` of type
+             *     `representative` takes them. Present when `representative` was included and `spectral`
+             *     raised an eigenvalue.
              */
             representative?: components["schemas"]["RepresentativePiece"];
             /**
@@ -4474,7 +4466,7 @@ export interface components {
             constraints?: components["schemas"]["ConstraintsResult"];
             /** @description Present when `covariance` was included. */
             covariance?: components["schemas"]["Covariance"];
-            /** @description Present with `predict`. */
+            /** @description Present when heights were asked for (`predict`). */
             predictions?: components["schemas"]["Predictions"];
             /** @description Present when `influence` was included and the nodes determine the coefficients. */
             influence?: components["schemas"]["Influence"];
@@ -4491,8 +4483,8 @@ export interface components {
             warnings: components["schemas"]["Warning"][];
             provenance: components["schemas"]["Provenance"];
             /**
-             * @description The fit request without nodes, with every default filled in. For `POST /v1/fits`; a
-             *     stored fit has it next to its result.
+             * @description What was fitted, with every default filled in: a request of its own, but for the nodes.
+             *     Of `POST /v1/fits`; a fit that is kept has it beside its result.
              */
             spec?: components["schemas"]["FitSpec"];
         };
@@ -4500,16 +4492,16 @@ export interface components {
         FitSpec: {
             scaling?: components["schemas"]["ScalingName"];
             /**
-             * @description Default for fits: `first_order` with λ* by `min_mse`, or `none` with a prior. Default
-             *     for a curve, a surface or a flank: `none`.
+             * @description Of fits by default `first_order` with λ* by `min_mse`, or `none` with a prior; where a
+             *     curve, a surface or a flank is asked for, `none`.
              */
             regularization?: components["schemas"]["Regularization"];
             estimator?: components["schemas"]["Estimator"];
             /**
              * Format: double
-             * @description Norm limit r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bias bounds and intervals;
-             *     they are valid only if it holds. Take it from a source other than these nodes
-             *     (docs/intervals.md). By default r is estimated, and used for bounds only.
+             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals, which
+             *     hold as far as it is true; by default estimated, and then for bounds alone. It is to be
+             *     known from elsewhere than these nodes (docs/intervals.md).
              */
             coefficient_norm_limit?: number;
             /**
@@ -4527,7 +4519,7 @@ export interface components {
              * @example 0.95
              */
             level?: number;
-            /** @description Optional parts of the answer. */
+            /** @description Parts of the answer that come only when asked for. */
             include?: components["schemas"]["FitInclude"][];
             /** @description Applied to the heights before the fit, in this order. */
             filters?: components["schemas"]["Filter"][];
@@ -4536,8 +4528,8 @@ export interface components {
             domain?: components["schemas"]["Domain"];
             prior?: components["schemas"]["Prior"];
             /**
-             * @description Conditions on slope or curvature of the fitted curve or surface. `regularization` must
-             *     then be `none`, and the estimator `least_squares`.
+             * @description How the fitted curve or surface has to rise, fall or bend. Then `regularization` is
+             *     `none`, and the estimator `least_squares`.
              */
             constraints?: components["schemas"]["Constraint"][];
             /** @description Heights, slopes and bands at places of the domain. */
@@ -4545,8 +4537,8 @@ export interface components {
             select?: components["schemas"]["Select"];
             folds?: components["schemas"]["Folds"];
             /**
-             * @description Nodes that the fit treats as missing; each is named once. They remain in the stored
-             *     nodes, and `spec` lists them.
+             * @description Nodes that are left out of the fit, as if they were missing; each is named once. They
+             *     stay in what is stored, and `spec` says that they were left out.
              * @example [
              *       {
              *         "column": 7,
@@ -4556,16 +4548,22 @@ export interface components {
              */
             exclude?: components["schemas"]["NodeAt"][];
         };
-        /** @description Figures of a fit for comparing λ* choices. A figure that does not exist is absent. */
+        /**
+         * @description A fit by the figures by which λ* choices are told apart at a glance. A figure that does not
+         *     exist is left out.
+         */
         FitSummary: {
             /**
              * Format: uuid
              * @description UUIDv7.
              */
             id: string;
-            /** @description True for the chosen fit. */
+            /** @description Whether this fit stands. */
             chosen: boolean;
-            /** @description For the chosen fit: actor of the caller who chose it; absent where no key was required. */
+            /**
+             * @description Of the fit that stands, who chose it: the actor of the caller; absent where no key was asked
+             *     for.
+             */
             chosen_by?: string;
             /**
              * Format: double
@@ -4596,7 +4594,7 @@ export interface components {
             bias_norm?: number;
             /**
              * Format: double
-             * @description The smallest bias bound that holds within the norm limit.
+             * @description The least bound of the bias that holds within the norm limit.
              */
             bias_sharp_bound?: number;
             /**
@@ -4610,9 +4608,8 @@ export interface components {
              */
             max_abs?: number;
             /**
-             * @description Slopes, crownings and twist of the chosen fit (every fit has its own where it is returned in
-             *     full); absent where `axes` do not give u, v and z, and for fits that are older than these
-             *     figures.
+             * @description Slopes, crownings and twist, of the fit that stands (each tells its own where it is answered
+             *     whole); absent where `axes` do not tell u, v and z, and of fits from before there were any.
              */
             figures?: components["schemas"]["FitFigures"];
             /**
@@ -4620,7 +4617,7 @@ export interface components {
              * @description When it was stored.
              */
             created_at: string;
-            /** @description Actor of the caller who made it; absent where no key was required. */
+            /** @description Who made it: the actor of the caller; absent where no key was asked for. */
             by?: string;
             /** @description Why it was made, as it was posted. */
             reason?: string;
@@ -4983,16 +4980,16 @@ export interface components {
         FlankSurfaceRequest: {
             scaling?: components["schemas"]["ScalingName"];
             /**
-             * @description Default for fits: `first_order` with λ* by `min_mse`, or `none` with a prior. Default
-             *     for a curve, a surface or a flank: `none`.
+             * @description Of fits by default `first_order` with λ* by `min_mse`, or `none` with a prior; where a
+             *     curve, a surface or a flank is asked for, `none`.
              */
             regularization?: components["schemas"]["Regularization"];
             estimator?: components["schemas"]["Estimator"];
             /**
              * Format: double
-             * @description Norm limit r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bias bounds and intervals;
-             *     they are valid only if it holds. Take it from a source other than these nodes
-             *     (docs/intervals.md). By default r is estimated, and used for bounds only.
+             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals, which
+             *     hold as far as it is true; by default estimated, and then for bounds alone. It is to be
+             *     known from elsewhere than these nodes (docs/intervals.md).
              */
             coefficient_norm_limit?: number;
             /**
@@ -5010,7 +5007,7 @@ export interface components {
              * @example 0.95
              */
             level?: number;
-            /** @description Optional parts of the answer. */
+            /** @description Parts of the answer that come only when asked for. */
             include?: components["schemas"]["FitInclude"][];
             /** @description Applied to the heights before the fit, in this order. */
             filters?: components["schemas"]["Filter"][];
@@ -5061,7 +5058,7 @@ export interface components {
          *     }
          */
         Folds: {
-            /** @description Nodes that are left out together. */
+            /** @description What is never torn apart. */
             by: components["schemas"]["FoldsBy"];
             /**
              * @description Number of blocks, each of neighbouring rows (columns, lines): at least 2, at most one for
@@ -5069,14 +5066,14 @@ export interface components {
              */
             count?: number;
             /**
-             * @description With `lines` only, and required there: number of the scan line of each node, in the order
-             *     posted (a grid row by row); −2⁶³ to 2⁶³ − 1.
+             * @description With `lines` and only then: the number of the scan line of each node, in the order posted
+             *     (of a grid row by row); −2⁶³ to 2⁶³ − 1.
              */
             line?: number[];
         };
         /**
-         * @description Blocks that are left out as a whole. `rows`: nodes of one u (of one x on a curve), or single
-         *     rows of a measurement matrix; `columns`: nodes of one v; `lines`: nodes of one scan line.
+         * @description What is left out as a whole. `rows`: nodes of one u (of one x on a curve), or single rows of a
+         *     measurement matrix; `columns`: nodes of one v; `lines`: nodes of one scan line.
          * @enum {string}
          */
         FoldsBy: "rows" | "columns" | "lines";
@@ -5221,16 +5218,16 @@ export interface components {
         GearDeviationsRequest: {
             scaling?: components["schemas"]["ScalingName"];
             /**
-             * @description Default for fits: `first_order` with λ* by `min_mse`, or `none` with a prior. Default
-             *     for a curve, a surface or a flank: `none`.
+             * @description Of fits by default `first_order` with λ* by `min_mse`, or `none` with a prior; where a
+             *     curve, a surface or a flank is asked for, `none`.
              */
             regularization?: components["schemas"]["Regularization"];
             estimator?: components["schemas"]["Estimator"];
             /**
              * Format: double
-             * @description Norm limit r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bias bounds and intervals;
-             *     they are valid only if it holds. Take it from a source other than these nodes
-             *     (docs/intervals.md). By default r is estimated, and used for bounds only.
+             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals, which
+             *     hold as far as it is true; by default estimated, and then for bounds alone. It is to be
+             *     known from elsewhere than these nodes (docs/intervals.md).
              */
             coefficient_norm_limit?: number;
             /**
@@ -5248,7 +5245,7 @@ export interface components {
              * @example 0.95
              */
             level?: number;
-            /** @description Optional parts of the answer. */
+            /** @description Parts of the answer that come only when asked for. */
             include?: components["schemas"]["FitInclude"][];
             /** @description Applied to the heights before the fit, in this order. */
             filters?: components["schemas"]["Filter"][];
@@ -5795,8 +5792,8 @@ export interface components {
             y: number[];
         };
         /**
-         * @description Gregory patches: continuous tangent planes across the lines of a mesh for any twists;
-         *     borders become cubics. With `control_points` and `inner_points`: the patch itself.
+         * @description Gregory patches: tangent planes continuous across the lines of a mesh, whatever the twists;
+         *     borders become cubics. Of `control_points` with `inner_points`: the patch itself.
          */
         GregoryMethod: {
             /**
@@ -5809,7 +5806,7 @@ export interface components {
              *     estimated.
              */
             cross_derivatives?: components["schemas"]["Borders"];
-            /** @description With `control_points`: 2 × 2, the inner points next to u0 and u1. */
+            /** @description With `control_points`: 2 × 2, the inner points that are felt along u0 and u1. */
             inner_points?: components["schemas"]["Point"][][];
         };
         /** @description Gregory's rational bicubic patch of 20 control points. */
@@ -5863,7 +5860,7 @@ export interface components {
         GroupSigma: {
             /**
              * Format: int64
-             * @description Name of the group in the request.
+             * @description Its name in the request.
              */
             group: number;
             /**
@@ -5894,7 +5891,7 @@ export interface components {
              * @default 3
              */
             threshold: number;
-            /** @description Treatment of a peak. Default `replace`. */
+            /** @description What becomes of a peak. Default `replace`. */
             action?: components["schemas"]["PeakAction"];
             /** @description On a grid, the axis along which windows lie; a square of both axes when not given. */
             axis?: components["schemas"]["FilterAxisName"];
@@ -5921,7 +5918,7 @@ export interface components {
              * @description Longest body of a request in bytes, after decompression.
              */
             body_limit_bytes: number;
-            /** @description True if requests to `/v1/…` need an API key. */
+            /** @description Whether requests to `/v1/…` need an API key. */
             key_required: boolean;
         };
         /** @description A grid of nodes: heights z(u, v) over two axes. */
@@ -5973,10 +5970,13 @@ export interface components {
              * @enum {string}
              */
             type: "hermite";
-            /** @description For each point its known derivatives, from the first order; the list may be empty. */
+            /**
+             * @description For each point its derivatives from the first on; as many as are known there, which may be
+             *     none.
+             */
             derivatives: components["schemas"]["Point"][][];
         };
-        /** @description A file and its description. */
+        /** @description A file, and what is said of it. */
         ImportForm: {
             /**
              * Format: binary
@@ -6040,16 +6040,17 @@ export interface components {
             sentence: string;
         };
         /**
-         * @description Influence of each counted node on the fit, in the order of `residuals.values`; null where a
-         *     figure does not exist: without a node of leverage 1 the other nodes do not determine the fit
-         *     (warning `full_leverage`), and figures that are divided by σ̂ need noise (warning
-         *     `no_noise_without`). For a regularised fit the penalty of all nodes is held fixed: λ* is not
-         *     chosen again without a node. Residuals include √weight where nodes have weights.
+         * @description How much each counted node has a say in the fit, in the order of `residuals.values`; null
+         *     where a figure does not exist: without a node of leverage 1 the others do not determine the
+         *     fit there (warning `full_leverage`), and figures that divide by a σ̂ need some noise
+         *     (warning `no_noise_without`). A regularised fit is looked at with its penalty held as all
+         *     nodes made it: λ* is not chosen anew without a node. Sizes count √weight where nodes carry
+         *     weights.
          */
         Influence: {
             /**
-             * @description hᵢ, from 0 to 1: derivative of the fitted height with respect to the node's own height.
-             *     The sum over the nodes is the effective number of coefficients.
+             * @description hᵢ, from 0 to 1: the share of the node's own height in what is fitted there. Their sum
+             *     is the number of coefficients, or what regularisation leaves of it.
              */
             leverage: number[];
             /**
@@ -6058,9 +6059,9 @@ export interface components {
              */
             internally_studentized?: (number | null)[];
             /**
-             * @description The same with the σ̂ of least squares without the node: for normal errors and no
-             *     regularisation, Student's t with m − n − 1 degrees of freedom; null where the other
-             *     nodes are fitted exactly. Absent without these degrees of freedom.
+             * @description The same with the σ̂ of least squares on the other nodes: where errors are normal and
+             *     nothing is regularised, Student's t of m − n − 1 degrees of freedom; null where the
+             *     other nodes are fitted exactly: this one stands out of nothing. Absent without these.
              */
             externally_studentized?: (number | null)[];
             /**
@@ -6074,8 +6075,8 @@ export interface components {
              */
             dffits?: (number | null)[];
             /**
-             * @description rᵢ/(1 − hᵢ), in the unit of the heights: the height minus the prediction by a fit to the
-             *     other nodes.
+             * @description rᵢ/(1 − hᵢ), in the unit of the heights: the height less what the fit to the other nodes
+             *     says there.
              */
             press_residual: (number | null)[];
             /**
@@ -6091,14 +6092,16 @@ export interface components {
             node_indices?: number[];
         };
         /**
-         * @description Basis of an interval. `student`: Student's t about the estimate. `least_squares`: Student's
-         *     t about the unregularised estimate (least squares, or the robust estimate), where the bias
-         *     of the regularised one is unbounded. (With `noise_sigma`, t is the normal quantile in all of
-         *     these.) `bias_aware`: the shortest interval about a filtered estimate that holds for all
-         *     coefficients within the given norm limit, and for no others. `posterior`: Student's t about
-         *     the mean of the posterior, if the prior is given; if moves are estimated, an interval that
-         *     is shorter where the earlier iterations predict well. With a known σ its coverage holds for
-         *     any flank, and it is the same after a prior is dropped (docs/prior.md).
+         * @description What an interval rests on: `student`, Student's t about the estimate; `least_squares`,
+         *     Student's t about the estimate before it is regularised (least squares, or the robust
+         *     estimate), as nothing limits the bias of the regularised one (where `noise_sigma` is told,
+         *     t is the normal quantile in all of these: Student's with endless degrees of freedom);
+         *     `bias_aware`, the shortest interval about a filtered estimate that holds for all
+         *     coefficients within the norm limit that was given, and for no others; `posterior`,
+         *     Student's t about the mean of the posterior, which takes what was given for known, or,
+         *     where moves are estimated, an interval that is shorter where the earlier iterations predict
+         *     well. For a known σ it holds whatever the flank did, and is the same where the prior is let
+         *     go (docs/prior.md).
          * @enum {string}
          */
         IntervalKind: "student" | "least_squares" | "bias_aware" | "posterior";
@@ -6111,7 +6114,7 @@ export interface components {
              * @example 1
              */
             tooth?: string;
-            /** @description Quantities and units on the axes of the nodes. */
+            /** @description What the axes of the nodes mean. */
             axes?: components["schemas"]["Axes"];
             /**
              * Format: int32
@@ -6128,18 +6131,18 @@ export interface components {
              * @description The job that it belongs to.
              */
             job_id: string;
-            /** @description True if the units were confirmed although the values are implausible; absent otherwise. */
+            /** @description Whether the units were said to be right, however implausible; left out where they were not. */
             accept_units?: boolean;
             /**
              * Format: date-time
              * @description When the nodes were measured, as it was posted.
              */
             measured_at?: string;
-            /** @description Measuring instrument. */
+            /** @description What they were measured with. */
             instrument?: string;
-            /** @description Operator who measured the nodes. */
+            /** @description Who measured them. */
             operator?: string;
-            /** @description Note on the measurement. */
+            /** @description What else was said of the measurement. */
             note?: string;
             /**
              * Format: date-time
@@ -6153,7 +6156,7 @@ export interface components {
             node_count: number;
             /** @description The latest decision; absent before the first. */
             decision?: components["schemas"]["DecisionName"];
-            /** @description Actor of the caller who decided; absent where no key was required. */
+            /** @description Who decided so: the actor of the caller; absent where no key was asked for. */
             decided_by?: string;
             /**
              * @description The last hundred fits in the order in which they were made; `GET …/fits/{fit_id}` has each
@@ -6162,7 +6165,7 @@ export interface components {
             fits: components["schemas"]["FitSummary"][];
             /**
              * Format: int64
-             * @description Number of fits before the listed ones; `GET …/fits` lists all.
+             * @description How many fits were made before those; `GET …/fits` lists all.
              */
             earlier_fits?: number;
             /**
@@ -6170,7 +6173,7 @@ export interface components {
              * @description When its nodes, results, texts and names were taken away; absent where they are there.
              */
             purged_at?: string;
-            /** @description Warnings of the chosen fit's figures, each with `at`. */
+            /** @description What the figures of the chosen fit warn of, each with `at`. */
             warnings: components["schemas"]["GearWarning"][];
         };
         /** @description A fit of an iteration's nodes. */
@@ -6180,20 +6183,20 @@ export interface components {
              * @description UUIDv7.
              */
             id: string;
-            /** @description True for the chosen fit. */
+            /** @description Whether this fit stands. */
             chosen: boolean;
             /**
              * Format: date-time
              * @description When it was stored.
              */
             created_at: string;
-            /** @description Actor of the caller who made it; absent where no key was required. */
+            /** @description Who made it: the actor of the caller; absent where no key was asked for. */
             by?: string;
             /** @description Why it was made, as it was posted. */
             reason?: string;
             /**
-             * @description The fit request without nodes, with every default filled in. It can be sent as a refit, or
-             *     with nodes as a new fit.
+             * @description What was fitted, with every default filled in: a request of its own for a refit, or with
+             *     nodes for a new fit.
              */
             spec: components["schemas"]["FitSpec"];
             /**
@@ -6202,7 +6205,7 @@ export interface components {
              */
             figures?: components["schemas"]["FitFigures"];
             result: components["schemas"]["FitResult"];
-            /** @description Warnings of result and figures, each with `at`; in the answer for a single fit. */
+            /** @description Of a fit that is answered by itself: what result and figures warn of, each with `at`. */
             warnings?: components["schemas"]["GearWarning"][];
         };
         /** @description An iteration request as a form (`multipart/form-data`). */
@@ -6211,28 +6214,28 @@ export interface components {
             spec: components["schemas"]["IterationFormSpec"];
             /**
              * Format: binary
-             * @description A table of nodes in any form that `POST /v1/nodes/read` reads, such as CSV with a header
-             *     `u,v,z[,weight]` or `x,y[,weight]`; an empty height is a missing node. Its flank, tooth and
-             *     axes are used where `spec` has none.
+             * @description A table of nodes of any form that `POST /v1/nodes/read` reads, such as CSV with a header
+             *     `u,v,z[,weight]` or `x,y[,weight]`; an empty height is a missing node. What it says of
+             *     flank, tooth and axes is taken where `spec` does not give them.
              */
             nodes: string;
-            /** @description Mapping of the table. */
+            /** @description How the table is to be read. */
             mapping?: components["schemas"]["TableMapping"];
         };
         /** @description An iteration request without nodes. */
         IterationFormSpec: {
             scaling?: components["schemas"]["ScalingName"];
             /**
-             * @description Default for fits: `first_order` with λ* by `min_mse`, or `none` with a prior. Default
-             *     for a curve, a surface or a flank: `none`.
+             * @description Of fits by default `first_order` with λ* by `min_mse`, or `none` with a prior; where a
+             *     curve, a surface or a flank is asked for, `none`.
              */
             regularization?: components["schemas"]["Regularization"];
             estimator?: components["schemas"]["Estimator"];
             /**
              * Format: double
-             * @description Norm limit r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bias bounds and intervals;
-             *     they are valid only if it holds. Take it from a source other than these nodes
-             *     (docs/intervals.md). By default r is estimated, and used for bounds only.
+             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals, which
+             *     hold as far as it is true; by default estimated, and then for bounds alone. It is to be
+             *     known from elsewhere than these nodes (docs/intervals.md).
              */
             coefficient_norm_limit?: number;
             /**
@@ -6250,7 +6253,7 @@ export interface components {
              * @example 0.95
              */
             level?: number;
-            /** @description Optional parts of the answer. */
+            /** @description Parts of the answer that come only when asked for. */
             include?: components["schemas"]["FitInclude"][];
             /** @description Applied to the heights before the fit, in this order. */
             filters?: components["schemas"]["Filter"][];
@@ -6259,8 +6262,8 @@ export interface components {
             domain?: components["schemas"]["Domain"];
             prior?: components["schemas"]["Prior"];
             /**
-             * @description Conditions on slope or curvature of the fitted curve or surface. `regularization` must
-             *     then be `none`, and the estimator `least_squares`.
+             * @description How the fitted curve or surface has to rise, fall or bend. Then `regularization` is
+             *     `none`, and the estimator `least_squares`.
              */
             constraints?: components["schemas"]["Constraint"][];
             /** @description Heights, slopes and bands at places of the domain. */
@@ -6268,8 +6271,8 @@ export interface components {
             select?: components["schemas"]["Select"];
             folds?: components["schemas"]["Folds"];
             /**
-             * @description Nodes that the fit treats as missing; each is named once. They remain in the stored
-             *     nodes, and `spec` lists them.
+             * @description Nodes that are left out of the fit, as if they were missing; each is named once. They
+             *     stay in what is stored, and `spec` says that they were left out.
              * @example [
              *       {
              *         "column": 7,
@@ -6285,7 +6288,7 @@ export interface components {
              * @example 1
              */
             tooth?: string;
-            /** @description Quantities and units on the axes of the nodes. */
+            /** @description What the axes of the nodes mean. */
             axes?: components["schemas"]["Axes"];
             /**
              * Format: date-time
@@ -6294,20 +6297,19 @@ export interface components {
              */
             measured_at?: string;
             /**
-             * @description Measuring instrument.
+             * @description What the nodes were measured with.
              * @example P40
              */
             instrument?: string;
-            /** @description Operator who measured the nodes. */
+            /** @description Who measured them. */
             operator?: string;
-            /** @description Note on the measurement; may have line breaks. */
+            /** @description What else is to be known of the measurement; may have line breaks. */
             note?: string;
             /** @description That the units are right, however implausible (warning `implausible_unit`). */
             accept_units?: boolean;
             /**
-             * @description Changes that were entered on the machine before this measurement, as in `POST
-             *     …/correction/applied`. They belong to the newest correction of an earlier iteration of
-             *     the flank.
+             * @description What was entered on the machine before this measurement, as `POST …/correction/applied`
+             *     takes it: after the newest correction of the flank's iteration before this one.
              */
             applied?: components["schemas"]["AppliedRequest"];
         };
@@ -6315,12 +6317,11 @@ export interface components {
         IterationPage: {
             /** @description The iterations of this page. */
             items: components["schemas"]["IterationSummary"][];
-            /** @description Cursor of the next page; absent on the last one. */
+            /** @description Where the next page begins; absent on the last one. */
             next_cursor?: string;
         };
         /**
-         * @description A decision on the gear, and changes of the nodes' description. Fields that are left out stay
-         *     unchanged.
+         * @description What is done with the gear, and what its nodes are of. What is left out stays as it is.
          * @example {
          *       "decision": "remachine",
          *       "reason": "profile slope out of tolerance"
@@ -6339,27 +6340,27 @@ export interface components {
              * @example 1
              */
             tooth?: string;
-            /** @description Quantities and units on the axes of the nodes. An axis that is left out stays unchanged. */
+            /** @description What the axes of the nodes mean. An axis that is not given stays as it is. */
             axes?: components["schemas"]["Axes"];
             /** @description That the units are right, however implausible (`implausible_unit`). */
             accept_units?: boolean;
             /** @description Kept in the trace. */
             reason?: string;
         };
-        /** @description A fit request with details of the measurement. */
+        /** @description A fit request with what is known of the measurement. */
         IterationRequest: {
             scaling?: components["schemas"]["ScalingName"];
             /**
-             * @description Default for fits: `first_order` with λ* by `min_mse`, or `none` with a prior. Default
-             *     for a curve, a surface or a flank: `none`.
+             * @description Of fits by default `first_order` with λ* by `min_mse`, or `none` with a prior; where a
+             *     curve, a surface or a flank is asked for, `none`.
              */
             regularization?: components["schemas"]["Regularization"];
             estimator?: components["schemas"]["Estimator"];
             /**
              * Format: double
-             * @description Norm limit r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bias bounds and intervals;
-             *     they are valid only if it holds. Take it from a source other than these nodes
-             *     (docs/intervals.md). By default r is estimated, and used for bounds only.
+             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals, which
+             *     hold as far as it is true; by default estimated, and then for bounds alone. It is to be
+             *     known from elsewhere than these nodes (docs/intervals.md).
              */
             coefficient_norm_limit?: number;
             /**
@@ -6377,7 +6378,7 @@ export interface components {
              * @example 0.95
              */
             level?: number;
-            /** @description Optional parts of the answer. */
+            /** @description Parts of the answer that come only when asked for. */
             include?: components["schemas"]["FitInclude"][];
             /** @description Applied to the heights before the fit, in this order. */
             filters?: components["schemas"]["Filter"][];
@@ -6386,8 +6387,8 @@ export interface components {
             domain?: components["schemas"]["Domain"];
             prior?: components["schemas"]["Prior"];
             /**
-             * @description Conditions on slope or curvature of the fitted curve or surface. `regularization` must
-             *     then be `none`, and the estimator `least_squares`.
+             * @description How the fitted curve or surface has to rise, fall or bend. Then `regularization` is
+             *     `none`, and the estimator `least_squares`.
              */
             constraints?: components["schemas"]["Constraint"][];
             /** @description Heights, slopes and bands at places of the domain. */
@@ -6395,8 +6396,8 @@ export interface components {
             select?: components["schemas"]["Select"];
             folds?: components["schemas"]["Folds"];
             /**
-             * @description Nodes that the fit treats as missing; each is named once. They remain in the stored
-             *     nodes, and `spec` lists them.
+             * @description Nodes that are left out of the fit, as if they were missing; each is named once. They
+             *     stay in what is stored, and `spec` says that they were left out.
              * @example [
              *       {
              *         "column": 7,
@@ -6412,7 +6413,7 @@ export interface components {
              * @example 1
              */
             tooth?: string;
-            /** @description Quantities and units on the axes of the nodes. */
+            /** @description What the axes of the nodes mean. */
             axes?: components["schemas"]["Axes"];
             /**
              * Format: date-time
@@ -6421,25 +6422,24 @@ export interface components {
              */
             measured_at?: string;
             /**
-             * @description Measuring instrument.
+             * @description What the nodes were measured with.
              * @example P40
              */
             instrument?: string;
-            /** @description Operator who measured the nodes. */
+            /** @description Who measured them. */
             operator?: string;
-            /** @description Note on the measurement; may have line breaks. */
+            /** @description What else is to be known of the measurement; may have line breaks. */
             note?: string;
             /** @description That the units are right, however implausible (warning `implausible_unit`). */
             accept_units?: boolean;
             /**
-             * @description Changes that were entered on the machine before this measurement, as in `POST
-             *     …/correction/applied`. They belong to the newest correction of an earlier iteration of
-             *     the flank.
+             * @description What was entered on the machine before this measurement, as `POST …/correction/applied`
+             *     takes it: after the newest correction of the flank's iteration before this one.
              */
             applied?: components["schemas"]["AppliedRequest"];
             nodes: components["schemas"]["Nodes"];
         };
-        /** @description An iteration with its chosen fit. */
+        /** @description An iteration with the fit that stands. */
         IterationSummary: {
             /** @description The flank that was measured. */
             flank?: components["schemas"]["FlankSide"];
@@ -6448,7 +6448,7 @@ export interface components {
              * @example 1
              */
             tooth?: string;
-            /** @description Quantities and units on the axes of the nodes. */
+            /** @description What the axes of the nodes mean. */
             axes?: components["schemas"]["Axes"];
             /**
              * Format: int32
@@ -6460,16 +6460,16 @@ export interface components {
              * @description UUIDv7.
              */
             id: string;
-            /** @description True if the units were confirmed although the values are implausible; absent otherwise. */
+            /** @description Whether the units were said to be right, however implausible; left out where they were not. */
             accept_units?: boolean;
             /**
              * Format: date-time
              * @description When the nodes were measured, as it was posted.
              */
             measured_at?: string;
-            /** @description Measuring instrument. */
+            /** @description What they were measured with. */
             instrument?: string;
-            /** @description Operator who measured the nodes. */
+            /** @description Who measured them. */
             operator?: string;
             /**
              * Format: date-time
@@ -6478,9 +6478,9 @@ export interface components {
             created_at: string;
             /** @description The latest decision; absent before the first. */
             decision?: components["schemas"]["DecisionName"];
-            /** @description Actor of the caller who decided; absent where no key was required. */
+            /** @description Who decided so: the actor of the caller; absent where no key was asked for. */
             decided_by?: string;
-            /** @description The chosen fit. */
+            /** @description The fit that stands. */
             chosen_fit: components["schemas"]["FitSummary"];
         };
         /** @description James–Stein: T + c (Â − T) with a factor c that the data give. */
@@ -6493,21 +6493,21 @@ export interface components {
             /** @description Which factor; without it that of James and Stein, 1 − (p−2) RSS/((ν+2) Q). */
             variant?: components["schemas"]["JamesSteinVariant"];
             /**
-             * @description If true, the factor is at least 0. Default true, but false with the variants `hoerl_kennard`
-             *     and `efron_morris`, which define the factor without this limit.
+             * @description The factor is not let below 0. Default true, but false with the variants `hoerl_kennard` and
+             *     `efron_morris`, which name a factor as it is.
              */
             positive_part?: boolean;
             /**
-             * @description Target T, in the order of the coefficients; default 0, for `efron_morris` the grand mean.
-             *     With `standardized` the constant's entry is ignored.
+             * @description T, in the order of the coefficients; default 0, for `efron_morris` the grand mean. With
+             *     `standardized` the entry of the constant takes no part.
              */
             target?: number[];
         };
         /**
-         * @description Factors c of James–Stein; Q = ‖X(Â − T)‖², p directions, ν degrees of freedom, s² = RSS/ν (or σ²
-         *     of `noise_sigma` if it is given). `hoerl_kennard`: 1 − (p−2) s²/Q. `efron_morris`: 1 − (p−2)
-         *     RSS/((ν+2) Q), without a target toward the grand mean, which uses one direction (p−3).
-         *     `positive_part`: max(0, 1 − (p−2) RSS/((ν+2) Q)).
+         * @description Factors c of James–Stein; Q = ‖X(Â − T)‖², p directions, ν degrees of freedom, s² = RSS/ν (σ² of
+         *     `noise_sigma` in its place where it is given). `hoerl_kennard`: 1 − (p−2) s²/Q. `efron_morris`:
+         *     1 − (p−2) RSS/((ν+2) Q), without a target toward the grand mean, which takes one direction
+         *     (p−3). `positive_part`: max(0, 1 − (p−2) RSS/((ν+2) Q)).
          * @enum {string}
          */
         JamesSteinVariant: "hoerl_kennard" | "efron_morris" | "positive_part";
@@ -6518,16 +6518,16 @@ export interface components {
              * @description UUIDv7: ids in ascending order are jobs in order of creation.
              */
             id: string;
-            /** @description Name of the job. */
+            /** @description As the cell calls the job. */
             name: string;
-            /** @description Part number on the drawing. */
+            /** @description Of the gear's drawing. */
             part_number?: string;
-            /** @description Serial number of this gear. */
+            /** @description Of this gear. */
             serial_number?: string;
             /** @description The machine that it is made on. */
             machine?: string;
             gear?: components["schemas"]["Gear"];
-            /** @description Limits and design of its flanks. */
+            /** @description What its flanks must be like. */
             requirements?: components["schemas"]["Requirements"];
             /** @description Names and values by which the job can be found again. */
             tags: {
@@ -6586,7 +6586,7 @@ export interface components {
             iteration_number?: number;
             /**
              * Format: uuid
-             * @description Id of the iteration, a UUIDv7.
+             * @description Of the iteration, a UUIDv7.
              */
             iteration_id?: string;
             /**
@@ -6594,21 +6594,21 @@ export interface components {
              * @description The first fit of a new iteration, a new fit, or the one chosen.
              */
             fit_id?: string;
-            /** @description For a fit: true if it was chosen, false if it was only added. */
+            /** @description Of a fit: whether it stands from now on, or was only added. */
             chosen?: boolean;
             decision?: components["schemas"]["DecisionName"];
-            /** @description Reason of a decision, a choice, a new fit or a purge, as posted. */
+            /** @description Of a decision, a choice, a new fit or a purge, as it was posted. */
             reason?: string;
             /**
              * Format: uuid
-             * @description The stream, for an event of a stream.
+             * @description Of the stream that something happened to.
              */
             stream_id?: string;
-            /** @description Change of the stream's state. */
+            /** @description What happened to a stream. */
             state?: components["schemas"]["StreamEventName"];
             /**
              * Format: int64
-             * @description Number of the stream's last block.
+             * @description Of a stream's last block.
              */
             sequence?: number;
             /**
@@ -6618,22 +6618,22 @@ export interface components {
             node_count?: number;
             /**
              * Format: uuid
-             * @description The operation (`Prefer: respond-async`) that began or ended.
+             * @description Of the operation (`Prefer: respond-async`) that was begun or has ended.
              */
             operation_id?: string;
             /** @description `queued` for an operation that was begun, else how it has ended. */
             operation_state?: components["schemas"]["OperationState"];
             /**
              * Format: uuid
-             * @description The record that was stored with the iteration.
+             * @description Of a record that was kept with the iteration.
              */
             record_id?: string;
             record_kind?: components["schemas"]["RecordKind"];
-            /** @description Change of the job itself. */
+            /** @description What became of the job itself. */
             job_state?: components["schemas"]["JobEventState"];
         };
         /**
-         * @description Change of a job itself.
+         * @description What became of a job itself.
          * @enum {string}
          */
         JobEventState: "created" | "changed" | "deleted";
@@ -6642,15 +6642,15 @@ export interface components {
          * @enum {string}
          */
         JobOptionalField: "part_number" | "serial_number" | "machine" | "gear" | "requirements";
-        /** @description A page of jobs in the requested order. */
+        /** @description Some jobs, in the order that was asked for. */
         JobPage: {
             /** @description The jobs of this page. */
             items: components["schemas"]["ListedJob"][];
-            /** @description Cursor of the next page; absent on the last one. */
+            /** @description Where the next page begins; absent on the last one. */
             next_cursor?: string;
         };
         /**
-         * @description Changes of a job. Fields that are left out stay unchanged.
+         * @description Changes of a job. A field that is left out stays as it is.
          * @example {
          *       "clear": [
          *         "serial_number"
@@ -6673,20 +6673,23 @@ export interface components {
             /** @description The new gear, which replaces the old one as a whole. */
             gear?: components["schemas"]["Gear"];
             /**
-             * @description The new requirements, which replace the old ones as a whole. Earlier answers keep the
-             *     requirements they were compared with.
+             * @description The new requirements, which replace the old ones as a whole. What was answered before keeps
+             *     what it was held against.
              */
             requirements?: components["schemas"]["Requirements"];
             /** @description The new tags, which replace the old ones as a whole; `{}` leaves none. */
             tags?: {
                 [key: string]: string;
             };
-            /** @description Fields to remove. A field listed here cannot be given a value in the same request. */
+            /**
+             * @description What the job shall no longer have. A field that stands here cannot be given a value at the
+             *     same time.
+             */
             clear?: components["schemas"]["JobOptionalField"][];
         };
         /**
-         * @description A record of an iteration: a curve, a surface, deviations, an evaluation, pitches, a correction,
-         *     its entered changes, or a change of the nodes' description.
+         * @description What is kept with an iteration: a curve, a surface, deviations, an evaluation, pitches, a
+         *     correction, the changes that were made of one, or a change of what its nodes are of.
          */
         JobRecord: {
             /**
@@ -6695,44 +6698,44 @@ export interface components {
              */
             id: string;
             kind: components["schemas"]["RecordKind"];
-            /** @description Method, as named in the request. */
+            /** @description How it was made, in the words of the request. */
             method: string;
             /**
              * Format: date-time
              * @description When it was stored.
              */
             created_at: string;
-            /** @description Actor of the caller; absent where no key was required. */
+            /** @description Who had it made: the actor of the caller; absent where no key was asked for. */
             by?: string;
             /**
-             * @description For deviations, evaluations, pitches and corrections: the job's gear at that time. It may
-             *     have changed since; a `gear` in the request has precedence.
+             * @description Of deviations, evaluations, pitches and corrections: the gear that the job had then. It may
+             *     be changed later, and a `gear` of the request goes before it.
              */
             gear?: components["schemas"]["Gear"];
             /**
-             * @description The request as posted. If it has no points or nodes, those of the iteration were used. For
-             *     an import: `file` (its name), `file_sha256`, `file_bytes` and `spec`. For an imported
-             *     evaluation also `gear`, `traces` (all of the file, with the signs of DIN) and `evaluation`,
-             *     with which `POST /v1/gears/evaluate` gives the same answer; for imported pitches likewise
-             *     the request of `POST /v1/gears/pitch`.
+             * @description The request as it was posted. Where it has no points or nodes of its own, those of the
+             *     iteration were taken. Of an import `file` (its name), `file_sha256`, `file_bytes` and
+             *     `spec`; of an imported evaluation also `gear`, `traces` (all of the file, with the signs of
+             *     DIN) and `evaluation`, with which `POST /v1/gears/evaluate` answers the same; of imported
+             *     pitches likewise what `POST /v1/gears/pitch` takes.
              */
             request: Record<string, never>;
             /**
-             * @description The answer, for example that of `POST /v1/curves`; for a correction `nodes` and `result`
-             *     only with `include`.
+             * @description What was answered; of a correction `nodes` and `result` only when included. Of a curve for
+             *     example what `POST /v1/curves` answers to the request.
              */
             result: Record<string, never>;
-            /** @description Warnings of the answer and its parts, each with `at`. */
+            /** @description What the answer and its parts warn of, each with `at`. */
             warnings: components["schemas"]["GearWarning"][];
         };
         /**
-         * @description Status of a flank or a job. A flank (of a tooth) has the status of the latest decision on its
-         *     newest iteration, `open` without a decision. A job has the first of `rejected`, `remachine`,
-         *     `open` and `accepted` that one of its measured flanks has; `new` without iterations.
+         * @description How far a flank or a job has come. A flank (of a tooth) has the status of the latest decision on
+         *     its newest iteration, `open` without one. A job has the first that occurs over its measured
+         *     flanks of `rejected`, `remachine`, `open` and `accepted`; `new` without iterations.
          * @enum {string}
          */
         JobStatus: "new" | "open" | "remachine" | "accepted" | "rejected";
-        /** @description Numbers of jobs. */
+        /** @description How many jobs there are. */
         JobSummary: {
             /**
              * Format: int64
@@ -6767,7 +6770,7 @@ export interface components {
             constant: components["schemas"]["SurfaceAxis"];
             /**
              * Format: double
-             * @description Value of the coordinate there.
+             * @description Its value there.
              */
             at: number;
             /** @description The range of the other one. */
@@ -6775,13 +6778,13 @@ export interface components {
             class: components["schemas"]["ContinuityClass"];
             /** @description Distance of the two sides. */
             gap: components["schemas"]["Worst"];
-            /** @description Angle between the two normals, in degrees; absent where a normal does not exist. */
+            /** @description Angle between the two normals, in degrees; left out where there are none. */
             normal_angle_deg?: components["schemas"]["Worst"];
             /** @description Jump of S_u or S_v. */
             first_derivative: components["schemas"]["Worst"];
             /** @description Jump of S_uu, S_uv or S_vv. */
             second_derivative: components["schemas"]["Worst"];
-            /** @description Jump of a principal curvature; absent where it does not exist. */
+            /** @description Jump of a principal curvature; left out where there are none. */
             curvature?: components["schemas"]["Worst"];
         };
         /**
@@ -6902,16 +6905,16 @@ export interface components {
         KeptCurveRequest: {
             scaling?: components["schemas"]["ScalingName"];
             /**
-             * @description Default for fits: `first_order` with λ* by `min_mse`, or `none` with a prior. Default
-             *     for a curve, a surface or a flank: `none`.
+             * @description Of fits by default `first_order` with λ* by `min_mse`, or `none` with a prior; where a
+             *     curve, a surface or a flank is asked for, `none`.
              */
             regularization?: components["schemas"]["Regularization"];
             estimator?: components["schemas"]["Estimator"];
             /**
              * Format: double
-             * @description Norm limit r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bias bounds and intervals;
-             *     they are valid only if it holds. Take it from a source other than these nodes
-             *     (docs/intervals.md). By default r is estimated, and used for bounds only.
+             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals, which
+             *     hold as far as it is true; by default estimated, and then for bounds alone. It is to be
+             *     known from elsewhere than these nodes (docs/intervals.md).
              */
             coefficient_norm_limit?: number;
             /**
@@ -6929,28 +6932,28 @@ export interface components {
              * @example 0.95
              */
             level?: number;
-            /** @description Optional parts of the answer. */
+            /** @description Parts of the answer that come only when asked for. */
             include?: components["schemas"]["FitInclude"][];
             /** @description Applied to the heights before the fit, in this order. */
             filters?: components["schemas"]["Filter"][];
-            /** @description By default the iteration's nodes with their weights, which must be of type `curve`. */
+            /** @description By default the iteration's own nodes with their weights, which must be of type `curve`. */
             points?: components["schemas"]["CurvePoints"];
             method: components["schemas"]["CurveMethod"];
         };
         /** @description A key. */
         Key: {
-            /** @description 16 hexadecimal digits, not secret: the part of the key after `ffk_`. */
+            /** @description 16 hexadecimal digits, which are no secret: they stand in the key behind `ffk_`. */
             id: string;
             /** @description Whose it is; absent of a key of no tenant. */
             tenant?: string;
-            /** @description Name of the key's holder, a person or a program. */
+            /** @description Who or what holds the key. */
             name: string;
             /** @description Absent where scopes were named one by one. */
             role?: components["schemas"]["Role"];
-            /** @description Scopes of the key. */
+            /** @description What it allows. */
             scopes: components["schemas"]["Scope"][];
             kind: components["schemas"]["KeyKind"];
-            /** @description For a certificate: its subject alternative name. */
+            /** @description Of a certificate: the name in it. */
             san?: string;
             /**
              * Format: date-time
@@ -6965,7 +6968,7 @@ export interface components {
             expires_at?: string;
             /**
              * Format: date-time
-             * @description Time of the last accepted request, within a minute; absent before the first.
+             * @description When it let somebody in last, give or take a minute; absent before the first time.
              */
             last_used_at?: string;
             /**
@@ -6976,15 +6979,15 @@ export interface components {
             /** @description The key that took its place when it was rotated. */
             replaced_by?: string;
             /**
-             * @description The key itself, only in the answer to the request that made it. It cannot be retrieved
-             *     later.
+             * @description The key itself, in the answer to the request that made it and nowhere else: nobody can tell
+             *     it again.
              */
             key?: string;
-            /** @description Consequences of making the key. */
+            /** @description What follows from making it. */
             warnings?: components["schemas"]["Warning"][];
         };
         /**
-         * @description Proof of a key: a secret that is sent, or a client certificate.
+         * @description What proves a key: a secret that is sent, or a client's certificate.
          * @enum {string}
          */
         KeyKind: "secret" | "certificate";
@@ -6992,11 +6995,11 @@ export interface components {
         KeyPage: {
             /** @description The keys of this page. */
             items: components["schemas"]["Key"][];
-            /** @description Cursor of the next page; absent on the last one. */
+            /** @description Where the next page begins; absent on the last one. */
             next_cursor?: string;
         };
         /**
-         * @description Changes of a key. Fields that are left out stay unchanged.
+         * @description Changes of a key. A field that is left out stays as it is.
          * @example {
          *       "name": "grinder 4"
          *     }
@@ -7020,12 +7023,12 @@ export interface components {
         KeyRotation: {
             /**
              * Format: int32
-             * @description Seconds for which the old key stays valid, so that the new one can be distributed; 0 ends it
-             *     at once.
+             * @description How long the key before goes on, so that there is time to hand over the new one; 0 ends it
+             *     now.
              */
             overlap_seconds: number;
         };
-        /** @description Report on the insertion of knots. */
+        /** @description How knots were inserted. */
         KnotInsertion: {
             /** @description Why it ended. */
             stop: components["schemas"]["KnotInsertionStop"];
@@ -7048,14 +7051,14 @@ export interface components {
             rms: number;
         };
         /**
-         * @description Reason why the insertion ended: the tolerance is met; no span that misses it has enough points
-         *     for another knot; the limit of knots or rounds is reached.
+         * @description Why no more knots were inserted: the tolerance is met; no span that misses it holds enough
+         *     points for another knot; the most knots or rounds are reached.
          * @enum {string}
          */
         KnotInsertionStop: "tolerance_met" | "no_room" | "limit_reached";
         /** @description Full knot vectors, ascending: one for a curve, `[knots of u, knots of v]` for a surface. */
         Knots: number[] | number[][];
-        /** @description Description of an iteration's nodes. */
+        /** @description What was known of an iteration's nodes. */
         KnownMeasurand: {
             flank?: components["schemas"]["FlankSide"];
             /**
@@ -7064,7 +7067,7 @@ export interface components {
              */
             tooth?: string;
             axes?: components["schemas"]["Axes"];
-            /** @description True if the units were confirmed although the values are implausible. */
+            /** @description Whether the units were said to be right, however implausible. */
             accept_units?: boolean;
         };
         /** @description Linear combinations of order statistics, by regression quantiles (Koenker and Bassett). */
@@ -7077,11 +7080,11 @@ export interface components {
             form: components["schemas"]["LEstimatorForm"];
             /**
              * Format: double
-             * @description For `trimmed` and `winsorized`: share of the nodes at either end. Default 0.1.
+             * @description Of `trimmed` and `winsorized`: share of the nodes at either end. Default 0.1.
              */
             share?: number;
             /**
-             * @description For `quantiles`, required there: τ of each, ascending.
+             * @description Of `quantiles`: τ of each, ascending; needed there.
              * @example [
              *       0.25,
              *       0.5,
@@ -7090,7 +7093,7 @@ export interface components {
              */
             quantiles?: number[];
             /**
-             * @description For `quantiles`, required there: the weight of each, summing to 1.
+             * @description Of `quantiles`: the weight of each, together 1; needed there.
              * @example [
              *       0.25,
              *       0.5,
@@ -7113,11 +7116,11 @@ export interface components {
              */
             type: "lagrange";
         };
-        /** @description Figures for one value of λ*. */
+        /** @description What a value of λ* would give. */
         LambdaCurvePoint: {
             /**
              * Format: double
-             * @description λ*, as an eigenvalue of the scaled Fisher information matrix.
+             * @description Where on the curve, as an eigenvalue of the scaled Fisher information matrix.
              */
             lambda_star: number;
             /**
@@ -7132,7 +7135,7 @@ export interface components {
             bias_norm: number;
             /**
              * Format: double
-             * @description Same as in `choices`.
+             * @description As in `choices`.
              */
             predicted_mse?: number;
             /**
@@ -7181,7 +7184,7 @@ export interface components {
             coverage?: number;
             /**
              * Format: int64
-             * @description Seed of the random starts; the same seed gives the same answer. Default 0.
+             * @description Of the random starts; the same seed gives the same answer. Default 0.
              */
             seed?: number;
         };
@@ -7200,7 +7203,7 @@ export interface components {
             shape?: number;
             /**
              * Format: double
-             * @description Asymptotic standard error of an estimated shape; absent at an end of its range.
+             * @description Of an estimated shape, asymptotic; absent at an end of its range.
              */
             shape_std_error?: number;
             /**
@@ -7210,7 +7213,7 @@ export interface components {
             log_likelihood: number;
         };
         /**
-         * @description Source of the limit.
+         * @description Where a number came from.
          * @enum {string}
          */
         LimitSource: "estimate" | "request";
@@ -7222,23 +7225,23 @@ export interface components {
              */
             type: "linear";
         };
-        /** @description A job with the status of its last iteration. */
+        /** @description A job with what became of its last iteration. */
         ListedJob: {
             /**
              * Format: uuid
              * @description UUIDv7: ids in ascending order are jobs in order of creation.
              */
             id: string;
-            /** @description Name of the job. */
+            /** @description As the cell calls the job. */
             name: string;
-            /** @description Part number on the drawing. */
+            /** @description Of the gear's drawing. */
             part_number?: string;
-            /** @description Serial number of this gear. */
+            /** @description Of this gear. */
             serial_number?: string;
             /** @description The machine that it is made on. */
             machine?: string;
             gear?: components["schemas"]["Gear"];
-            /** @description Limits and design of its flanks. */
+            /** @description What its flanks must be like. */
             requirements?: components["schemas"]["Requirements"];
             /** @description Names and values by which the job can be found again. */
             tags: {
@@ -7264,7 +7267,7 @@ export interface components {
             status: components["schemas"]["JobStatus"];
             /**
              * Format: int32
-             * @description Number of iterations.
+             * @description How many iterations it has.
              */
             iteration_count: number;
             /**
@@ -7282,7 +7285,10 @@ export interface components {
             last_measured_at?: string;
             /** @description The flank that the last iteration is of. */
             flank?: components["schemas"]["FlankSide"];
-            /** @description Status of the left flanks alone, defined as `status`. Absent where none was measured. */
+            /**
+             * @description How far the left flanks have come: as `status`, over them alone. Left out where none was
+             *     measured.
+             */
             left_status?: components["schemas"]["JobStatus"];
             /** @description The same of the right flanks. */
             right_status?: components["schemas"]["JobStatus"];
@@ -7300,12 +7306,12 @@ export interface components {
              *     infinite.
              */
             condition?: number;
-            /** @description Slopes, crownings and twist by that fit; absent where the fit has none. */
+            /** @description Slopes, crownings and twist by that fit; absent where it tells none. */
             figures?: components["schemas"]["ShortFigures"];
             /**
              * Format: int32
-             * @description Class of ISO 1328-1, 1 to 11, in the latest evaluation; absent where the evaluation has
-             *     none, or where a figure is beyond 11.
+             * @description The class of ISO 1328-1, 1 to 11, that the evaluation found that was kept last; absent where
+             *     it found none, or something beyond 11.
              */
             class?: number;
         };
@@ -7318,7 +7324,7 @@ export interface components {
              * @example 1
              */
             tooth?: string;
-            /** @description Quantities and units on the axes of the nodes. */
+            /** @description What the axes of the nodes mean. */
             axes?: components["schemas"]["Axes"];
             /**
              * Format: uuid
@@ -7328,7 +7334,7 @@ export interface components {
             state: components["schemas"]["StreamStateName"];
             /**
              * Format: int64
-             * @description Number of the last block; 0 before the first.
+             * @description Of the last block; 0 before the first.
              */
             sequence: number;
             /**
@@ -7367,7 +7373,8 @@ export interface components {
             type: "lp";
             /**
              * Format: double
-             * @description Power p of the minimised sum Σ|r|^p: 1 is least absolute deviations, 2 least squares.
+             * @description The power of the residuals whose sum is made least: 1 least absolute deviations, 2 least
+             *     squares.
              */
             p: number;
         };
@@ -7391,9 +7398,9 @@ export interface components {
              */
             tuning?: number[];
             /**
-             * @description For `huber`, instead of `tuning`: the share ε of gross errors, which gives the minimax k
-             *     (Eq. 10), or `estimate`: the ε of the least favourable distribution that maximises the
-             *     likelihood of the residuals.
+             * @description Of `huber`, instead of `tuning`: the share ε of gross errors, whose minimax k is taken (Eq.
+             *     10), or `estimate`: the ε in whose least favourable distribution the residuals are
+             *     likeliest.
              */
             contamination?: components["schemas"]["Contamination"];
             scale?: components["schemas"]["ResidualScale"];
@@ -7520,11 +7527,11 @@ export interface components {
         };
         /** @description Jobs on one machine. */
         MachineCount: {
-            /** @description Name of the machine in the jobs. */
+            /** @description As the jobs name it. */
             machine: string;
             /**
              * Format: int64
-             * @description Number of jobs on it.
+             * @description How many jobs name it.
              */
             count: number;
         };
@@ -7534,9 +7541,9 @@ export interface components {
          */
         MachineVerdict: "as_predicted" | "weaker" | "stronger" | "different" | "undecided";
         /**
-         * @description Matérn's correlation (1 + x) exp(−x) with x = √3 · distance / length (smoothness 3/2), plus
-         *     a share of white noise in the variance. Estimating it takes three nodes with two
-         *     predecessors on their line, or neighbours at different distances.
+         * @description Matérn's correlation (1 + x) exp(−x) with x = √3 · distance / length (smoothness 3/2),
+         *     beside a white share of the variance. To be estimated it takes three nodes with two others
+         *     before them on their line, or neighbours at different distances.
          */
         MaternErrors: {
             /**
@@ -7544,7 +7551,7 @@ export interface components {
              * @enum {string}
              */
             type: "matern";
-            /** @description Direction of scan lines. Required for a grid; default `order`. */
+            /** @description Which way scan lines run. Needed for a grid; default `order`. */
             along?: components["schemas"]["AlongName"];
             /**
              * @description The line of each node as posted, any whole number; of scattered nodes and rows of a
@@ -7555,7 +7562,7 @@ export interface components {
             estimate?: boolean;
             parameters?: components["schemas"]["MaternParameters"];
         };
-        /** @description Parameters of Matérn's correlation. */
+        /** @description Of Matérn's correlation. */
         MaternParameters: {
             /**
              * Format: double
@@ -7627,8 +7634,8 @@ export interface components {
             distribution: components["schemas"]["DistributionName"];
             /**
              * Format: double
-             * @description ν of `student`, 0.5 to 200; p of `generalized_normal`, 1 to 8. Estimated by default.
-             *     `laplace` has no shape.
+             * @description ν of `student`, 0.5 to 200; p of `generalized_normal`, 1 to 8. Estimated when not given.
+             *     `laplace` takes none.
              */
             shape?: number;
         };
@@ -7637,7 +7644,7 @@ export interface components {
          * @enum {string}
          */
         MeanCurve: "line" | "parabola";
-        /** @description A change of the nodes' description: the values before and after it. */
+        /** @description What is known of an iteration's nodes from a change on, and what was before. */
         MeasurandChange: {
             flank?: components["schemas"]["FlankSide"];
             /**
@@ -7646,7 +7653,7 @@ export interface components {
              */
             tooth?: string;
             axes?: components["schemas"]["Axes"];
-            /** @description True if the units were confirmed although the values are implausible. */
+            /** @description Whether the units were said to be right, however implausible. */
             accept_units?: boolean;
             before: components["schemas"]["KnownMeasurand"];
         };
@@ -7657,7 +7664,7 @@ export interface components {
              * @description ε.
              */
             contamination: number;
-            /** @description True if ε was estimated. */
+            /** @description Whether ε was estimated. */
             estimated: boolean;
             /**
              * Format: double
@@ -7671,10 +7678,10 @@ export interface components {
              */
             variance: number;
         };
-        /** @description The basis functions of the fit. */
+        /** @description The functions whose mixture is fitted. */
         Model: components["schemas"]["PolynomialModel"] | components["schemas"]["BSplineModel"] | components["schemas"]["LinearModel"];
         /**
-         * @description Criterion that the chosen model minimises; the number of parameters k counts the coefficients
+         * @description What the model that is chosen makes least; the number of parameters k counts the coefficients
          *     and σ². `aicc`: −2 ln L + 2k + 2k(k + 1)/(m − k − 1); `bic`: −2 ln L + k ln m; `press`: Σ w
          *     r²/(1 − h)²; `blocked_cv`: Σ w r² of nodes that are left out in blocks (`folds`); `reml`: −2 ln
          *     of the marginal likelihood with Zellner's prior of the coefficients.
@@ -7704,11 +7711,11 @@ export interface components {
              */
             type: "natural";
         };
-        /** @description A near linear dependency of columns. */
+        /** @description Columns that nearly depend on each other. */
         NearDependency: {
             /**
              * Format: double
-             * @description Eigenvalue of the scaled Fisher information matrix.
+             * @description Of the scaled Fisher information matrix.
              */
             eigenvalue: number;
             /**
@@ -7718,11 +7725,11 @@ export interface components {
              */
             condition_index?: number;
             /**
-             * @description The eigenvector, with one entry for each column. Present with `include` of
-             *     `collinearity`.
+             * @description The eigenvector: how much of each column takes part. Present when `collinearity` was
+             *     included.
              */
             weights?: number[];
-            /** @description The terms in the dependency. */
+            /** @description The terms that take part. */
             terms: string[];
             /**
              * Format: double
@@ -7731,7 +7738,7 @@ export interface components {
             cosine?: number;
             /**
              * Format: double
-             * @description For two terms: the limit of the cosine by Eq. 26.
+             * @description What Eq. 26 says the cosine tends to, where there are two terms.
              */
             weight_ratio?: number;
             /**
@@ -7752,7 +7759,7 @@ export interface components {
              * @example 1
              */
             tooth?: string;
-            /** @description Quantities and units on the axes of the nodes. */
+            /** @description What the axes of the nodes mean. */
             axes?: components["schemas"]["Axes"];
             /**
              * Format: int32
@@ -7769,18 +7776,18 @@ export interface components {
              * @description The job that it belongs to.
              */
             job_id: string;
-            /** @description True if the units were confirmed although the values are implausible; absent otherwise. */
+            /** @description Whether the units were said to be right, however implausible; left out where they were not. */
             accept_units?: boolean;
             /**
              * Format: date-time
              * @description When the nodes were measured, as it was posted.
              */
             measured_at?: string;
-            /** @description Measuring instrument. */
+            /** @description What they were measured with. */
             instrument?: string;
-            /** @description Operator who measured the nodes. */
+            /** @description Who measured them. */
             operator?: string;
-            /** @description Note on the measurement. */
+            /** @description What else was said of the measurement. */
             note?: string;
             /**
              * Format: date-time
@@ -7794,7 +7801,7 @@ export interface components {
             node_count: number;
             /** @description One, which is chosen until another one is. */
             fits: components["schemas"]["IterationFit"][];
-            /** @description Warnings of the fit and its figures, each with `at`. */
+            /** @description What its fit and the figures warn of, each with `at`. */
             warnings: components["schemas"]["GearWarning"][];
         };
         /**
@@ -7818,17 +7825,17 @@ export interface components {
          *     }
          */
         NewJob: {
-            /** @description Name of the job. */
+            /** @description As the cell calls the job. */
             name: string;
-            /** @description Part number on the drawing. */
+            /** @description Of the gear's drawing. */
             part_number?: string;
-            /** @description Serial number of this gear. */
+            /** @description Of this gear. */
             serial_number?: string;
             /** @description The machine that it is made on. */
             machine?: string;
-            /** @description The gear that corrections and evaluations of the job's iterations refer to. */
+            /** @description What corrections and evaluations of the job's iterations refer to. */
             gear?: components["schemas"]["Gear"];
-            /** @description Limits and design of its flanks. */
+            /** @description What its flanks must be like. */
             requirements?: components["schemas"]["Requirements"];
             /** @description At most 50, for finding the job again. */
             tags?: {
@@ -7844,14 +7851,14 @@ export interface components {
          *     }
          */
         NewKey: {
-            /** @description Name of the key's holder, a person or a program. */
+            /** @description Who or what holds the key. */
             name: string;
             /**
-             * @description Role of the key: a set of scopes. Either this or `scopes`.
+             * @description What it allows: a role, whose scopes go together. Either this or `scopes`.
              * @enum {string}
              */
             role?: "reader" | "operator" | "engineer" | "auditor" | "admin";
-            /** @description Scopes of the key. Either this or `role`. */
+            /** @description What it allows, one by one. Either this or `role`. */
             scopes?: ("read" | "compute" | "measure" | "judge" | "audit" | "admin")[];
             /**
              * Format: date-time
@@ -7860,7 +7867,7 @@ export interface components {
             expires_at?: string;
             /** @description A secret if it is left out. */
             kind?: components["schemas"]["KeyKind"];
-            /** @description For a certificate: a subject alternative name, either a host name (DNS) or a URI. */
+            /** @description Of a certificate: the name of a host (DNS) or the URI among its subject alternative names. */
             san?: string;
         };
         /**
@@ -7870,16 +7877,16 @@ export interface components {
         NewStream: {
             scaling?: components["schemas"]["ScalingName"];
             /**
-             * @description Default for fits: `first_order` with λ* by `min_mse`, or `none` with a prior. Default
-             *     for a curve, a surface or a flank: `none`.
+             * @description Of fits by default `first_order` with λ* by `min_mse`, or `none` with a prior; where a
+             *     curve, a surface or a flank is asked for, `none`.
              */
             regularization?: components["schemas"]["Regularization"];
             estimator?: components["schemas"]["Estimator"];
             /**
              * Format: double
-             * @description Norm limit r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bias bounds and intervals;
-             *     they are valid only if it holds. Take it from a source other than these nodes
-             *     (docs/intervals.md). By default r is estimated, and used for bounds only.
+             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals, which
+             *     hold as far as it is true; by default estimated, and then for bounds alone. It is to be
+             *     known from elsewhere than these nodes (docs/intervals.md).
              */
             coefficient_norm_limit?: number;
             /**
@@ -7897,7 +7904,7 @@ export interface components {
              * @example 0.95
              */
             level?: number;
-            /** @description Optional parts of the answer. */
+            /** @description Parts of the answer that come only when asked for. */
             include?: components["schemas"]["FitInclude"][];
             /** @description Applied to the heights before the fit, in this order. */
             filters?: components["schemas"]["Filter"][];
@@ -7906,8 +7913,8 @@ export interface components {
             domain?: components["schemas"]["Domain"];
             prior?: components["schemas"]["Prior"];
             /**
-             * @description Conditions on slope or curvature of the fitted curve or surface. `regularization` must
-             *     then be `none`, and the estimator `least_squares`.
+             * @description How the fitted curve or surface has to rise, fall or bend. Then `regularization` is
+             *     `none`, and the estimator `least_squares`.
              */
             constraints?: components["schemas"]["Constraint"][];
             /** @description Heights, slopes and bands at places of the domain. */
@@ -7915,8 +7922,8 @@ export interface components {
             select?: components["schemas"]["Select"];
             folds?: components["schemas"]["Folds"];
             /**
-             * @description Nodes that the fit treats as missing; each is named once. They remain in the stored
-             *     nodes, and `spec` lists them.
+             * @description Nodes that are left out of the fit, as if they were missing; each is named once. They
+             *     stay in what is stored, and `spec` says that they were left out.
              * @example [
              *       {
              *         "column": 7,
@@ -7938,7 +7945,7 @@ export interface components {
              * @example 1
              */
             tooth?: string;
-            /** @description Quantities and units on the axes of the nodes. */
+            /** @description What the axes of the nodes mean. */
             axes?: components["schemas"]["Axes"];
         };
         /**
@@ -8000,25 +8007,25 @@ export interface components {
         NodeUncertainty: {
             /**
              * Format: double
-             * @description Standard uncertainty of each abscissa (of each entry of a measurement matrix).
+             * @description Of each abscissa (of each entry for a measurement matrix).
              */
             position: number;
             /**
              * Format: double
-             * @description Standard uncertainty of the height.
+             * @description Of the height.
              */
             height: number;
             /**
-             * @description Kind of the uncertainty where `position` is not 0; default `measured`. Robust estimators,
-             *     measurement matrices, streams, shapes near points and `height` 0 treat positions as exact:
-             *     there a warning says so, and a kind is refused.
+             * @description What is off where `position` is not 0; default `measured`, but for what takes positions as
+             *     exact (robust estimators, measurement matrices, streams, shapes near points, `height` 0),
+             *     where a warning says so and a kind is refused.
              */
             position_kind?: components["schemas"]["PositionKind"];
         };
         /** @description Measured nodes, in the caller's own length unit. */
         Nodes: components["schemas"]["CurveNodes"] | components["schemas"]["ScatteredNodes"] | components["schemas"]["GridNodes"] | components["schemas"]["MatrixNodes"];
         /**
-         * @description Source of r.
+         * @description Where r came from.
          * @enum {string}
          */
         NormLimitSource: "estimate" | "request" | "heights" | "limits" | "prior";
@@ -8030,7 +8037,7 @@ export interface components {
              */
             type: "not_a_knot";
         };
-        /** @description Numerical accuracy of the answer. */
+        /** @description How the numbers were computed. */
         Numerics: {
             arithmetic: components["schemas"]["ArithmeticName"];
             /**
@@ -8047,14 +8054,11 @@ export interface components {
              * @enum {string}
              */
             type: "nurbs";
-            /** @description Degree of the pieces, from 0 (steps). */
+            /** @description Of the pieces, from 0 (steps) on. */
             degree: number;
             /** @description The full knot vector, ascending: as many as control points, degree and 1 together. */
             knots: number[];
-            /**
-             * @description Their number is that of the knots minus the degree minus 1: numbers for a graph, `[x, y]` or
-             *     `[x, y, z]` otherwise.
-             */
+            /** @description As many as knots less degree less 1: numbers for a graph, `[x, y]` or `[x, y, z]` otherwise. */
             control_points: components["schemas"]["Point"][];
             /** @description One ≥ 0 for each control point; somewhere on every span one above 0. */
             weights: number[];
@@ -8066,13 +8070,13 @@ export interface components {
              * @enum {string}
              */
             type: "nurbs_least_squares";
-            /** @description Degree of the pieces. */
+            /** @description Of the pieces. */
             degree: number;
             /** @description The full knot vector. */
             knots: number[];
             /** @description One above 0 for each control point. */
             weights: number[];
-            /** @description One weight for each point; it multiplies the squared residual. */
+            /** @description One for each point: what its squared residual counts. */
             weight?: number[];
         };
         /** @description Σ wᵢⱼ aᵢⱼ Nᵢ(u) Nⱼ(v) / Σ wᵢⱼ Nᵢ(u) Nⱼ(v). */
@@ -8125,28 +8129,28 @@ export interface components {
             id: string;
             /** @description Method and path of the request. */
             request: string;
-            /** @description Scope that the request requires, and that reading the operation requires. */
+            /** @description What the request asked its caller for, and whoever asks after it. */
             scope: string;
             /**
              * Format: uuid
-             * @description Job of the request.
+             * @description Of the job that the request is of.
              */
             job_id?: string;
             state: components["schemas"]["OperationState"];
             /**
              * Format: double
-             * @description Completed share, from 0 to 1, as far as the computation reports it; a few seconds old if
-             *     another server computes it.
+             * @description How much is done, from 0 to 1, as far as the computation tells; a few seconds old where
+             *     another server does it.
              */
             progress: number;
             /**
              * Format: double
-             * @description Estimated seconds until its end; absent where no estimate exists.
+             * @description Seconds until it will have ended if it goes on as before; absent while nobody can tell.
              */
             remaining_seconds?: number;
             /**
              * Format: int32
-             * @description Number of starts: more than one after the loss of a server.
+             * @description How often it was begun: more than once where a server was lost.
              */
             attempts: number;
             /**
@@ -8176,11 +8180,11 @@ export interface components {
         OperationPage: {
             /** @description Newest first. */
             items: components["schemas"]["Operation"][];
-            /** @description Cursor of the next page; absent on the last one. */
+            /** @description Where the next page begins; absent on the last one. */
             next_cursor?: string;
         };
         /**
-         * @description State of an operation.
+         * @description Where an operation stands.
          * @enum {string}
          */
         OperationState: "queued" | "running" | "succeeded" | "failed" | "cancelled";
@@ -8204,12 +8208,12 @@ export interface components {
         OtherMachines: {
             /**
              * Format: int64
-             * @description Number of these machines.
+             * @description How many there are.
              */
             machines: number;
             /**
              * Format: int64
-             * @description Number of jobs on them.
+             * @description How many jobs name one of them.
              */
             count: number;
         };
@@ -8247,7 +8251,7 @@ export interface components {
             amount: number;
             /**
              * Format: double
-             * @description Relative to the range of this coordinate over all points.
+             * @description As a part of the range that this coordinate has over all points.
              */
             relative?: number;
             /**
@@ -8260,7 +8264,7 @@ export interface components {
             /** @description The two points between which it is reached, by their numbers from 0 on. */
             between: number[];
         };
-        /** @description Choice of λ* (spectral), k (ridge, attraction) or λ (Tikhonov). */
+        /** @description How λ* (spectral), k (ridge, attraction) or λ (Tikhonov) is chosen. */
         Parameter: {
             criterion: components["schemas"]["CriterionName"];
             /**
@@ -8277,8 +8281,8 @@ export interface components {
             v: number[];
         };
         /**
-         * @description Parameter of the points, from 0 to 1: uniform, by distance, or by the square root of the
-         *     distance (least overshoot in sharp bends).
+         * @description How the parameter grows from point to point, from 0 to 1: evenly, by distance, or by its square
+         *     root (calmest in sharp bends).
          * @enum {string}
          */
         Parametrization: "uniform" | "chord_length" | "centripetal";
@@ -8322,18 +8326,18 @@ export interface components {
              * @enum {string}
              */
             type: "patchwork";
-            /** @description Parameters of the patch borders, both ends included, ascending. */
+            /** @description Where patches meet, both ends included, ascending. */
             u: number[];
-            /** @description Parameters of the patch borders, both ends included, ascending. */
+            /** @description Where patches meet, both ends included, ascending. */
             v: number[];
             /**
-             * @description A row for each interval of u, in it a patch for each interval of v. A patch cannot be a
-             *     patchwork.
+             * @description For each interval of u a row, for each of v a patch over that rectangle; none a
+             *     patchwork itself.
              */
             patches: components["schemas"]["Surface"][][];
         };
         /**
-         * @description A peak is replaced by the median of its window, or counts as missing.
+         * @description A peak takes the median of its window, or counts as missing from there on.
          * @enum {string}
          */
         PeakAction: "replace" | "remove";
@@ -8341,15 +8345,15 @@ export interface components {
         Penalty: {
             /**
              * Format: double
-             * @description Factor λ of the penalty that is added to the sum of squares.
+             * @description λ, by which the penalty is multiplied beside the sum of squares.
              */
             lambda: number;
             /** @description Left out where λ was given. */
             criterion?: components["schemas"]["CriterionName"];
-            /** @description True if the criterion is met within the range of λ. */
+            /** @description Whether the criterion is met within the range of λ. */
             reached: boolean;
         };
-        /** @description Periodic: the last point repeats the first, and slope and curvature are continuous there. */
+        /** @description The last point repeats the first, and the curve goes on there as it begins. */
         PeriodicEnds: {
             /**
              * @description The variant. (enum property replaced by openapi-typescript)
@@ -8366,7 +8370,7 @@ export interface components {
         PerturbationBounds: {
             /**
              * Format: double
-             * @description Bound by Ineq. 22; absent where the inequality does not apply.
+             * @description Ineq. 22; absent where it does not hold.
              */
             square_bound?: number;
             /**
@@ -8598,7 +8602,7 @@ export interface components {
              */
             type: "polynomial";
             form: components["schemas"]["PolynomialForm"];
-            /** @description Abscissae of the interpolation. */
+            /** @description Where the polynomial was interpolated. */
             nodes: number[];
             /**
              * @description Barycentric: Σ wᵢ yᵢ/(x − xᵢ) / Σ wᵢ/(x − xᵢ). They follow from the nodes and may be left
@@ -8609,11 +8613,14 @@ export interface components {
             values?: components["schemas"]["Point"][];
             /** @description Newton: divided differences c₀ + c₁(x − x₀) + c₂(x − x₀)(x − x₁) + …. */
             coefficients?: components["schemas"]["Point"][];
-            /** @description Newton form: rounding remainders of `coefficients`; without them a few digits are lost. */
+            /**
+             * @description Newton: what the doubles of `coefficients` leave of the differences; without them a few
+             *     digits fewer.
+             */
             coefficient_remainders?: components["schemas"]["Point"][];
         };
         /**
-         * @description Form of a polynomial.
+         * @description How a polynomial is written.
          * @enum {string}
          */
         PolynomialForm: "barycentric" | "newton";
@@ -8630,13 +8637,13 @@ export interface components {
             /** @description Default `tensor`. */
             terms?: components["schemas"]["PolynomialTerms"];
         };
-        /** @description `tensor`: every product up to the degree of each axis; `total`: those whose degrees add up to at most the degree; or a list of products of a surface, as degrees along u and v within `degree`, each with all its divisors: `[[0, 0], [1, 0], [0, 1]]`. */
+        /** @description `tensor`: every product up to the degree of each axis; `total`: those whose degrees add up to at most the degree; or the products of a surface one by one, as degrees along u and v within `degree`, each with all that divide it: `[[0, 0], [1, 0], [0, 1]]`. */
         PolynomialTerms: ("tensor" | "total") | number[][];
         /**
-         * @description Kind of position errors. `measured`: the reading is wrong (orthogonal distance regression: the
-         *     true positions are estimated with the coefficients). `nominal`: the position reached differs
-         *     from the given one (effective variance: steep places weigh less). In both cases a node has the
-         *     variance height²/weight + slope² position², up to a factor that follows from `sigma`.
+         * @description What is off: `measured`, the place that was read (orthogonal distance regression: the true
+         *     places are estimated with the coefficients); `nominal`, the place that was reached instead of
+         *     the one given (effective variance: steep places weigh less). Either way a node has the variance
+         *     height²/weight + slope² position², up to a factor that `sigma` follows from.
          * @enum {string}
          */
         PositionKind: "measured" | "nominal";
@@ -8651,24 +8658,24 @@ export interface components {
             rounds: number;
             /**
              * Format: double
-             * @description Mean share of positions in the variance of the residual heights, 0 to 1.
+             * @description The share of positions in the variance of what is left of the heights, on average, 0 to 1.
              */
             variance_share: number;
             /**
              * Format: double
-             * @description Largest distance between the measured and the estimated position of a node, in the unit of
+             * @description How far from where it was read the likeliest position of a node lies at most, in the unit of
              *     the abscissae; 0 for `nominal`.
              */
             largest_shift: number;
             /**
              * Format: double
-             * @description `sigma` divided by the given `height`: far from 1 where the uncertainties do not match the
-             *     residuals. Intervals use `sigma`.
+             * @description `sigma` over the `height` that was told: far from 1 where the uncertainties do not fit the
+             *     residuals. Intervals go by `sigma`.
              */
             sigma_ratio?: number;
         };
         /**
-         * @description Meaning of a positive height.
+         * @description What a positive height means.
          * @enum {string}
          */
         PositiveHeight: "material_out" | "material_in";
@@ -8714,7 +8721,7 @@ export interface components {
             level?: number;
             /** @description Which bands; default `["confidence"]`. */
             kinds?: components["schemas"]["Band"][];
-            /** @description If true, slopes with their intervals are included; default false. */
+            /** @description Slopes with their intervals beside the heights; default false. */
             slopes?: boolean;
         };
         /**
@@ -8764,8 +8771,8 @@ export interface components {
          */
         Predictions: {
             /**
-             * @description Index (from 0, in the requested order) of the place of each entry; present when some
-             *     were left out because their figures exceed double precision (warning `beyond_double`).
+             * @description The place (from 0, as asked for) of each entry; present when some were left out because
+             *     their figures leave the range of double precision (warning `beyond_double`).
              */
             place_indices?: number[];
             /**
@@ -8776,8 +8783,8 @@ export interface components {
             /** @description Heights of the estimate. */
             value: number[];
             /**
-             * @description Standard errors, those of least squares where λ* was chosen from the nodes; absent
-             *     without an estimate of the noise.
+             * @description Their standard errors, of least squares where the nodes chose λ*; absent without an
+             *     estimate of the noise.
              */
             std_error?: number[];
             /**
@@ -8791,15 +8798,15 @@ export interface components {
              */
             confidence?: number[][];
             /**
-             * @description `[low, high]` of a further measurement of weight 1 at each single place. For robust fits
-             *     by their own residuals, outliers included; absent for a quantile.
+             * @description `[low, high]` of a further measurement of weight 1 at each place by itself. Of robust
+             *     fits by their own residuals, outliers included; of a quantile there is none.
              */
             prediction?: number[][];
             /**
-             * @description `[low, high]` of the true heights of the whole domain at once, at each place; with a
-             *     linear model of all requested rows at once. About least squares; with a norm limit, and
-             *     a λ* that does not depend on the heights, about the estimate if that band is narrower on
-             *     average.
+             * @description `[low, high]` of the true heights of the whole domain at once, at each place; of a
+             *     linear model of all rows asked for at once. About least squares; where a norm limit was
+             *     given, and λ* does not follow from the heights, about the estimate if that band is
+             *     narrower on the whole.
              */
             simultaneous?: number[][];
             simultaneous_method?: components["schemas"]["SimultaneousMethod"];
@@ -8818,20 +8825,20 @@ export interface components {
             /** @description Slopes by v. */
             slope_v?: components["schemas"]["Slopes"];
         };
-        /** @description A fit request without nodes: the stored nodes are fitted. */
+        /** @description A fit request without nodes: what a fit of the stored ones would be. */
         PreviewRequest: {
             scaling?: components["schemas"]["ScalingName"];
             /**
-             * @description Default for fits: `first_order` with λ* by `min_mse`, or `none` with a prior. Default
-             *     for a curve, a surface or a flank: `none`.
+             * @description Of fits by default `first_order` with λ* by `min_mse`, or `none` with a prior; where a
+             *     curve, a surface or a flank is asked for, `none`.
              */
             regularization?: components["schemas"]["Regularization"];
             estimator?: components["schemas"]["Estimator"];
             /**
              * Format: double
-             * @description Norm limit r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bias bounds and intervals;
-             *     they are valid only if it holds. Take it from a source other than these nodes
-             *     (docs/intervals.md). By default r is estimated, and used for bounds only.
+             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals, which
+             *     hold as far as it is true; by default estimated, and then for bounds alone. It is to be
+             *     known from elsewhere than these nodes (docs/intervals.md).
              */
             coefficient_norm_limit?: number;
             /**
@@ -8849,7 +8856,7 @@ export interface components {
              * @example 0.95
              */
             level?: number;
-            /** @description Optional parts of the answer. */
+            /** @description Parts of the answer that come only when asked for. */
             include?: components["schemas"]["FitInclude"][];
             /** @description Applied to the heights before the fit, in this order. */
             filters?: components["schemas"]["Filter"][];
@@ -8858,8 +8865,8 @@ export interface components {
             domain?: components["schemas"]["Domain"];
             prior?: components["schemas"]["Prior"];
             /**
-             * @description Conditions on slope or curvature of the fitted curve or surface. `regularization` must
-             *     then be `none`, and the estimator `least_squares`.
+             * @description How the fitted curve or surface has to rise, fall or bend. Then `regularization` is
+             *     `none`, and the estimator `least_squares`.
              */
             constraints?: components["schemas"]["Constraint"][];
             /** @description Heights, slopes and bands at places of the domain. */
@@ -8867,8 +8874,8 @@ export interface components {
             select?: components["schemas"]["Select"];
             folds?: components["schemas"]["Folds"];
             /**
-             * @description Nodes that the fit treats as missing; each is named once. They remain in the stored
-             *     nodes, and `spec` lists them.
+             * @description Nodes that are left out of the fit, as if they were missing; each is named once. They
+             *     stay in what is stored, and `spec` says that they were left out.
              * @example [
              *       {
              *         "column": 7,
@@ -8879,9 +8886,10 @@ export interface components {
             exclude?: components["schemas"]["NodeAt"][];
         };
         /**
-         * @description Prior knowledge of the coefficients: `mean` with `std_error` or `covariance`; or, for iterations
-         *     and their further fits, `iterations`. `value` of a coefficient is then the mean of the posterior
-         *     and `std_error` its standard deviation; `regularization` must be `none`.
+         * @description What was known of the coefficients before the nodes were measured: `mean` with `std_error` or
+         *     `covariance`; or, of iterations and their further fits, `iterations`. Then `value` of a
+         *     coefficient is the mean of the posterior and `std_error` its standard deviation, and nothing is
+         *     regularised beside: `regularization` is `none`.
          * @example {
          *       "correction": true,
          *       "iterations": "previous",
@@ -8900,49 +8908,46 @@ export interface components {
             covariance?: number[][];
             /** @description Which earlier iterations of the job. */
             iterations?: components["schemas"]["PriorIterations"];
-            /**
-             * @description Standard deviation of the flank's change from one iteration to the next. Default
-             *     `estimated`.
-             */
+            /** @description How far the flank moves from one iteration to the next. Default `estimated`. */
             move?: components["schemas"]["PriorMove"];
             /**
-             * @description If true, the change predicted by a correction of an earlier iteration is added to the prior.
-             *     Default true.
+             * @description Whether the change that a correction predicted which was kept with an earlier iteration is
+             *     taken to have come. Default true.
              */
             correction?: boolean;
         };
-        /** @description Distance between the nodes and the prediction of the prior. */
+        /** @description How far the nodes lie from what the prior predicts. */
         PriorConflict: {
             /**
              * Format: double
-             * @description `eᵀS⁻¹e/n`, where e is the distance from the prediction and S its covariance: about 1 if
-             *     the prior is correct.
+             * @description `eᵀS⁻¹e/n`, e the distance from the prediction and S its covariance: about 1 where the
+             *     prior holds.
              */
             statistic: number;
             /**
              * Format: double
-             * @description Probability of this value or a larger one if the prior is correct.
+             * @description Probability of as much or more where the prior holds.
              */
             p: number;
             /**
-             * @description True if p is below 1e-4: the prior is dropped, and least squares of these nodes is
-             *     returned (warning `prior_conflict`). Where moves are estimated the intervals are the
-             *     same as without a conflict: their coverage holds for any flank.
+             * @description Whether p is below 1e-4: the prior was let go and least squares of these nodes is
+             *     answered (warning `prior_conflict`). Where moves are estimated the intervals are made as
+             *     without a conflict: they hold whatever the flank did.
              */
             let_go: boolean;
         };
         /** @description `previous`, all earlier iterations of the same flank and tooth (the last 100 of them); or their numbers, ascending. Flanks and teeth that are not given count as equal. */
         PriorIterations: "previous" | number[];
-        /** @description `estimated` from the differences between the iterations; or the standard deviation of the move of each coefficient, above 0, in the order and unit of the answer. */
+        /** @description `estimated`, by how far the iterations lie from each other; or the standard deviation of the move of each coefficient, above 0, in the order and unit of the answer. */
         PriorMove: "estimated" | number[];
         /**
-         * @description Effect of the prior. `spectrum.eigenvalues` are those of the nodes alone,
+         * @description What became of what was known before. `spectrum.eigenvalues` are those of the nodes alone,
          *     `spectrum.regularized` those of nodes and prior together.
          */
         PriorResult: {
             /**
-             * @description The earlier iterations, oldest first; absent with `mean`. If the list is empty, the
-             *     nodes alone are used.
+             * @description The earlier iterations, oldest first; absent with `mean`. Where there was none the nodes
+             *     stand by themselves.
              */
             iterations?: number[];
             /**
@@ -8950,7 +8955,7 @@ export interface components {
              *     fit's own spec.
              */
             fit_ids?: string[];
-            /** @description Corrections whose predicted changes were added to the prior, in their order. */
+            /** @description The kept corrections whose predicted changes were taken to have come, in their order. */
             corrections: components["schemas"]["UsedCorrection"][];
             /** @description Standard deviation of the move of each coefficient from one iteration to the next. */
             move?: number[];
@@ -8961,21 +8966,21 @@ export interface components {
              */
             move_ratio?: number;
             /**
-             * @description Test of the nodes against the prior; absent where it is not available (with iterations
-             *     and an estimated move, before the third iteration; available from the second if the move
-             *     exceeds 1,000 standard errors, the largest step allowed).
+             * @description Whether the nodes contradict what was known; absent before that can be told (of
+             *     iterations with an estimated move from the third on; from the second where the move is
+             *     beyond 1,000 standard errors, the largest step that is allowed for).
              */
             conflict?: components["schemas"]["PriorConflict"];
             /**
-             * @description For each coefficient the share of the prior in the information: 1 minus the ratio of its
-             *     variance to that of least squares, both for `sigma`.
+             * @description Of each coefficient the share of the information that comes from the prior: 1 less its
+             *     variance over that of least squares, both for `sigma`.
              */
             share: number[];
             /**
              * Format: double
-             * @description Standard deviation of a height of weight 1, from the residuals of all iterations
-             *     together, or as given. Errors of the coefficients use it, unless a prior with a given
-             *     `move` or `mean` is dropped.
+             * @description Standard deviation of a height of weight 1, by the residuals of all iterations together,
+             *     or as given. The errors of the coefficients rest on it, unless a prior with a `move` or
+             *     `mean` that was told is let go.
              */
             sigma?: number;
             /** @description Degrees of freedom of `sigma`; absent where it was given. */
@@ -8991,7 +8996,7 @@ export interface components {
             type: string;
             /**
              * @description The kind of problem in words; the same for every occurrence.
-             * @example The request is invalid
+             * @example The request holds what cannot be accepted
              */
             title: string;
             /**
@@ -9006,8 +9011,8 @@ export interface components {
              */
             code: string;
             /**
-             * @description What is wrong and how to correct it. For faults in the request: the first with its pointer,
-             *     and the number of further ones.
+             * @description What is wrong this time and what to do about it. Of faults in the request: the first with
+             *     its place, and how many more there are.
              */
             detail: string;
             /** @description Every fault found in the request (the first 100), by its place. */
@@ -9022,7 +9027,7 @@ export interface components {
              * @example /nodes/z/3/7
              */
             pointer: string;
-            /** @description What is wrong there and how to correct it. */
+            /** @description What is wrong there. */
             detail: string;
         };
         /** @description One product QSᵀ of B. */
@@ -9110,11 +9115,11 @@ export interface components {
             root: number;
         };
         /**
-         * @description Kind of credential.
+         * @description What lets somebody in.
          * @enum {string}
          */
         Proof: "secret" | "certificate" | "token";
-        /** @description Engine, versions and digest of the input of the answer. */
+        /** @description What made the answer out of what. */
         Provenance: {
             /**
              * @description Program and version that computed the answer.
@@ -9122,8 +9127,8 @@ export interface components {
              */
             engine: string;
             /**
-             * @description SHA-256 of the canonical form of nodes and spec, independent of white space and key
-             *     order.
+             * @description SHA-256 of the canonical form of nodes and spec: the same request gives the same digest
+             *     whatever its white space or key order.
              */
             input_sha256: string;
         };
@@ -9131,7 +9136,7 @@ export interface components {
         Purge: {
             /**
              * Format: uuid
-             * @description The job; its row, numbers and audit are kept.
+             * @description The job, whose row, numbers and audit stay.
              */
             job_id: string;
             /**
@@ -9141,21 +9146,18 @@ export interface components {
             purged_at: string;
             /** @description Why, as it was posted. */
             reason: string;
-            /** @description SHA-256 of the archive with the removed data, in 64 lower-case hexadecimal digits. */
+            /** @description SHA-256 of the archive that has what was taken away, in 64 lower-case hexadecimal digits. */
             archive_sha256: string;
         };
         /**
-         * @description Reason and archive digest of the purge.
+         * @description What is to be purged, and why.
          * @example {
          *       "archive_sha256": "4355a46b19d348dc2f57c046f8ef63d4538ebb936000f3c9ee954a27460dd865",
          *       "reason": "The operator asked for it"
          *     }
          */
         PurgeRequest: {
-            /**
-             * @description Reason of the purge. It is stored and returned with later requests for the removed data: do
-             *     not name persons here.
-             */
+            /** @description Why. It is kept and told to whoever asks for what was purged: name no person here. */
             reason: string;
             /**
              * @description `archive-sha256` of the archive that is kept: 64 hexadecimal digits. It must be that of the
@@ -9207,15 +9209,15 @@ export interface components {
              */
             type: "rack";
         };
-        /** @description The matrix to randomise: either `x`, or `nodes` with `model`. */
+        /** @description What is randomised: either `x`, or `nodes` with `model`. */
         RandomizationRequest: {
             /** @description Rows of the measurement matrix. */
             x?: number[][];
             /** @description Nodes at which `model` is evaluated. */
             nodes?: components["schemas"]["Nodes"];
-            /** @description With `nodes`: the model. */
+            /** @description With `nodes`. */
             model?: components["schemas"]["Model"];
-            /** @description With `nodes`: the box of the mapped basis functions. */
+            /** @description With `nodes`: the box on which mapped bases live. */
             domain?: components["schemas"]["Domain"];
             /**
              * @description The true A, one for each column; with `nodes` the least-squares estimate of their
@@ -9232,25 +9234,25 @@ export interface components {
              *     itself.
              */
             levels: number[];
-            /** @description Number of random matrices for each level. More give smoother figures and take longer. */
+            /** @description Random matrices for each level. More give smoother figures and take longer. */
             repetitions: number;
             /**
              * Format: int64
              * @description Equal seeds give equal studies. Default 0.
              */
             seed?: number;
-            /** @description Scaling of the columns for norms and eigenvalues. Default `none`. */
+            /** @description Columns in which norms and eigenvalues are understood. Default `none`, as they are. */
             scaling?: components["schemas"]["StudyScaling"];
         };
-        /** @description Comparison of randomising the measurement matrix with regularising. */
+        /** @description What randomising the measurement matrix does, beside what regularising does. */
         RandomizationResult: {
             /** @description Rows of the measurement matrix. */
             count: number;
-            /** @description Names of the columns, in order. */
+            /** @description Its columns, in order. */
             terms: string[];
             /** @description A, from the request or estimated from the nodes' heights. */
             coefficients: number[];
-            /** @description Source of A. */
+            /** @description Where A came from. */
             coefficients_source: components["schemas"]["LimitSource"];
             /**
              * Format: double
@@ -9266,7 +9268,7 @@ export interface components {
              * @description The seed that was used: the same one gives the same answer.
              */
             seed: number;
-            /** @description Eigenvalues of XᵀX, ascending. */
+            /** @description Of XᵀX, ascending. */
             eigenvalues: number[];
             /**
              * Format: double
@@ -9289,7 +9291,7 @@ export interface components {
              * @description ‖A‖² in the columns of the study, by which an estimate of 0 errs.
              */
             coefficient_norm_squared: number;
-            /** @description Note on reading the figures. */
+            /** @description What that means for reading the rest. */
             remark: string;
             /** @description Figures of each level, in ascending order. */
             levels: components["schemas"]["StudyLevel"][];
@@ -9299,7 +9301,7 @@ export interface components {
             /** @description What to know about the answer; empty where there is nothing to say. */
             warnings: components["schemas"]["Warning"][];
             /**
-             * @description Version of the engine.
+             * @description Who computed this.
              * @example flankfit 0.1.0
              */
             engine: string;
@@ -9323,12 +9325,12 @@ export interface components {
             /** @description Default `wilcoxon`. */
             scores?: components["schemas"]["ScoresName"];
         };
-        /** @description Choice of the rank of a truncated singular value decomposition. */
+        /** @description How the rank of a truncated singular value decomposition is chosen. */
         RankParameter: {
             criterion: components["schemas"]["RankCriterion"];
         };
         /**
-         * @description Kind of a record.
+         * @description What a record is.
          * @enum {string}
          */
         RecordKind: "curve" | "surface" | "deviations" | "evaluation" | "pitch" | "correction" | "gear_correction" | "measurand" | "applied";
@@ -9336,7 +9338,7 @@ export interface components {
         RecordPage: {
             /** @description The records of this page. */
             items: components["schemas"]["RecordSummary"][];
-            /** @description Cursor of the next page; absent on the last one. */
+            /** @description Where the next page begins; absent on the last one. */
             next_cursor?: string;
         };
         /** @description A record in a list. */
@@ -9347,32 +9349,32 @@ export interface components {
              */
             id: string;
             kind: components["schemas"]["RecordKind"];
-            /** @description Method, as named in the request. */
+            /** @description How it was made, in the words of the request. */
             method: string;
             /**
              * Format: date-time
              * @description When it was stored.
              */
             created_at: string;
-            /** @description Actor of the caller; absent where no key was required. */
+            /** @description Who had it made: the actor of the caller; absent where no key was asked for. */
             by?: string;
-            /** @description For a change of the nodes' description: the values before and after it. */
+            /** @description Of a change of what the nodes are of: what is known from then on, and what was before. */
             measurand?: components["schemas"]["MeasurandChange"];
         };
         /** @description A fit request without nodes: the stored ones are fitted again. */
         RefitRequest: {
             scaling?: components["schemas"]["ScalingName"];
             /**
-             * @description Default for fits: `first_order` with λ* by `min_mse`, or `none` with a prior. Default
-             *     for a curve, a surface or a flank: `none`.
+             * @description Of fits by default `first_order` with λ* by `min_mse`, or `none` with a prior; where a
+             *     curve, a surface or a flank is asked for, `none`.
              */
             regularization?: components["schemas"]["Regularization"];
             estimator?: components["schemas"]["Estimator"];
             /**
              * Format: double
-             * @description Norm limit r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bias bounds and intervals;
-             *     they are valid only if it holds. Take it from a source other than these nodes
-             *     (docs/intervals.md). By default r is estimated, and used for bounds only.
+             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals, which
+             *     hold as far as it is true; by default estimated, and then for bounds alone. It is to be
+             *     known from elsewhere than these nodes (docs/intervals.md).
              */
             coefficient_norm_limit?: number;
             /**
@@ -9390,7 +9392,7 @@ export interface components {
              * @example 0.95
              */
             level?: number;
-            /** @description Optional parts of the answer. */
+            /** @description Parts of the answer that come only when asked for. */
             include?: components["schemas"]["FitInclude"][];
             /** @description Applied to the heights before the fit, in this order. */
             filters?: components["schemas"]["Filter"][];
@@ -9399,8 +9401,8 @@ export interface components {
             domain?: components["schemas"]["Domain"];
             prior?: components["schemas"]["Prior"];
             /**
-             * @description Conditions on slope or curvature of the fitted curve or surface. `regularization` must
-             *     then be `none`, and the estimator `least_squares`.
+             * @description How the fitted curve or surface has to rise, fall or bend. Then `regularization` is
+             *     `none`, and the estimator `least_squares`.
              */
             constraints?: components["schemas"]["Constraint"][];
             /** @description Heights, slopes and bands at places of the domain. */
@@ -9408,8 +9410,8 @@ export interface components {
             select?: components["schemas"]["Select"];
             folds?: components["schemas"]["Folds"];
             /**
-             * @description Nodes that the fit treats as missing; each is named once. They remain in the stored
-             *     nodes, and `spec` lists them.
+             * @description Nodes that are left out of the fit, as if they were missing; each is named once. They
+             *     stay in what is stored, and `spec` says that they were left out.
              * @example [
              *       {
              *         "column": 7,
@@ -9434,11 +9436,11 @@ export interface components {
         /** @description Regularisation; default spectral with its defaults. */
         Regularization: components["schemas"]["NoRegularization"] | components["schemas"]["SpectralRegularization"] | components["schemas"]["RidgeRegularization"] | components["schemas"]["TikhonovRegularization"] | components["schemas"]["TruncatedSvdRegularization"] | components["schemas"]["JamesSteinRegularization"] | components["schemas"]["AttractionRegularization"] | components["schemas"]["RepresentativeRegularization"];
         /**
-         * @description Type of the regularisation.
+         * @description How the estimate was regularised.
          * @enum {string}
          */
         RegularizationName: "none" | "spectral" | "ridge" | "tikhonov" | "truncated_svd" | "james_stein" | "attraction" | "representative";
-        /** @description The applied regularisation, and the choices of all criteria. */
+        /** @description The regularisation that was applied, and what every criterion would have chosen. */
         RegularizationResult: {
             type: components["schemas"]["RegularizationName"];
             scheme?: components["schemas"]["SchemeName"];
@@ -9446,8 +9448,8 @@ export interface components {
             count?: number;
             /**
              * Format: double
-             * @description λ* of the spectral schemes, k of ridge and attraction, λ of Tikhonov; absent without
-             *     regularisation and for methods without such a parameter (truncated SVD, James–Stein, an
+             * @description λ* of the spectral schemes, k of ridge and attraction, λ of Tikhonov; absent when
+             *     nothing was regularised and where there is none (truncated SVD, James–Stein, an
              *     attraction of infinite weight).
              */
             lambda_star?: number;
@@ -9455,7 +9457,7 @@ export interface components {
             rank?: number;
             /**
              * Format: double
-             * @description c of James–Stein and attraction: the factor of Â − T.
+             * @description c of James–Stein and attraction: what is left of Â − T.
              */
             shrinkage_factor?: number;
             /** @description The plateau of minimisers of Eq. 49, where there is one: [lo, hi]. */
@@ -9467,12 +9469,11 @@ export interface components {
             gamma?: number;
             criterion?: components["schemas"]["ChosenBy"];
             /**
-             * @description Factor of each direction: 1 is not regularised. In the order of `spectrum.eigenvalues`;
-             *     for Tikhonov the directions are those of matrix and penalty together, the most penalised
-             *     first. With a `prior` the share of the nodes in the information along each direction in
-             *     which nodes and prior are independent, the smallest first; the rest is the prior's. With
-             *     `constraints` first a 0 for each direction that active places hold, then 1 for the
-             *     others.
+             * @description What is left of each direction: 1 is all. In the order of `spectrum.eigenvalues`; for
+             *     Tikhonov the directions are those of matrix and penalty together, the most penalised
+             *     first. With a `prior` the share of the nodes along each direction in which nodes and
+             *     prior are independent, that of the prior being the rest, the least first. With
+             *     `constraints` 0 for each direction that active places hold, first, and 1 for the others.
              */
             filter_factors: number[];
             /**
@@ -9487,22 +9488,22 @@ export interface components {
             largest_eigenvalue_bound?: number;
             /**
              * Format: double
-             * @description Mean squared error of the coefficients in the scaled columns: `predicted_mse` of the
-             *     applied choice, corrected by simulation for having been chosen from the same nodes. With
-             *     `min_mse` of the matrix B and ridge its mean is 0.78 to 1.22 times the true error in 144
-             *     simulated cases with three degrees of freedom or more; the uncorrected figure is 0.28 to
-             *     1.03 times it (docs/choosing-lambda.md). A single figure scatters by once to twice its
-             *     size; other criteria, and Tikhonov, were not simulated. Present with `include` of
-             *     `predicted_mse`; not with `press`, `blocked_cv`, truncated SVD, James–Stein and
-             *     attraction.
+             * @description Mean squared error of the coefficients in the scaled columns: the `predicted_mse` of the
+             *     choice that stands, corrected by simulation for that choice having been made by the same
+             *     nodes. With `min_mse` of the matrix B and ridge its mean is 0.78 to 1.22 times the true
+             *     error in 144 simulated cases with three degrees of freedom or more, where that of the
+             *     uncorrected one is 0.28 to 1.03 times it (docs/choosing-lambda.md). A single figure
+             *     scatters by once to twice itself; of other criteria, and of Tikhonov, nothing was
+             *     simulated. Present when `predicted_mse` was included; not with `press`, `blocked_cv`,
+             *     truncated SVD, James–Stein and attraction.
              */
             predicted_mse_corrected?: number;
             /** @description Present for `representative`. */
             representative?: components["schemas"]["RepresentativeResult"];
             /**
-             * @description Least squares, the requested criterion and the criteria that are cheap to compute, for
-             *     comparison. For Tikhonov with more than 64 coefficients `min_condition` is included only
-             *     on request, or with `lambda_curve`.
+             * @description Least squares, the criterion asked for and those that cost nothing, side by side. Of
+             *     Tikhonov with more than 64 coefficients `min_condition` stands here only where it was
+             *     asked for, or with `lambda_curve`.
              */
             choices: components["schemas"]["Choice"][];
         };
@@ -9512,8 +9513,8 @@ export interface components {
          */
         RegularizedReference: {
             /**
-             * @description Condition of the inverted matrix: X̃ᵀX̃ of a level, XᵀX of least squares, or the regularised
-             *     matrix.
+             * @description Condition of the matrix that is inverted: X̃ᵀX̃ of a level, XᵀX of least squares, what
+             *     regularisation makes of it.
              */
             condition?: components["schemas"]["Quartiles"];
             /** @description log₁₀ of its determinant. */
@@ -9525,8 +9526,8 @@ export interface components {
             /** @description λ* of the spectral schemes, k of ridge. */
             lambda_star?: components["schemas"]["Quartiles"];
             /**
-             * @description σ_B/σ_X of the spectral schemes: size of B relative to the columns it is added to, on the
-             *     scale of the levels.
+             * @description σ_B/σ_X of the spectral schemes: how large B is beside the columns that it is added to, on
+             *     the scale of the levels.
              */
             noise_to_signal?: components["schemas"]["Quartiles"];
             /** @description L of the spectral schemes. */
@@ -9536,7 +9537,7 @@ export interface components {
         };
         /** @description After regularisation, in the order of the directions that the eigenvalues came from. */
         RegularizedSpectrum: {
-            /** @description Eigenvalues after the regularisation. */
+            /** @description What each eigenvalue has become. */
             eigenvalues: number[];
             /**
              * Format: double
@@ -9560,13 +9561,13 @@ export interface components {
          */
         ReliefInterpolation: "bilinear" | "b_spline";
         /**
-         * @description Comparison of a stored fit with the same fit computed again from the stored nodes.
+         * @description Whether a fit, computed again from what is stored, gives the stored answer bit by bit.
          * @example {
          *       "identical": true
          *     }
          */
         Replay: {
-            /** @description True if the two answers are identical bit by bit. */
+            /** @description Whether the two answers are the same bit by bit. */
             identical: boolean;
             /**
              * Format: double
@@ -9574,16 +9575,16 @@ export interface components {
              *     identical, or do not line up.
              */
             max_relative_difference?: number;
-            /** @description Engine of the stored answer; absent when the answers are identical. */
+            /** @description Who computed the stored answer; absent when the answers are identical. */
             stored_engine?: string;
-            /** @description Engine of the new answer; absent when the answers are identical. */
+            /** @description Who computed it now; absent when the answers are identical. */
             replay_engine?: string;
         };
-        /** @description The data of a regularised fit that other fits use. */
+        /** @description What of a regularised fit is used for others. */
         RepresentativePiece: {
             /** @description The model that was fitted. */
             model: components["schemas"]["Model"];
-            /** @description Domain of the fit; absent for a measurement matrix. */
+            /** @description Its domain; absent for a measurement matrix. */
             domain?: components["schemas"]["Domain"];
             /** @description Default `first_order`. */
             scheme?: components["schemas"]["SchemeName"];
@@ -9599,7 +9600,7 @@ export interface components {
              *     columns.
              */
             directions: number[][];
-            /** @description Divisor of each column of the piece, above 0. */
+            /** @description What each column of the piece was divided by, above 0. */
             scale: number[];
         };
         /**
@@ -9621,16 +9622,16 @@ export interface components {
             iteration?: number;
             /**
              * Format: uuid
-             * @description Fit of the iteration; default its chosen fit. It must be regularised by `spectral`.
+             * @description Which of its fits; by default the one that stands. It has to be regularised by `spectral`.
              */
             fit_id?: string;
             /**
-             * @description Data of the piece, as answered with `include: ["representative"]`. Looked up, and stored
-             *     with the fit, where `iteration` is given.
+             * @description What of the piece is used, as it is answered with `include: ["representative"]`. Found, and
+             *     kept with the fit, where `iteration` is given.
              */
             piece?: components["schemas"]["RepresentativePiece"];
         };
-        /** @description Fit of the matrix B of a representative piece to these nodes. */
+        /** @description How the matrix B of a representative piece suits these nodes. */
         RepresentativeResult: {
             /** @description The iteration of the job that the piece is; absent where it was posted. */
             iteration?: number;
@@ -9638,10 +9639,10 @@ export interface components {
             fit_id?: string;
             /**
              * Format: double
-             * @description Cosine of the largest angle between the regularised directions of the piece and as many
-             *     directions of these nodes, those with the smallest eigenvalues: 1 where they agree, as
-             *     for nodes at the same places. Below 0.95 the warning `representative_misaligned` gives
-             *     the share of the error that remains.
+             * @description Cosine of the largest angle between the directions of the piece and as many of these
+             *     nodes' own, those with the smallest eigenvalues: 1 where both are alike, as they are
+             *     where the nodes lie at the same places. Below 0.95 the warning
+             *     `representative_misaligned` says that much of the error stays.
              */
             alignment: number;
         };
@@ -9810,19 +9811,19 @@ export interface components {
              * @description The constant added to the eigenvalues of the scaled Fisher information matrix.
              */
             k: number;
-            /** @description In the terms of the request, in the order of the answer's `coefficients`. */
+            /** @description In the caller's terms, in the order of the answer's `coefficients`. */
             coefficients: number[];
         };
         /**
-         * @description Report on a robust estimate. Lengths are in the unit of the heights (times √weight, where
-         *     nodes have weights).
+         * @description How a robust estimate was reached. Lengths are in the unit of the heights (times √weight,
+         *     where nodes carry weights).
          *
          *     With `m_estimator`, `least_trimmed_squares` and `trimmed` the spectrum, regularisation, bias
          *     and collinearity of the answer are those of the matrix weighted with node weights times
          *     `weights`; with the other estimators those of the matrix with node weights alone.
          */
         Robust: {
-            /** @description True if the iteration met its own criterion. */
+            /** @description Whether the iteration ended by its own criterion. */
             converged: boolean;
             /**
              * @description Reweightings (`m_estimator`, `student`), Newton's steps (`lp`), fits of subsets
@@ -9838,8 +9839,9 @@ export interface components {
             /**
              * Format: double
              * @description Scale of the residuals (`m_estimator`, `least_trimmed_squares`; s, b or a of
-             *     `maximum_likelihood`; MAD for `lp`), or `dispersion` (the others); 0 for an exact fit of
-             *     most nodes, absent where too few nodes have a residual.
+             *     `maximum_likelihood`; MAD for `lp`), or
+             *     `dispersion` (the others); 0 for an exact fit of most nodes, absent where too few nodes
+             *     lie off the surface to tell it.
              */
             scale?: number;
             /**
@@ -9850,8 +9852,8 @@ export interface components {
             dispersion?: number;
             /**
              * Format: double
-             * @description Minimum of the objective: Σρ(r/s), Σ|r|, Σ|r|^p, Σρ_τ(r), the sum of the h smallest r²,
-             *     Jaeckel's dispersion, the squares of trimmed or winsorized nodes, or −ln L.
+             * @description What is least: Σρ(r/s), Σ|r|, Σ|r|^p, Σρ_τ(r), the sum of the h smallest r², Jaeckel's
+             *     dispersion, the squares of trimmed or winsorized nodes, or −ln L.
              */
             objective: number;
             /**
@@ -9861,7 +9863,7 @@ export interface components {
              *     the matrix). Present when `robust_weights` was included.
              */
             weights?: number[];
-            /** @description Number of nodes with weight 0. */
+            /** @description How many nodes were given no weight. */
             rejected_count: number;
             /**
              * @description Posted nodes (from 0, grids row by row) that were given no weight. Present when
@@ -9874,13 +9876,13 @@ export interface components {
              *     better.
              */
             certificate?: number;
-            /** @description True if the minimum has no other coefficients; present where this is known. */
+            /** @description Whether no other coefficients do as well; where this is known. */
             unique?: boolean;
             /** @description Posted nodes that determine the surface, which passes through them. */
             vertex?: number[];
             /** @description h, the number of nodes in the trimmed sum. */
             subset_size?: number;
-            /** @description Start of the iteration. */
+            /** @description Where the iteration started. */
             start?: components["schemas"]["StartName"];
             /** @description Which solution was reached. */
             solution: components["schemas"]["SolutionName"];
@@ -9922,7 +9924,7 @@ export interface components {
          */
         ScaleRuleName: "mad_0_6745" | "mad" | "proposal2" | "fixed";
         /**
-         * @description Scaling of X's columns before the eigen analysis; default `unit_length`, `none` is the paper's.
+         * @description Of X's columns before the eigen analysis; default `unit_length`, `none` is the paper's.
          * @enum {string}
          */
         ScalingName: "unit_length" | "none" | "standardized";
@@ -9943,12 +9945,12 @@ export interface components {
             weight?: number[];
         };
         /**
-         * @description New value of a regularised eigenvalue: near λ* (the paper's first order) or λ* exactly.
+         * @description What the scheme makes of an eigenvalue: near λ* (the paper's first order) or λ* exactly.
          * @enum {string}
          */
         SchemeName: "first_order" | "exact";
         /**
-         * @description Scope that an operation requires.
+         * @description What an operation asks its caller for.
          * @enum {string}
          */
         Scope: "read" | "compute" | "measure" | "judge" | "audit" | "admin" | "tenants";
@@ -9971,7 +9973,7 @@ export interface components {
         Section: {
             /**
              * Format: double
-             * @description Offset of the plane, in the unit of the request.
+             * @description Of the plane, in the caller's unit.
              */
             offset: number;
             /** @description Curves without corners, in no particular order. */
@@ -9981,22 +9983,22 @@ export interface components {
             /** @description `[x, y, z]` where the plane touches the surface in a point. */
             contact_points?: number[][];
             /**
-             * @description `[x, y, z]` of places where the section could not be determined, at most 1,000; a warning is
-             *     included.
+             * @description `[x, y, z]` of places about which the section could not be told, at most 1,000; there is a
+             *     warning then.
              */
             unresolved_points?: number[][];
-            /** @description True if a part of the surface lies in the plane; the curves exclude it. */
+            /** @description Whether a part of the surface lies in the plane; it is no part of the curves. */
             coincident: boolean;
         };
         /** @description A curve of a section. */
         SectionCurve: {
-            /** @description Curve in space with arc length as parameter; in the form `b_spline`. */
+            /** @description In space, its parameter the length; of the form `b_spline`. */
             curve?: components["schemas"]["Curve"];
             /** @description `[x, y, z]` each, of a closed curve the first one again at the end; of the form `polyline`. */
             points?: number[][];
-            /** @description True if it is closed and smooth at the joint. */
+            /** @description Whether it ends where it begins, smoothly. */
             closed: boolean;
-            /** @description True if the plane is tangent to the surface along the curve. */
+            /** @description Whether the plane touches the surface along it. */
             tangential: boolean;
             /**
              * Format: double
@@ -10005,8 +10007,8 @@ export interface components {
             length: number;
             /**
              * Format: double
-             * @description Largest distance found between the curve, or its chords, and the section, rounding included,
-             *     in the unit of the request.
+             * @description How far the curve, or its chords, was found from the section at worst, with rounding, in the
+             *     caller's unit.
              */
             error: number;
         };
@@ -10016,18 +10018,17 @@ export interface components {
             sections: components["schemas"]["Section"][];
         };
         /**
-         * @description Form of the curves of sections.
+         * @description How curves of sections are described.
          * @enum {string}
          */
         SectionForm: "b_spline" | "polyline";
         /** @description Sections in the order of the planes. */
         Sections: {
-            /** @description In the order of the request. */
+            /** @description As they were asked for. */
             families: components["schemas"]["SectionFamily"][];
             /**
-             * @description With `mesh` of the request: heights along the third vector of `mesh_frame` over distances
-             *     from the origin along the first and the second. `mesh` of `POST /v1/surfaces` takes it
-             *     unchanged.
+             * @description Where it was asked for: heights along the third vector of `mesh_frame` over distances from
+             *     the origin along the first and the second. `mesh` of `POST /v1/surfaces` takes it as it is.
              */
             mesh?: components["schemas"]["CurveMesh"];
             /**
@@ -10053,16 +10054,15 @@ export interface components {
             form?: components["schemas"]["SectionForm"];
             /**
              * Format: double
-             * @description Largest distance of curves or chords from the section, in the unit of the request.
-             *     Points of polylines lie on it up to rounding. Default 1e-9 for splines and 0.001 for
-             *     polylines.
+             * @description How far curves or chords may be from the section, in the caller's unit. Points of
+             *     polylines lie on it to rounding. Default 1e-9 for splines and 0.001 for polylines.
              */
             tolerance?: number;
             /**
-             * @description If true, two families at right angles are also answered as a mesh of curves: heights
-             *     over the frame of their normals, as `mesh` of `POST /v1/surfaces` takes them. Every
-             *     plane must then cut the surface in one curve that crosses all planes of the other
-             *     family. Default false.
+             * @description Whether two families at right angles are answered as a mesh of curves too: heights over
+             *     the frame of their normals, as `mesh` of `POST /v1/surfaces` takes them. Every plane
+             *     must then cut the surface in one curve that reaches over all planes of the other family.
+             *     Default false.
              */
             mesh?: boolean;
         };
@@ -10088,38 +10088,37 @@ export interface components {
             terms?: components["schemas"]["TermSearch"];
             /**
              * Format: double
-             * @description With `elastic_net` only: share of the absolute values in its penalty, above 0 and at most 1
-             *     (the lasso). Default 0.5.
+             * @description With `elastic_net` and only then: the share of the absolute values in its penalty, above 0
+             *     and at most 1 (the lasso). Default 0.5.
              */
             alpha?: number;
-            /** @description Criterion of the selection. */
+            /** @description By what. */
             criterion: components["schemas"]["ModelCriterion"];
             /**
-             * @description If true, a product of powers is included only with all its divisors. Default true; false is
-             *     allowed only for the columns of a linear model.
+             * @description A product of powers never stands without those that divide it. Default true, and only the
+             *     columns of a linear model may be asked for otherwise.
              */
             hierarchical?: boolean;
         };
         /**
-         * @description Criterion that the chosen model minimises.
+         * @description What the model that was chosen makes least.
          * @enum {string}
          */
         SelectedBy: "aicc" | "bic" | "press" | "blocked_cv" | "reml";
-        /** @description Selection of one of several models, with the figures of each. */
+        /** @description Which of several models was fitted, and what spoke for each. */
         Selection: {
-            /** @description Criterion of the selection. */
+            /** @description By what the model was chosen. */
             criterion: components["schemas"]["SelectedBy"];
             /**
-             * @description All models compared: degrees ascending, that along v fastest; terms in the order in
-             *     which they were removed (`backward`) or added (`elastic_net`).
+             * @description Every model that was looked at: degrees ascending, that along v running fastest; terms
+             *     in the order in which they were let go (`backward`), or came in (`elastic_net`).
              */
             candidates: components["schemas"]["Candidate"][];
             /** @description Which of `candidates` was fitted, from 0. */
             chosen: number;
             /**
-             * @description The model was chosen from the nodes it is fitted to: intervals and standard errors
-             *     ignore this choice, and their coverage is lower than stated (docs/selection.md). Always
-             *     true.
+             * @description The model was chosen by the nodes that it is fitted to: intervals and standard errors
+             *     take it for given and hold less often than they say (docs/selection.md). Always true.
              */
             post_selection: boolean;
         };
@@ -10345,9 +10344,9 @@ export interface components {
             right?: components["schemas"]["CorrectedTeeth"];
         };
         /**
-         * @description Method for the factor of a simultaneous band: Scheffé's, or, where that is narrower, the
-         *     volume of a tube (Naiman; Sun and Loader; curves and surfaces) or Student's t at the level
-         *     divided by the number of rows (Bonferroni; rows of a measurement matrix).
+         * @description Where the factor of a simultaneous band comes from: Scheffé's method, or, where that is
+         *     narrower, the volume of a tube (Naiman; Sun and Loader; curves and surfaces) or Student's t
+         *     at the level divided by the number of rows (Bonferroni; rows of a measurement matrix).
          * @enum {string}
          */
         SimultaneousMethod: "scheffe" | "tube" | "bonferroni";
@@ -10366,7 +10365,7 @@ export interface components {
         Slopes: {
             /** @description Slopes of the estimate. */
             value: number[];
-            /** @description Standard errors of the slopes. */
+            /** @description Their standard errors. */
             std_error?: number[];
             /** @description `[low, high]` of the true slope at each place by itself. */
             confidence?: number[][];
@@ -10380,7 +10379,7 @@ export interface components {
             lambda: number;
             /** @description Left out where λ or the degrees of freedom were given. */
             criterion?: components["schemas"]["CriterionName"];
-            /** @description True if the criterion is met within the range of λ. */
+            /** @description Whether what was asked for is reached within the range of λ. */
             reached: boolean;
             /**
              * Format: double
@@ -10414,7 +10413,7 @@ export interface components {
              *     less than the number of points (the interpolant).
              */
             degrees_of_freedom?: number;
-            /** @description One weight for each point; it multiplies the squared residual. */
+            /** @description One for each point: what its squared residual counts. */
             weight?: number[];
         };
         /** @description Into how many elements each part goes; at most two million nodes in all. */
@@ -10560,7 +10559,7 @@ export interface components {
              * @description Sum of the decimal logarithms of the eigenvalues; left out where one is 0.
              */
             log10_determinant?: number;
-            /** @description Number of singular values above rounding error. */
+            /** @description Singular values that the arithmetic tells from 0. */
             rank: number;
             regularized: components["schemas"]["RegularizedSpectrum"];
         };
@@ -10600,13 +10599,13 @@ export interface components {
             worst_tooth: string;
         };
         /**
-         * @description Stability of a curve through points: the paper's warnings about oscillation, as figures. A
-         *     figure that does not exist is absent, and a warning says why.
+         * @description How far a curve through points can be trusted between them: the paper's warnings about
+         *     oscillation, as figures. A figure that does not exist is left out, and a warning says why.
          */
         Stability: {
             /**
              * Format: double
-             * @description Largest factor by which errors of the values grow anywhere on the curve.
+             * @description By how much errors of the values can grow anywhere on the curve.
              */
             lebesgue_constant?: number;
             /**
@@ -10631,7 +10630,7 @@ export interface components {
             interpolation_error: number;
         };
         /**
-         * @description Start of an iteration; least trimmed squares of half the nodes tolerates gross errors in
+         * @description Where an iteration starts; trimmed squares of half the nodes withstand gross errors of
          *     nearly half of them.
          * @enum {string}
          */
@@ -10641,7 +10640,7 @@ export interface components {
             status: components["schemas"]["JobStatus"];
             /**
              * Format: int64
-             * @description Number of jobs with this status.
+             * @description How many jobs have it.
              */
             count: number;
         };
@@ -10666,7 +10665,7 @@ export interface components {
              * @example 1
              */
             tooth?: string;
-            /** @description Quantities and units on the axes of the nodes. */
+            /** @description What the axes of the nodes mean. */
             axes?: components["schemas"]["Axes"];
             /**
              * Format: uuid
@@ -10681,7 +10680,7 @@ export interface components {
             state: components["schemas"]["StreamStateName"];
             /**
              * Format: int64
-             * @description Number of the last block; 0 before the first.
+             * @description Of the last block; 0 before the first.
              */
             sequence: number;
             /**
@@ -10691,10 +10690,10 @@ export interface components {
             node_count: number;
             /**
              * Format: double
-             * @description Factor of the weights of all earlier nodes at every node; 1 keeps them.
+             * @description By which the weights of earlier nodes are multiplied at every node; 1 forgets nothing.
              */
             forgetting_factor: number;
-            /** @description The fit request without nodes, with every default filled in. */
+            /** @description What is fitted, with every default filled in. */
             spec: components["schemas"]["FitSpec"];
             /**
              * Format: int32
@@ -10713,7 +10712,7 @@ export interface components {
             updated_at: string;
             /** @description The estimate after the last block, as its answer had it. */
             result?: components["schemas"]["FitResult"];
-            /** @description Reason why an open stream has no result yet, or warnings of the result. */
+            /** @description Why an open stream has no result yet, or what the result warns of. */
             warnings?: components["schemas"]["Warning"][];
         };
         /** @description A block of nodes. */
@@ -10743,20 +10742,23 @@ export interface components {
              */
             node_count: number;
             /**
-             * @description The fit of all nodes so far, except the parts that need the nodes themselves (`max_abs`,
-             *     single residuals, B). Absent, with a warning that gives the reason, while the nodes do not
-             *     determine the model.
+             * @description The fit of all nodes so far, but for what needs the nodes themselves (`max_abs`, single
+             *     residuals, B). Absent, with a warning that says why, while there are too few nodes or they
+             *     do not determine the model.
              */
             result?: components["schemas"]["FitResult"];
-            /** @description Reason why there is no result yet, or warnings of the result. */
+            /** @description Why there is no result yet, or what the result warns of. */
             warnings?: components["schemas"]["Warning"][];
         };
         /**
-         * @description Change of the stream's state.
+         * @description What happened to a stream.
          * @enum {string}
          */
         StreamEventName: "open" | "block" | "finished" | "deleted";
-        /** @description Details of the measurement of a stream. All of them are optional, and so is the body. */
+        /**
+         * @description What is known of a measurement whose nodes came as a stream. All of it may be left out, and
+         *     the body with it.
+         */
         StreamFinish: {
             /**
              * Format: date-time
@@ -10765,26 +10767,26 @@ export interface components {
              */
             measured_at?: string;
             /**
-             * @description Measuring instrument.
+             * @description What the nodes were measured with.
              * @example P40
              */
             instrument?: string;
-            /** @description Operator who measured the nodes. */
+            /** @description Who measured them. */
             operator?: string;
-            /** @description Note on the measurement; may have line breaks. */
+            /** @description What else is to be known of the measurement; may have line breaks. */
             note?: string;
         };
         /** @description Blocks of a stream, in order. */
         StreamNodes: {
             /**
-             * @description Blocks after `after`; empty where there are none, and for a finished stream, whose nodes are
-             *     those of its iteration.
+             * @description Some blocks after `after`; empty where there are none, and of a finished stream, whose nodes
+             *     are those of its iteration.
              */
             items: components["schemas"]["PostedStreamBlock"][];
             /**
              * Format: int64
-             * @description Number of the stream's last block. While it is greater than that of the last item, request
-             *     the blocks after that item.
+             * @description Of the last block that the stream has. While it is greater than that of the last item, ask
+             *     again after that item.
              */
             sequence: number;
             state: components["schemas"]["StreamStateName"];
@@ -10798,19 +10800,19 @@ export interface components {
         StreamPage: {
             /** @description The streams of this page. */
             items: components["schemas"]["ListedStream"][];
-            /** @description Cursor of the next page; absent on the last one. */
+            /** @description Where the next page begins; absent on the last one. */
             next_cursor?: string;
         };
         /**
-         * @description State of a stream.
+         * @description Whether a stream takes nodes.
          * @enum {string}
          */
         StreamStateName: "open" | "finished";
         /** @description One criterion for λ* or k, applied in every repetition with the study's σ. */
         StudyChoice: {
             /**
-             * @description Condition of the inverted matrix: X̃ᵀX̃ of a level, XᵀX of least squares, or the regularised
-             *     matrix.
+             * @description Condition of the matrix that is inverted: X̃ᵀX̃ of a level, XᵀX of least squares, what
+             *     regularisation makes of it.
              */
             condition?: components["schemas"]["Quartiles"];
             /** @description log₁₀ of its determinant. */
@@ -10822,17 +10824,17 @@ export interface components {
             /** @description λ* of the spectral schemes, k of ridge. */
             lambda_star?: components["schemas"]["Quartiles"];
             /**
-             * @description σ_B/σ_X of the spectral schemes: size of B relative to the columns it is added to, on the
-             *     scale of the levels.
+             * @description σ_B/σ_X of the spectral schemes: how large B is beside the columns that it is added to, on
+             *     the scale of the levels.
              */
             noise_to_signal?: components["schemas"]["Quartiles"];
             criterion: components["schemas"]["ChosenBy"];
         };
-        /** @description Figures of one estimation method; those that do not exist in every repetition are absent. */
+        /** @description What one way of estimating comes to; figures that do not exist in every repetition are absent. */
         StudyFigures: {
             /**
-             * @description Condition of the inverted matrix: X̃ᵀX̃ of a level, XᵀX of least squares, or the regularised
-             *     matrix.
+             * @description Condition of the matrix that is inverted: X̃ᵀX̃ of a level, XᵀX of least squares, what
+             *     regularisation makes of it.
              */
             condition?: components["schemas"]["Quartiles"];
             /** @description log₁₀ of its determinant. */
@@ -10845,8 +10847,8 @@ export interface components {
         /** @description One level of randomisation. */
         StudyLevel: {
             /**
-             * @description Condition of the inverted matrix: X̃ᵀX̃ of a level, XᵀX of least squares, or the regularised
-             *     matrix.
+             * @description Condition of the matrix that is inverted: X̃ᵀX̃ of a level, XᵀX of least squares, what
+             *     regularisation makes of it.
              */
             condition?: components["schemas"]["Quartiles"];
             /** @description log₁₀ of its determinant. */
@@ -10860,11 +10862,11 @@ export interface components {
              * @description k, the level: how strongly the matrices are perturbed.
              */
             level: number;
-            /** @description ‖y − X̃ Â_R‖², the residual sum of squares in the randomised matrix. */
+            /** @description ‖y − X̃ Â_R‖², what the randomised fit itself sees. */
             fitted_rss?: components["schemas"]["Quartiles"];
             /**
              * @description The regularising matrix B of Eq. 40 of the same level, σ_B/σ_X = k; absent where no λ* up to
-             *     the largest eigenvalue gives this level, and where the columns are linearly dependent.
+             *     the largest eigenvalue has it, and where the columns depend on each other.
              */
             matrix_b?: components["schemas"]["StudyLevelOfB"];
         };
@@ -10874,8 +10876,8 @@ export interface components {
          */
         StudyLevelOfB: {
             /**
-             * @description Condition of the inverted matrix: X̃ᵀX̃ of a level, XᵀX of least squares, or the regularised
-             *     matrix.
+             * @description Condition of the matrix that is inverted: X̃ᵀX̃ of a level, XᵀX of least squares, what
+             *     regularisation makes of it.
              */
             condition?: components["schemas"]["Quartiles"];
             /** @description log₁₀ of its determinant. */
@@ -10920,7 +10922,7 @@ export interface components {
              */
             least_condition: components["schemas"]["StudyRatios"];
         };
-        /** @description Medians of one level relative to least squares. */
+        /** @description One level beside least squares, by medians. */
         StudyRatios: {
             /**
              * Format: double
@@ -10946,9 +10948,9 @@ export interface components {
         /** @description The same heights, estimated with X as it is. */
         StudyReferences: {
             least_squares: components["schemas"]["StudyFigures"];
-            /** @description Absent where the columns are linearly dependent. */
+            /** @description Absent where the columns depend on each other. */
             spectral_first_order?: components["schemas"]["RegularizedReference"];
-            /** @description Absent where the columns are linearly dependent. */
+            /** @description Absent where the columns depend on each other. */
             spectral_exact?: components["schemas"]["RegularizedReference"];
             ridge: components["schemas"]["RegularizedReference"];
         };
@@ -10992,47 +10994,47 @@ export interface components {
              */
             signed_distances?: number[];
             /**
-             * @description True if the connecting line is perpendicular to the surface; otherwise the closest point
+             * @description Whether the connection stands at right angles on the surface; where not, the closest point
              *     lies on a border or an edge.
              */
             orthogonal: boolean[];
         };
         /**
-         * @description Files of surfaces: IGES (entity 128) and STEP AP242 contain the surface itself; OBJ, STL and VTK
-         *     facets for display; CSV, Abaqus and ADINA a mesh of quadrilaterals for finite elements.
+         * @description Files of surfaces: IGES (entity 128) and STEP AP242 hold the surface itself; OBJ, STL and VTK
+         *     facets for looking; CSV, Abaqus and ADINA a mesh of quadrilaterals for finite elements.
          * @enum {string}
          */
         SurfaceFormat: "iges" | "step" | "obj" | "stl" | "stl_text" | "vtk" | "csv_nodes" | "csv_elements" | "abaqus" | "adina";
         /**
-         * @description Optional parts of the answer. `normals` are always included with one derivative, `curvatures`
-         *     with two.
+         * @description What is answered of a surface only when asked for. `normals` come with one derivative,
+         *     `curvatures` with two without asking.
          * @enum {string}
          */
         SurfaceInclude: "fundamental_forms" | "area";
         /**
-         * @description Method of a surface. `coons_bilinear`, `coons_bicubic` and `gregory` fill `boundaries` or every
-         *     cell of `mesh`, `bezier` every cell of `mesh`; `b_spline` passes through the nodes of `grid` or
+         * @description How a surface is made. `coons_bilinear`, `coons_bicubic` and `gregory` fill `boundaries` or
+         *     every mesh of `mesh`, `bezier` the latter; `b_spline` passes through the nodes of `grid` or
          *     `xyz`, `b_spline_least_squares` near these or near scattered `nodes`; `bezier`, `b_spline`,
-         *     `nurbs` and `gregory` take `control_points`.
+         *     `nurbs` and `gregory` take `control_points` as they are.
          */
         SurfaceMethod: components["schemas"]["CoonsBilinearMethod"] | components["schemas"]["CoonsBicubicMethod"] | components["schemas"]["GregoryMethod"] | components["schemas"]["BezierMethod"] | components["schemas"]["BSplineSurfaceMethod"] | components["schemas"]["BSplineLeastSquaresSurfaceMethod"] | components["schemas"]["NurbsSurfaceMethod"];
         /**
-         * @description A surface to build from exactly one of `grid`, `xyz`, `boundaries`, `mesh`, `control_points`
-         *     and `nodes`. For a surface of an iteration it may have none of them: then the iteration's
-         *     nodes are used.
+         * @description A surface to build, of exactly one of `grid`, `xyz`, `boundaries`, `mesh`, `control_points`
+         *     and `nodes`. One that is kept with an iteration may say none of them: then it is made of the
+         *     iteration's nodes.
          */
         SurfaceRequest: {
             grid?: components["schemas"]["HeightGrid"];
             /** @description Points `[x, y, z]` in rows. */
             xyz?: number[][][];
-            /** @description For `xyz`; default `chord_length`. */
+            /** @description Of `xyz`; default `chord_length`. */
             parametrization?: components["schemas"]["Parametrization"];
             boundaries?: components["schemas"]["Borders"];
             mesh?: components["schemas"]["CurveMesh"];
             /**
              * Format: double
-             * @description For `boundaries` and `mesh`: largest distance between two curves at their crossing, in
-             *     the unit of the request. Default 1e-6 of the largest coordinate at their ends.
+             * @description Of `boundaries` and `mesh`: how far apart two curves may be where they meet, in the
+             *     caller's unit. Default 1e-6 of the largest coordinate at their ends.
              */
             tolerance?: number;
             /** @description Rows along u, within a row along v. */
@@ -11041,16 +11043,16 @@ export interface components {
             nodes?: components["schemas"]["Nodes"];
             scaling?: components["schemas"]["ScalingName"];
             /**
-             * @description Default for fits: `first_order` with λ* by `min_mse`, or `none` with a prior. Default
-             *     for a curve, a surface or a flank: `none`.
+             * @description Of fits by default `first_order` with λ* by `min_mse`, or `none` with a prior; where a
+             *     curve, a surface or a flank is asked for, `none`.
              */
             regularization?: components["schemas"]["Regularization"];
             estimator?: components["schemas"]["Estimator"];
             /**
              * Format: double
-             * @description Norm limit r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bias bounds and intervals;
-             *     they are valid only if it holds. Take it from a source other than these nodes
-             *     (docs/intervals.md). By default r is estimated, and used for bounds only.
+             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals, which
+             *     hold as far as it is true; by default estimated, and then for bounds alone. It is to be
+             *     known from elsewhere than these nodes (docs/intervals.md).
              */
             coefficient_norm_limit?: number;
             /**
@@ -11068,7 +11070,7 @@ export interface components {
              * @example 0.95
              */
             level?: number;
-            /** @description Optional parts of the answer. */
+            /** @description Parts of the answer that come only when asked for. */
             include?: components["schemas"]["FitInclude"][];
             /** @description Applied to the heights before the fit, in this order. */
             filters?: components["schemas"]["Filter"][];
@@ -11078,11 +11080,11 @@ export interface components {
         SurfaceValues: {
             /** @description Points of the surface; numbers for a graph. */
             values: components["schemas"]["Point"][];
-            /** @description With one derivative or more. */
+            /** @description With one derivative and more. */
             derivatives?: components["schemas"]["SurfaceDerivatives"];
             /**
-             * @description With one derivative or more: unit normals along S_u × S_v; for a graph those of (u, v, z).
-             *     Absent, with a warning, where one of them does not exist.
+             * @description With one derivative and more: unit normals along S_u × S_v; of a graph those of (u, v, z).
+             *     Left out, with a warning, where one of them does not exist.
              */
             normals?: number[][];
             /** @description With two derivatives. */
@@ -11249,6 +11251,7 @@ export interface components {
          *         ],
          *         "text": "greatest deviation 12 µm, roll length 5.97–11.5 mm, face width 0.75–14.2 mm"
          *       },
+         *       "proposed_from": "file",
          *       "separator": ";",
          *       "warnings": []
          *     }
@@ -11269,6 +11272,8 @@ export interface components {
             columns: components["schemas"]["TableColumn"][];
             /** @description How the nodes lie; left out where it is not known which columns they are. */
             layout?: components["schemas"]["TableLayout"];
+            /** @description Where the members above come from. */
+            proposed_from: components["schemas"]["TableProposedFrom"];
             /** @description Nodes with a height, or points. */
             nodes: number;
             /** @description Rows without a height, and crossings of a grid without a row. */
@@ -11287,6 +11292,11 @@ export interface components {
             /** @description With `include=nodes`: the nodes of the first flank. */
             read?: components["schemas"]["Nodes"];
         };
+        /**
+         * @description Where a proposal comes from.
+         * @enum {string}
+         */
+        TableProposedFrom: "mapping" | "kept" | "file";
         /** @description The least and the greatest number of a column. */
         TableRange: {
             /** @description Number of the column, from 0. */
@@ -11320,18 +11330,18 @@ export interface components {
          */
         TableUnit: "nm" | "um" | "mm" | "in" | "deg" | "arcmin" | "rad";
         /**
-         * @description Tangents of cubic pieces. `monotone` (Fritsch and Butland) keeps values between those of the
-         *     neighbours; `akima` is least affected by outlying points.
+         * @description Where the tangents of cubic pieces come from. `monotone` (Fritsch and Butland) keeps values
+         *     between those of the neighbours; `akima` is least disturbed by outlying points.
          * @enum {string}
          */
         Tangents: "given" | "finite_difference" | "catmull_rom" | "parabola" | "monotone" | "akima" | "modified_akima";
         /** @description A tenant: a plant with its jobs and keys. */
         Tenant: {
-            /** @description Name of the tenant, unique. */
+            /** @description By which it is known. */
             name: string;
             /** @description For people. */
             description?: string;
-            /** @description True if its keys are refused. */
+            /** @description Whether its keys let nobody in. */
             suspended: boolean;
             /**
              * Format: date-time
@@ -11345,21 +11355,18 @@ export interface components {
              * @example 2026-11-21T08:30:00.000000Z
              */
             updated_at: string;
-            /**
-             * @description Its first key, with the role `admin`, only in the answer to the request that made the
-             *     tenant.
-             */
+            /** @description Its first key, of the role `admin`, in the answer to the request that made the tenant. */
             admin_key?: components["schemas"]["Key"];
         };
         /** @description Some tenants, newest first. */
         TenantPage: {
             /** @description The tenants of this page. */
             items: components["schemas"]["Tenant"][];
-            /** @description Cursor of the next page; absent on the last one. */
+            /** @description Where the next page begins; absent on the last one. */
             next_cursor?: string;
         };
         /**
-         * @description Changes of a tenant. Fields that are left out stay unchanged.
+         * @description Changes of a tenant. A field that is left out stays as it is.
          * @example {
          *       "suspended": true
          *     }
@@ -11367,14 +11374,14 @@ export interface components {
         TenantPatch: {
             /** @description The new description. */
             description?: string;
-            /** @description True if its keys are refused. */
+            /** @description Whether its keys let nobody in. */
             suspended?: boolean;
         };
         /**
-         * @description Search for subsets of terms. `backward`: starting from all terms, removes the term that raises
-         *     the residual sum of squares least. `elastic_net`: the terms of elastic-net estimates for 100
-         *     decreasing values of the penalty λ, by coordinate descent; polynomials as Chebyshev polynomials
-         *     on the box of the nodes, columns in unit variance, the constant unpenalised.
+         * @description How subsets of terms are found. `backward`: from all terms on, that one goes whose loss raises
+         *     the residual sum of squares least. `elastic_net`: the terms that elastic-net estimates keep as
+         *     their penalty λ falls through 100 values, by coordinate descent; polynomials as Chebyshev
+         *     polynomials on the box of the nodes, columns in unit variance, the constant free.
          * @enum {string}
          */
         TermSearch: "backward" | "elastic_net";
@@ -11396,8 +11403,8 @@ export interface components {
              */
             order: number;
             /**
-             * @description `[w_u, w_v]` for a surface, `[w]` for a curve or a linear model; at least 0, and one above
-             *     0. Default all 1.
+             * @description `[w_u, w_v]` for a surface, `[w]` for a curve or a linear model; none negative, one
+             *     positive. Default all 1.
              */
             weights?: number[];
             /** @description λ. Default `min_mse`. */
@@ -11575,7 +11582,7 @@ export interface components {
             job: components["schemas"]["Job"];
             /** @description By number. */
             iterations: components["schemas"]["TracedIteration"][];
-            /** @description Cursor of the next page; absent on the last one. */
+            /** @description Where the next page begins; absent on the last one. */
             next_cursor?: string;
         };
         /** @description Classes 1 to 11 of ISO 1328-1:2013. Left out is what exceeds even class 11: `beyond` names it. */
@@ -11735,7 +11742,7 @@ export interface components {
              * @description The fit that stood from then on.
              */
             fit_id: string;
-            /** @description Actor of the caller who chose it; absent where no key was required. */
+            /** @description Who chose it: the actor of the caller; absent where no key was asked for. */
             by?: string;
             /** @description Why it was chosen, as it was posted. */
             reason?: string;
@@ -11749,11 +11756,11 @@ export interface components {
         TracedDecision: {
             decision: components["schemas"]["DecisionName"];
             /**
-             * @description True if it accepts a gear with a figure that does not conform, suspected gross errors, or
-             *     implausible units; a reason is then required. Absent otherwise.
+             * @description Whether it accepts what needed a reason to be accepted: a figure that does not conform,
+             *     suspected gross errors, or implausible units; left out where it does not.
              */
             concession?: boolean;
-            /** @description Actor of the caller who decided; absent where no key was required. */
+            /** @description Who decided so: the actor of the caller; absent where no key was asked for. */
             by?: string;
             /** @description Why it was decided so, as it was posted. */
             reason?: string;
@@ -11770,9 +11777,12 @@ export interface components {
              * @description UUIDv7.
              */
             id: string;
-            /** @description True for the chosen fit. */
+            /** @description Whether this fit stands. */
             chosen: boolean;
-            /** @description For the chosen fit: actor of the caller who chose it; absent where no key was required. */
+            /**
+             * @description Of the fit that stands, who chose it: the actor of the caller; absent where no key was asked
+             *     for.
+             */
             chosen_by?: string;
             /**
              * Format: double
@@ -11803,7 +11813,7 @@ export interface components {
             bias_norm?: number;
             /**
              * Format: double
-             * @description The smallest bias bound that holds within the norm limit.
+             * @description The least bound of the bias that holds within the norm limit.
              */
             bias_sharp_bound?: number;
             /**
@@ -11817,9 +11827,8 @@ export interface components {
              */
             max_abs?: number;
             /**
-             * @description Slopes, crownings and twist of the chosen fit (every fit has its own where it is returned in
-             *     full); absent where `axes` do not give u, v and z, and for fits that are older than these
-             *     figures.
+             * @description Slopes, crownings and twist, of the fit that stands (each tells its own where it is answered
+             *     whole); absent where `axes` do not tell u, v and z, and of fits from before there were any.
              */
             figures?: components["schemas"]["FitFigures"];
             /**
@@ -11827,13 +11836,13 @@ export interface components {
              * @description When it was stored.
              */
             created_at: string;
-            /** @description Actor of the caller who made it; absent where no key was required. */
+            /** @description Who made it: the actor of the caller; absent where no key was asked for. */
             by?: string;
             /** @description Why it was made, as it was posted. */
             reason?: string;
-            /** @description In the order of the fit's answer; empty after a purge of the job. */
+            /** @description In the order of the fit's answer; none where the job was purged. */
             coefficients: components["schemas"]["Coefficient"][];
-            /** @description Prior of the fit; absent without one. */
+            /** @description What the fit stood on beside the nodes; absent where it had no prior. */
             prior?: components["schemas"]["PriorResult"];
         };
         /** @description An iteration in the trace. */
@@ -11845,7 +11854,7 @@ export interface components {
              * @example 1
              */
             tooth?: string;
-            /** @description Quantities and units on the axes of the nodes. */
+            /** @description What the axes of the nodes mean. */
             axes?: components["schemas"]["Axes"];
             /**
              * Format: int32
@@ -11857,16 +11866,16 @@ export interface components {
              * @description UUIDv7.
              */
             id: string;
-            /** @description True if the units were confirmed although the values are implausible; absent otherwise. */
+            /** @description Whether the units were said to be right, however implausible; left out where they were not. */
             accept_units?: boolean;
             /**
              * Format: date-time
              * @description When the nodes were measured, as it was posted.
              */
             measured_at?: string;
-            /** @description Measuring instrument. */
+            /** @description What they were measured with. */
             instrument?: string;
-            /** @description Operator who measured the nodes. */
+            /** @description Who measured them. */
             operator?: string;
             /**
              * Format: date-time
@@ -11881,24 +11890,21 @@ export interface components {
             choices: components["schemas"]["TracedChoice"][];
             /** @description In the order in which they were made. */
             decisions: components["schemas"]["TracedDecision"][];
-            /** @description Records of the iteration, oldest first. */
+            /** @description What is kept beside the fits, oldest first. */
             records?: components["schemas"]["RecordSummary"][];
             /** @description Absent where the lists are whole. */
             earlier?: components["schemas"]["EarlierEntries"];
         };
-        /** @description Keeps only the directions of the largest singular values; allows linearly dependent columns. */
+        /** @description Only the directions of the largest singular values are kept; dependent columns are answered too. */
         TruncatedSvdRegularization: {
             /**
              * @description The variant. (enum property replaced by openapi-typescript)
              * @enum {string}
              */
             type: "truncated_svd";
-            /**
-             * @description Number of directions kept: from 1 to the rank of the scaled columns. Either this or
-             *     `parameter`.
-             */
+            /** @description How many are kept: from 1 to the rank of the scaled columns. Either this or `parameter`. */
             rank?: number;
-            /** @description Criterion that chooses the rank. */
+            /** @description By what the rank is chosen. */
             parameter?: components["schemas"]["RankParameter"];
         };
         /** @description S u v/4. */
@@ -11930,35 +11936,34 @@ export interface components {
             record_id: string;
         };
         /**
-         * @description Variances of the errors: `constant` (the default), `hc3`, or an object with a variance model.
-         *     Allowed where `errors` is.
+         * @description Variances of the errors: `constant` (the default), `hc3`, or an object that says what they
+         *     follow. For what takes `errors`.
          */
         Variance: components["schemas"]["VarianceName"] | components["schemas"]["EstimatedVariance"];
         /**
-         * @description `constant`: one variance for all nodes, divided by their weights. `hc3`: any variances; standard
-         *     errors are those of the sandwich HC3 about least squares, each with its own degrees of freedom.
-         *     With few noisy nodes 95 % intervals have a coverage of 0.94 or more for 60 nodes, and of 0.90 or
-         *     more for 20 (docs/errors.md).
+         * @description `constant`: one for all nodes, over their weights. `hc3`: any; standard errors are those of the
+         *     sandwich HC3 about least squares, each with degrees of freedom of its own. With few noisy nodes
+         *     95 % intervals hold in 0.94 and more of 60 nodes, in 0.90 and more of 20 (docs/errors.md).
          * @enum {string}
          */
         VarianceName: "constant" | "hc3";
         /** @description Variances that were estimated. */
         VarianceResult: {
-            /** @description For `groups`, by their names. */
+            /** @description Of `groups`, by their names. */
             groups?: components["schemas"]["GroupSigma"][];
             /**
              * Format: double
-             * @description For `power_of`: the exponent.
+             * @description Of `power_of`.
              */
             exponent?: number;
             /**
              * Format: double
-             * @description Coordinate at which the standard deviation of a height of weight 1 is `residuals.sigma`: the
-             *     geometric mean of the coordinate.
+             * @description Where the standard deviation of a height of weight 1 is `residuals.sigma`: the geometric
+             *     mean of the coordinate.
              */
             at?: number;
         };
-        /** @description A warning about the answer. */
+        /** @description Something to know about the answer. */
         Warning: {
             /** @description Stable name. */
             code: string;
@@ -11984,36 +11989,36 @@ export interface components {
             week: string;
             /**
              * Format: date
-             * @description Date of its Monday.
+             * @description Its Monday.
              * @example 2026-11-16
              */
             begins: string;
             /**
              * Format: int64
-             * @description Number of jobs that were last changed in it.
+             * @description How many jobs were changed last in it.
              */
             count: number;
         };
         /** @description Weights of control points: numbers for a curve, rows of numbers for a surface. */
         Weights: number[] | number[][];
-        /** @description The caller, as the server identifies it. */
+        /** @description Who asks, as the server sees them. */
         Whoami: {
             /** @description Whose jobs they see; absent of a caller of no tenant. */
             tenant?: string;
             /**
-             * @description Name of the caller: `key-` and the id of the key, or the beginning of the key's digest if
-             *     the server's settings contain it; for a token its subject; `anonymous` where no key is
-             *     required.
+             * @description The name under which they act: `key-` and the id of the key, or the beginning of its digest
+             *     where the server's settings name it; of a token its subject; `anonymous` where no key is
+             *     asked for.
              */
             actor: string;
-            /** @description Kind of credential; absent where no key is required. */
+            /** @description What lets them in; absent where no key is asked for. */
             kind?: components["schemas"]["Proof"];
             /**
-             * @description Absent where scopes were listed one by one or a token has several roles, and where no key is
-             *     required.
+             * @description Absent where scopes were named one by one or a token names several roles, and where no key
+             *     is asked for.
              */
             role?: components["schemas"]["Role"];
-            /** @description Scopes of the caller. */
+            /** @description What they may ask for. */
             scopes: components["schemas"]["Scope"][];
             /** @description The key's id, where the database has it. */
             key_id?: string;
@@ -12048,7 +12053,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description With `respond-async` the answer is 202 with the address of an operation; with `wait=N` only if the result is not ready within N seconds. The same `Idempotency-Key` gives the same operation. */
+                /** @description `respond-async`: the answer comes later, and 202 tells where; with `wait=N` only if it does not come within N seconds. The same `Idempotency-Key` leads to the same operation, here as well. */
                 Prefer?: string;
             };
             path?: never;
@@ -12076,7 +12081,7 @@ export interface operations {
             /** @description The request has been read and checked, and is answered later. */
             202: {
                 headers: {
-                    /** @description Address of the operation; its result is at `…/result`. */
+                    /** @description Where the operation is; `…/result` is its answer. */
                     Location?: string;
                     /** @description `respond-async`. */
                     "Preference-Applied"?: string;
@@ -12101,7 +12106,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -12132,7 +12137,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -12153,7 +12158,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -12167,7 +12172,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -12258,7 +12263,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request is invalid; `errors` points to every fault. */
+            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -12278,7 +12283,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -12322,7 +12327,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -12358,13 +12363,13 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description With `respond-async` the answer is 202 with the address of an operation; with `wait=N` only if the result is not ready within N seconds. The same `Idempotency-Key` gives the same operation. */
+                /** @description `respond-async`: the answer comes later, and 202 tells where; with `wait=N` only if it does not come within N seconds. The same `Idempotency-Key` leads to the same operation, here as well. */
                 Prefer?: string;
             };
             path?: never;
             cookie?: never;
         };
-        /** @description The matrix to randomise, and the levels. */
+        /** @description What is randomised, and how. */
         requestBody: {
             content: {
                 "application/json": components["schemas"]["RandomizationRequest"];
@@ -12385,7 +12390,7 @@ export interface operations {
             /** @description The request has been read and checked, and is answered later. */
             202: {
                 headers: {
-                    /** @description Address of the operation; its result is at `…/result`. */
+                    /** @description Where the operation is; `…/result` is its answer. */
                     Location?: string;
                     /** @description `respond-async`. */
                     "Preference-Applied"?: string;
@@ -12410,7 +12415,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -12441,7 +12446,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -12462,7 +12467,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -12476,7 +12481,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -12567,7 +12572,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request is invalid; `errors` points to every fault. */
+            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -12587,7 +12592,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -12631,7 +12636,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -12699,7 +12704,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -12730,7 +12735,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -12751,7 +12756,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -12765,7 +12770,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -12856,7 +12861,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request is invalid; `errors` points to every fault. */
+            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -12876,7 +12881,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -12920,7 +12925,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -12959,7 +12964,7 @@ export interface operations {
             path?: never;
             cookie?: never;
         };
-        /** @description A curve and its parameters. */
+        /** @description A curve and where. */
         requestBody: {
             content: {
                 "application/json": components["schemas"]["EvaluateCurve"];
@@ -12988,7 +12993,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -13019,7 +13024,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -13040,7 +13045,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -13054,7 +13059,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -13145,7 +13150,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request is invalid; `errors` points to every fault. */
+            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -13165,7 +13170,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -13209,7 +13214,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -13277,7 +13282,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -13308,7 +13313,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -13329,7 +13334,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -13343,7 +13348,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -13434,7 +13439,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request is invalid; `errors` points to every fault. */
+            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -13454,7 +13459,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -13498,7 +13503,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -13534,7 +13539,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description With `respond-async` the answer is 202 with the address of an operation; with `wait=N` only if the result is not ready within N seconds. The same `Idempotency-Key` gives the same operation. */
+                /** @description `respond-async`: the answer comes later, and 202 tells where; with `wait=N` only if it does not come within N seconds. The same `Idempotency-Key` leads to the same operation, here as well. */
                 Prefer?: string;
             };
             path?: never;
@@ -13565,7 +13570,7 @@ export interface operations {
             /** @description The request has been read and checked, and is answered later. */
             202: {
                 headers: {
-                    /** @description Address of the operation; its result is at `…/result`. */
+                    /** @description Where the operation is; `…/result` is its answer. */
                     Location?: string;
                     /** @description `respond-async`. */
                     "Preference-Applied"?: string;
@@ -13590,7 +13595,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -13621,7 +13626,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -13642,7 +13647,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -13656,7 +13661,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -13747,7 +13752,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request is invalid; `errors` points to every fault. */
+            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -13767,7 +13772,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -13811,7 +13816,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -13847,13 +13852,13 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description With `respond-async` the answer is 202 with the address of an operation; with `wait=N` only if the result is not ready within N seconds. The same `Idempotency-Key` gives the same operation. */
+                /** @description `respond-async`: the answer comes later, and 202 tells where; with `wait=N` only if it does not come within N seconds. The same `Idempotency-Key` leads to the same operation, here as well. */
                 Prefer?: string;
             };
             path?: never;
             cookie?: never;
         };
-        /** @description The data of the surface and the method. */
+        /** @description What the surface is made of, and how. */
         requestBody: {
             content: {
                 "application/json": components["schemas"]["SurfaceRequest"];
@@ -13874,7 +13879,7 @@ export interface operations {
             /** @description The request has been read and checked, and is answered later. */
             202: {
                 headers: {
-                    /** @description Address of the operation; its result is at `…/result`. */
+                    /** @description Where the operation is; `…/result` is its answer. */
                     Location?: string;
                     /** @description `respond-async`. */
                     "Preference-Applied"?: string;
@@ -13899,7 +13904,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -13930,7 +13935,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -13951,7 +13956,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -13965,7 +13970,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -14056,7 +14061,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request is invalid; `errors` points to every fault. */
+            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -14076,7 +14081,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -14120,7 +14125,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -14159,7 +14164,7 @@ export interface operations {
             path?: never;
             cookie?: never;
         };
-        /** @description A surface and its parameters. */
+        /** @description A surface and where. */
         requestBody: {
             content: {
                 "application/json": components["schemas"]["EvaluateSurface"];
@@ -14188,7 +14193,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -14219,7 +14224,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -14240,7 +14245,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -14254,7 +14259,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -14345,7 +14350,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request is invalid; `errors` points to every fault. */
+            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -14365,7 +14370,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -14409,7 +14414,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -14477,7 +14482,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -14508,7 +14513,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -14529,7 +14534,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -14543,7 +14548,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -14634,7 +14639,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request is invalid; `errors` points to every fault. */
+            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -14654,7 +14659,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -14698,7 +14703,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -14734,7 +14739,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description With `respond-async` the answer is 202 with the address of an operation; with `wait=N` only if the result is not ready within N seconds. The same `Idempotency-Key` gives the same operation. */
+                /** @description `respond-async`: the answer comes later, and 202 tells where; with `wait=N` only if it does not come within N seconds. The same `Idempotency-Key` leads to the same operation, here as well. */
                 Prefer?: string;
             };
             path?: never;
@@ -14761,7 +14766,7 @@ export interface operations {
             /** @description The request has been read and checked, and is answered later. */
             202: {
                 headers: {
-                    /** @description Address of the operation; its result is at `…/result`. */
+                    /** @description Where the operation is; `…/result` is its answer. */
                     Location?: string;
                     /** @description `respond-async`. */
                     "Preference-Applied"?: string;
@@ -14786,7 +14791,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -14817,7 +14822,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -14838,7 +14843,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -14852,7 +14857,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -14943,7 +14948,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request is invalid; `errors` points to every fault. */
+            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -14963,7 +14968,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -15007,7 +15012,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -15043,7 +15048,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description With `respond-async` the answer is 202 with the address of an operation; with `wait=N` only if the result is not ready within N seconds. The same `Idempotency-Key` gives the same operation. */
+                /** @description `respond-async`: the answer comes later, and 202 tells where; with `wait=N` only if it does not come within N seconds. The same `Idempotency-Key` leads to the same operation, here as well. */
                 Prefer?: string;
             };
             path?: never;
@@ -15075,7 +15080,7 @@ export interface operations {
             /** @description The request has been read and checked, and is answered later. */
             202: {
                 headers: {
-                    /** @description Address of the operation; its result is at `…/result`. */
+                    /** @description Where the operation is; `…/result` is its answer. */
                     Location?: string;
                     /** @description `respond-async`. */
                     "Preference-Applied"?: string;
@@ -15100,7 +15105,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -15131,7 +15136,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -15152,7 +15157,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -15166,7 +15171,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -15257,7 +15262,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request is invalid; `errors` points to every fault. */
+            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -15277,7 +15282,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -15321,7 +15326,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -15357,17 +15362,17 @@ export interface operations {
         parameters: {
             query?: {
                 /**
-                 * @description Text that occurs in name, part number, serial number, machine or a tag (as `name:value`), in
-                 *     upper or lower case.
+                 * @description Stands in name, part number, serial number, machine or a tag (as `name:value`), in upper or
+                 *     lower case.
                  */
                 q?: string;
-                /** @description Status of the job. */
+                /** @description How far the job has come. */
                 status?: "new" | "open" | "remachine" | "accepted" | "rejected";
                 /** @description The whole name of the machine. */
                 machine?: string;
                 /** @description The whole part number. */
                 part_number?: string;
-                /** @description Class of ISO 1328-1 in the job's latest evaluation. */
+                /** @description The class that the evaluation found that was kept last. */
                 class?: number;
                 /** @description The name of a tag, whatever its value, or `name:value`. */
                 tag?: string;
@@ -15376,8 +15381,8 @@ export interface operations {
                 /** @description Changed before this time, which is later than `from`. */
                 to?: string;
                 /**
-                 * @description `changed`, last changed first (default); `name`, in alphabetical order ignoring case;
-                 *     `created`, newest first.
+                 * @description `changed`, last changed first (default); `name`, in alphabetical order whatever the letters'
+                 *     case; `created`, newest first.
                  */
                 sort?: "changed" | "name" | "created";
                 /** @description Most items on a page. */
@@ -15423,7 +15428,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -15444,7 +15449,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -15458,7 +15463,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -15486,7 +15491,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The limit or the cursor is invalid. */
+            /** @description The limit or the cursor is not one. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -15506,7 +15511,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -15550,7 +15555,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -15586,13 +15591,13 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeating the request with the same key and body returns the first answer. */
+                /** @description The same key and body answers the first response again. */
                 "Idempotency-Key"?: string;
             };
             path?: never;
             cookie?: never;
         };
-        /** @description Name, machine, gear and requirements of the job. */
+        /** @description What is known of the gear. */
         requestBody: {
             content: {
                 "application/json": components["schemas"]["NewJob"];
@@ -15606,7 +15611,7 @@ export interface operations {
                     ETag?: string;
                     /** @description `true` where this is the first answer to the same key, given again. */
                     "Idempotency-Replayed"?: string;
-                    /** @description Address of the job. */
+                    /** @description Where the job is. */
                     Location?: string;
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
                     "x-request-id"?: string;
@@ -15627,7 +15632,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -15658,7 +15663,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -15679,7 +15684,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -15693,7 +15698,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -15805,7 +15810,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request is invalid; `errors` points to every fault. */
+            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -15825,7 +15830,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -15869,7 +15874,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -15910,7 +15915,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Numbers of jobs. */
+            /** @description How many jobs there are. */
             200: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -15942,7 +15947,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -15963,7 +15968,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -15977,7 +15982,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -16025,7 +16030,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -16069,7 +16074,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -16147,7 +16152,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -16182,14 +16187,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "Not found",
+                     *       "title": "There is nothing here",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -16203,7 +16208,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -16251,7 +16256,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -16295,7 +16300,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -16372,7 +16377,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -16407,7 +16412,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "Not found",
+                     *       "title": "There is nothing here",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -16518,7 +16523,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -16562,7 +16567,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -16607,7 +16612,7 @@ export interface operations {
             };
             cookie?: never;
         };
-        /** @description The fields to change. */
+        /** @description What is to be changed. */
         requestBody: {
             content: {
                 "application/json": components["schemas"]["JobPatch"];
@@ -16638,7 +16643,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -16669,7 +16674,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -16704,14 +16709,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "Not found",
+                     *       "title": "There is nothing here",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -16725,7 +16730,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -16879,7 +16884,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request is invalid; `errors` points to every fault. */
+            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -16899,7 +16904,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -16943,7 +16948,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -17024,7 +17029,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -17059,14 +17064,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "Not found",
+                     *       "title": "There is nothing here",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -17080,7 +17085,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -17129,7 +17134,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The limit or the cursor is invalid. */
+            /** @description The limit or the cursor is not one. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -17149,7 +17154,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -17193,7 +17198,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -17229,9 +17234,9 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeating the request with the same key and body returns the first answer. */
+                /** @description The same key and body answers the first response again. */
                 "Idempotency-Key"?: string;
-                /** @description With `respond-async` the answer is 202 with the address of an operation; with `wait=N` only if the result is not ready within N seconds. The same `Idempotency-Key` gives the same operation. */
+                /** @description `respond-async`: the answer comes later, and 202 tells where; with `wait=N` only if it does not come within N seconds. The same `Idempotency-Key` leads to the same operation, here as well. */
                 Prefer?: string;
             };
             path: {
@@ -17240,7 +17245,7 @@ export interface operations {
             };
             cookie?: never;
         };
-        /** @description Nodes, the model to fit, and details of the measurement. */
+        /** @description Nodes, what to fit to them, and what is known of the measurement. */
         requestBody: {
             content: {
                 "application/json": components["schemas"]["IterationRequest"];
@@ -17255,7 +17260,7 @@ export interface operations {
                     ETag?: string;
                     /** @description `true` where this is the first answer to the same key, given again. */
                     "Idempotency-Replayed"?: string;
-                    /** @description Address of the iteration. */
+                    /** @description Where the iteration is. */
                     Location?: string;
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
                     "x-request-id"?: string;
@@ -17270,7 +17275,7 @@ export interface operations {
                 headers: {
                     /** @description `true` where this is the first answer to the same key, given again. */
                     "Idempotency-Replayed"?: string;
-                    /** @description Address of the operation; its result is at `…/result`. */
+                    /** @description Where the operation is; `…/result` is its answer. */
                     Location?: string;
                     /** @description `respond-async`. */
                     "Preference-Applied"?: string;
@@ -17295,7 +17300,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -17326,7 +17331,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -17361,14 +17366,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "Not found",
+                     *       "title": "There is nothing here",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -17382,7 +17387,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -17515,7 +17520,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request is invalid; `errors` points to every fault. */
+            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -17535,7 +17540,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -17579,7 +17584,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -17659,7 +17664,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -17694,14 +17699,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "Not found",
+                     *       "title": "There is nothing here",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -17715,7 +17720,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -17763,7 +17768,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -17807,7 +17812,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -17854,7 +17859,7 @@ export interface operations {
             };
             cookie?: never;
         };
-        /** @description The decision, or the changes of the nodes' description. */
+        /** @description The decision, or what is known of the nodes. */
         requestBody: {
             content: {
                 "application/json": components["schemas"]["IterationPatch"];
@@ -17885,7 +17890,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -17916,7 +17921,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -17951,14 +17956,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "Not found",
+                     *       "title": "There is nothing here",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -17972,7 +17977,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -18105,7 +18110,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request is invalid; `errors` points to every fault. */
+            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -18125,7 +18130,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -18169,7 +18174,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -18248,7 +18253,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -18283,7 +18288,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "Not found",
+                     *       "title": "There is nothing here",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -18304,7 +18309,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -18373,7 +18378,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -18417,7 +18422,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -18500,7 +18505,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -18535,14 +18540,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "Not found",
+                     *       "title": "There is nothing here",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -18556,7 +18561,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -18584,7 +18589,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The limit or the cursor is invalid. */
+            /** @description The limit or the cursor is not one. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -18604,7 +18609,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -18648,7 +18653,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -18684,9 +18689,9 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeating the request with the same key and body returns the first answer. */
+                /** @description The same key and body answers the first response again. */
                 "Idempotency-Key"?: string;
-                /** @description With `respond-async` the answer is 202 with the address of an operation; with `wait=N` only if the result is not ready within N seconds. The same `Idempotency-Key` gives the same operation. */
+                /** @description `respond-async`: the answer comes later, and 202 tells where; with `wait=N` only if it does not come within N seconds. The same `Idempotency-Key` leads to the same operation, here as well. */
                 Prefer?: string;
             };
             path: {
@@ -18711,7 +18716,7 @@ export interface operations {
                     ETag?: string;
                     /** @description `true` where this is the first answer to the same key, given again. */
                     "Idempotency-Replayed"?: string;
-                    /** @description Address of the fit. */
+                    /** @description Where the fit is. */
                     Location?: string;
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
                     "x-request-id"?: string;
@@ -18726,7 +18731,7 @@ export interface operations {
                 headers: {
                     /** @description `true` where this is the first answer to the same key, given again. */
                     "Idempotency-Replayed"?: string;
-                    /** @description Address of the operation; its result is at `…/result`. */
+                    /** @description Where the operation is; `…/result` is its answer. */
                     Location?: string;
                     /** @description `respond-async`. */
                     "Preference-Applied"?: string;
@@ -18751,7 +18756,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -18782,7 +18787,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -18817,14 +18822,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "Not found",
+                     *       "title": "There is nothing here",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -18838,7 +18843,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -18971,7 +18976,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request is invalid; `errors` points to every fault. */
+            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -18991,7 +18996,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -19035,7 +19040,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -19089,7 +19094,7 @@ export interface operations {
             /** @description The fit. But for `chosen` it never changes. */
             200: {
                 headers: {
-                    /** @description Changes only when this fit is chosen or another one is chosen instead. Absent with `include`. */
+                    /** @description Changes when the fit is chosen and when another one is; nothing else of it does. With `include` there is none. */
                     ETag?: string;
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
                     "x-request-id"?: string;
@@ -19120,7 +19125,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -19155,14 +19160,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "Not found",
+                     *       "title": "There is nothing here",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -19176,7 +19181,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -19245,7 +19250,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -19289,7 +19294,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -19336,7 +19341,7 @@ export interface operations {
             };
             cookie?: never;
         };
-        /** @description The chosen fit. */
+        /** @description The fit that stands. */
         requestBody: {
             content: {
                 "application/json": components["schemas"]["ChosenFit"];
@@ -19367,7 +19372,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -19398,7 +19403,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -19433,14 +19438,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "Not found",
+                     *       "title": "There is nothing here",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -19454,7 +19459,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -19587,7 +19592,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request is invalid; `errors` points to every fault. */
+            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -19607,7 +19612,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -19651,7 +19656,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -19699,7 +19704,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description The comparison of the two answers. */
+            /** @description Whether the answers are identical. */
             200: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -19731,7 +19736,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -19766,14 +19771,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "Not found",
+                     *       "title": "There is nothing here",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -19787,7 +19792,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -19856,7 +19861,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -19900,7 +19905,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -19973,7 +19978,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -20004,7 +20009,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -20039,14 +20044,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "Not found",
+                     *       "title": "There is nothing here",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -20060,7 +20065,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -20172,7 +20177,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request is invalid; `errors` points to every fault. */
+            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -20192,7 +20197,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -20236,7 +20241,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -20282,7 +20287,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description The derived quantities. */
+            /** @description What follows from its data. */
             200: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -20304,7 +20309,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -20335,7 +20340,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -20356,7 +20361,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -20370,7 +20375,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -20461,7 +20466,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request is invalid; `errors` points to every fault. */
+            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -20481,7 +20486,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -20525,7 +20530,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -20594,7 +20599,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -20625,7 +20630,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -20660,7 +20665,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -20751,7 +20756,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request is invalid; `errors` points to every fault. */
+            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -20771,7 +20776,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -20815,7 +20820,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -20861,7 +20866,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description The gears with their missing data, the traces and the values. */
+            /** @description The gears and what they lack, traces and values. */
             200: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -20883,7 +20888,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -20914,7 +20919,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -20935,7 +20940,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -20949,7 +20954,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -21040,7 +21045,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request is invalid; `errors` points to every fault. */
+            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -21060,7 +21065,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -21104,7 +21109,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -21172,7 +21177,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -21203,7 +21208,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -21224,7 +21229,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -21238,7 +21243,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -21329,7 +21334,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request is invalid; `errors` points to every fault. */
+            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -21349,7 +21354,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -21393,7 +21398,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -21461,7 +21466,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -21492,7 +21497,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -21513,7 +21518,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -21527,7 +21532,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -21618,7 +21623,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request is invalid; `errors` points to every fault. */
+            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -21638,7 +21643,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -21682,7 +21687,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -21750,7 +21755,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -21781,7 +21786,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -21802,7 +21807,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -21816,7 +21821,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -21907,7 +21912,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request is invalid; `errors` points to every fault. */
+            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -21927,7 +21932,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -21971,7 +21976,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -22039,7 +22044,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -22070,7 +22075,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -22091,7 +22096,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -22105,7 +22110,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -22196,7 +22201,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request is invalid; `errors` points to every fault. */
+            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -22216,7 +22221,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -22260,7 +22265,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -22329,7 +22334,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -22360,7 +22365,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -22381,7 +22386,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -22395,7 +22400,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -22486,7 +22491,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request is invalid; `errors` points to every fault. */
+            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -22506,7 +22511,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -22550,7 +22555,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -22619,7 +22624,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -22650,7 +22655,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -22671,7 +22676,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -22685,7 +22690,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -22776,7 +22781,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request is invalid; `errors` points to every fault. */
+            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -22796,7 +22801,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -22840,7 +22845,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -22908,7 +22913,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -22939,7 +22944,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -22960,7 +22965,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -22974,7 +22979,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -23065,7 +23070,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request is invalid; `errors` points to every fault. */
+            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -23085,7 +23090,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -23129,7 +23134,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -23197,7 +23202,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -23228,7 +23233,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -23249,7 +23254,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -23263,7 +23268,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -23354,7 +23359,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request is invalid; `errors` points to every fault. */
+            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -23374,7 +23379,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -23418,7 +23423,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -23454,7 +23459,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeating the request with the same key and body returns the first answer. */
+                /** @description The same key and body answers the first response again. */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -23498,7 +23503,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -23529,7 +23534,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -23564,14 +23569,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "Not found",
+                     *       "title": "There is nothing here",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -23585,7 +23590,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -23718,7 +23723,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request is invalid; `errors` points to every fault. */
+            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -23738,7 +23743,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -23782,7 +23787,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -23818,7 +23823,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeating the request with the same key and body returns the first answer. */
+                /** @description The same key and body answers the first response again. */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -23863,7 +23868,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -23894,7 +23899,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -23929,14 +23934,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "Not found",
+                     *       "title": "There is nothing here",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -23950,7 +23955,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -24083,7 +24088,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request is invalid; `errors` points to every fault. */
+            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -24103,7 +24108,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -24147,7 +24152,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -24183,7 +24188,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeating the request with the same key and body returns the first answer. */
+                /** @description The same key and body answers the first response again. */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -24228,7 +24233,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -24259,7 +24264,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -24294,14 +24299,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "Not found",
+                     *       "title": "There is nothing here",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -24315,7 +24320,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -24448,7 +24453,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request is invalid; `errors` points to every fault. */
+            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -24468,7 +24473,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -24512,7 +24517,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -24596,7 +24601,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -24631,7 +24636,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "Not found",
+                     *       "title": "There is nothing here",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -24652,7 +24657,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -24742,7 +24747,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -24786,7 +24791,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -24822,7 +24827,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeating the request with the same key and body returns the first answer. */
+                /** @description The same key and body answers the first response again. */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -24866,7 +24871,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -24897,7 +24902,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -24932,14 +24937,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "Not found",
+                     *       "title": "There is nothing here",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -24953,7 +24958,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -25086,7 +25091,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request is invalid; `errors` points to every fault. */
+            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -25106,7 +25111,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -25150,7 +25155,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -25232,7 +25237,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -25267,7 +25272,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "Not found",
+                     *       "title": "There is nothing here",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -25288,7 +25293,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -25357,7 +25362,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -25401,7 +25406,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -25437,7 +25442,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeating the request with the same key and body returns the first answer. */
+                /** @description The same key and body answers the first response again. */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -25479,7 +25484,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -25510,7 +25515,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -25545,14 +25550,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "Not found",
+                     *       "title": "There is nothing here",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -25566,7 +25571,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -25678,7 +25683,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request is invalid; `errors` points to every fault. */
+            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -25698,7 +25703,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -25742,7 +25747,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -25778,7 +25783,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeating the request with the same key and body returns the first answer. */
+                /** @description The same key and body answers the first response again. */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -25822,7 +25827,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -25853,7 +25858,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -25888,14 +25893,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "Not found",
+                     *       "title": "There is nothing here",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -25909,7 +25914,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -26042,7 +26047,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request is invalid; `errors` points to every fault. */
+            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -26062,7 +26067,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -26106,7 +26111,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -26142,7 +26147,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeating the request with the same key and body returns the first answer. */
+                /** @description The same key and body answers the first response again. */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -26184,7 +26189,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -26215,7 +26220,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -26250,14 +26255,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "Not found",
+                     *       "title": "There is nothing here",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -26271,7 +26276,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -26383,7 +26388,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request is invalid; `errors` points to every fault. */
+            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -26403,7 +26408,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -26447,7 +26452,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -26483,9 +26488,9 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeating the request with the same key and body returns the first answer. */
+                /** @description The same key and body answers the first response again. */
                 "Idempotency-Key"?: string;
-                /** @description With `respond-async` the answer is 202 with the address of an operation; with `wait=N` only if the result is not ready within N seconds. The same `Idempotency-Key` gives the same operation. */
+                /** @description `respond-async`: the answer comes later, and 202 tells where; with `wait=N` only if it does not come within N seconds. The same `Idempotency-Key` leads to the same operation, here as well. */
                 Prefer?: string;
             };
             path: {
@@ -26494,7 +26499,7 @@ export interface operations {
             };
             cookie?: never;
         };
-        /** @description The file and its description. */
+        /** @description The file, and what is said of it. */
         requestBody: {
             content: {
                 "multipart/form-data": components["schemas"]["ImportForm"];
@@ -26508,7 +26513,7 @@ export interface operations {
                     ETag?: string;
                     /** @description `true` where this is the first answer to the same key, given again. */
                     "Idempotency-Replayed"?: string;
-                    /** @description Address of the iteration. */
+                    /** @description Where the iteration is. */
                     Location?: string;
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
                     "x-request-id"?: string;
@@ -26523,7 +26528,7 @@ export interface operations {
                 headers: {
                     /** @description `true` where this is the first answer to the same key, given again. */
                     "Idempotency-Replayed"?: string;
-                    /** @description Address of the operation; its result is at `…/result`. */
+                    /** @description Where the operation is; `…/result` is its answer. */
                     Location?: string;
                     /** @description `respond-async`. */
                     "Preference-Applied"?: string;
@@ -26548,7 +26553,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -26579,7 +26584,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -26614,14 +26619,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "Not found",
+                     *       "title": "There is nothing here",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -26635,7 +26640,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -26768,7 +26773,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request is invalid; `errors` points to every fault. */
+            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -26788,7 +26793,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -26832,7 +26837,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -26867,8 +26872,10 @@ export interface operations {
     read_nodes: {
         parameters: {
             query?: {
-                /** @description Additional parts of the answer: `nodes`. */
+                /** @description What is answered beside the proposal: `nodes`. */
                 include?: components["schemas"]["TableInclude"][];
+                /** @description What the table was measured with, as iterations name it: its kept mapping is proposed. Left out it is the one of tables without an instrument. */
+                instrument?: string;
             };
             header?: never;
             path?: never;
@@ -26884,7 +26891,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description The proposed mapping and a preview. */
+            /** @description What the table is taken for. */
             200: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -26906,7 +26913,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -26937,7 +26944,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -26958,7 +26965,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -26972,7 +26979,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -27063,7 +27070,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request is invalid; `errors` points to every fault. */
+            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -27083,7 +27090,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -27127,7 +27134,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -27163,7 +27170,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeating the request with the same key and body returns the first answer. */
+                /** @description The same key and body answers the first response again. */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -27186,7 +27193,7 @@ export interface operations {
                 headers: {
                     /** @description `true` where this is the first answer to the same key, given again. */
                     "Idempotency-Replayed"?: string;
-                    /** @description Address of the curve. */
+                    /** @description Where the curve is. */
                     Location?: string;
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
                     "x-request-id"?: string;
@@ -27207,7 +27214,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -27238,7 +27245,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -27273,14 +27280,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "Not found",
+                     *       "title": "There is nothing here",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -27294,7 +27301,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -27427,7 +27434,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request is invalid; `errors` points to every fault. */
+            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -27447,7 +27454,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -27491,7 +27498,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -27527,9 +27534,9 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeating the request with the same key and body returns the first answer. */
+                /** @description The same key and body answers the first response again. */
                 "Idempotency-Key"?: string;
-                /** @description With `respond-async` the answer is 202 with the address of an operation; with `wait=N` only if the result is not ready within N seconds. The same `Idempotency-Key` gives the same operation. */
+                /** @description `respond-async`: the answer comes later, and 202 tells where; with `wait=N` only if it does not come within N seconds. The same `Idempotency-Key` leads to the same operation, here as well. */
                 Prefer?: string;
             };
             path: {
@@ -27552,7 +27559,7 @@ export interface operations {
                 headers: {
                     /** @description `true` where this is the first answer to the same key, given again. */
                     "Idempotency-Replayed"?: string;
-                    /** @description Address of the surface. */
+                    /** @description Where the surface is. */
                     Location?: string;
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
                     "x-request-id"?: string;
@@ -27567,7 +27574,7 @@ export interface operations {
                 headers: {
                     /** @description `true` where this is the first answer to the same key, given again. */
                     "Idempotency-Replayed"?: string;
-                    /** @description Address of the operation; its result is at `…/result`. */
+                    /** @description Where the operation is; `…/result` is its answer. */
                     Location?: string;
                     /** @description `respond-async`. */
                     "Preference-Applied"?: string;
@@ -27592,7 +27599,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -27623,7 +27630,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -27658,14 +27665,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "Not found",
+                     *       "title": "There is nothing here",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -27679,7 +27686,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -27812,7 +27819,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request is invalid; `errors` points to every fault. */
+            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -27832,7 +27839,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -27876,7 +27883,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -27959,7 +27966,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -27994,14 +28001,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "Not found",
+                     *       "title": "There is nothing here",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -28015,7 +28022,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -28043,7 +28050,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The limit or the cursor is invalid. */
+            /** @description The limit or the cursor is not one. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -28063,7 +28070,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -28107,7 +28114,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -28142,7 +28149,7 @@ export interface operations {
     get_iteration_record: {
         parameters: {
             query?: {
-                /** @description For a correction, additional parts of the answer: names separated by commas. */
+                /** @description Of a correction, what is answered beside: names with commas between them. */
                 include?: components["schemas"]["KeptCorrectionInclude"][];
             };
             header?: never;
@@ -28191,7 +28198,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -28226,14 +28233,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "Not found",
+                     *       "title": "There is nothing here",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -28247,7 +28254,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -28316,7 +28323,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -28360,7 +28367,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -28396,9 +28403,9 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeating the request with the same key and body returns the first answer. */
+                /** @description The same key and body answers the first response again. */
                 "Idempotency-Key"?: string;
-                /** @description With `respond-async` the answer is 202 with the address of an operation; with `wait=N` only if the result is not ready within N seconds. The same `Idempotency-Key` gives the same operation. */
+                /** @description `respond-async`: the answer comes later, and 202 tells where; with `wait=N` only if it does not come within N seconds. The same `Idempotency-Key` leads to the same operation, here as well. */
                 Prefer?: string;
             };
             path?: never;
@@ -28411,7 +28418,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Deviations and changes of each round, and the stored jobs. */
+            /** @description Round by round what was measured and changed, and the jobs that keep it. */
             200: {
                 headers: {
                     /** @description `true` where this is the first answer to the same key, given again. */
@@ -28429,7 +28436,7 @@ export interface operations {
                 headers: {
                     /** @description `true` where this is the first answer to the same key, given again. */
                     "Idempotency-Replayed"?: string;
-                    /** @description Address of the operation; its result is at `…/result`. */
+                    /** @description Where the operation is; `…/result` is its answer. */
                     Location?: string;
                     /** @description `respond-async`. */
                     "Preference-Applied"?: string;
@@ -28454,7 +28461,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -28485,7 +28492,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -28506,7 +28513,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -28520,7 +28527,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -28632,7 +28639,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request is invalid; `errors` points to every fault. */
+            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -28652,7 +28659,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -28696,7 +28703,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -28777,7 +28784,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -28812,14 +28819,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "Not found",
+                     *       "title": "There is nothing here",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -28833,7 +28840,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -28861,7 +28868,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The limit or the cursor is invalid. */
+            /** @description The limit or the cursor is not one. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -28881,7 +28888,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -28925,7 +28932,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -29006,7 +29013,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -29041,14 +29048,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "Not found",
+                     *       "title": "There is nothing here",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -29062,7 +29069,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -29090,7 +29097,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The limit or the cursor is invalid. */
+            /** @description The limit or the cursor is not one. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -29110,7 +29117,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -29154,7 +29161,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -29198,7 +29205,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description The result of the verification. */
+            /** @description Whether anything was changed, and where. */
             200: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -29230,7 +29237,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -29265,14 +29272,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "Not found",
+                     *       "title": "There is nothing here",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -29286,7 +29293,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -29334,7 +29341,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -29378,7 +29385,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -29456,7 +29463,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -29477,7 +29484,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -29491,7 +29498,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -29519,7 +29526,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The limit or the cursor is invalid. */
+            /** @description The limit or the cursor is not one. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -29539,7 +29546,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -29583,7 +29590,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -29661,7 +29668,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -29682,7 +29689,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -29696,7 +29703,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -29724,7 +29731,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The limit or the cursor is invalid. */
+            /** @description The limit or the cursor is not one. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -29744,7 +29751,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -29788,7 +29795,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -29824,13 +29831,13 @@ export interface operations {
         parameters: {
             query?: {
                 /**
-                 * @description Same as the header `Last-Event-ID`, for clients that cannot set it; `latest` sends new
-                 *     events only.
+                 * @description As the header `Last-Event-ID`, for clients that cannot set it; `latest` begins with what
+                 *     happens from now on.
                  */
                 last_event_id?: string;
             };
             header?: {
-                /** @description The id of the last event received; sending continues after it. */
+                /** @description The id of the last event seen: sending goes on after it. */
                 "Last-Event-ID"?: string;
             };
             path: {
@@ -29863,7 +29870,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -29894,7 +29901,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -29929,14 +29936,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "Not found",
+                     *       "title": "There is nothing here",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -29950,7 +29957,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -29998,7 +30005,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -30042,7 +30049,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -30078,13 +30085,13 @@ export interface operations {
         parameters: {
             query?: {
                 /**
-                 * @description Same as the header `Last-Event-ID`, for clients that cannot set it; `latest` sends new
-                 *     events only.
+                 * @description As the header `Last-Event-ID`, for clients that cannot set it; `latest` begins with what
+                 *     happens from now on.
                  */
                 last_event_id?: string;
             };
             header?: {
-                /** @description The id of the last event received; sending continues after it. */
+                /** @description The id of the last event seen: sending goes on after it. */
                 "Last-Event-ID"?: string;
             };
             path?: never;
@@ -30114,7 +30121,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -30145,7 +30152,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -30166,7 +30173,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -30180,7 +30187,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -30228,7 +30235,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -30272,7 +30279,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -30353,7 +30360,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -30388,14 +30395,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "Not found",
+                     *       "title": "There is nothing here",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -30409,7 +30416,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -30458,7 +30465,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The limit or the cursor is invalid. */
+            /** @description The limit or the cursor is not one. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -30478,7 +30485,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -30522,7 +30529,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -30558,7 +30565,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeating the request with the same key and body returns the first answer. */
+                /** @description The same key and body answers the first response again. */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -30581,7 +30588,7 @@ export interface operations {
                     ETag?: string;
                     /** @description `true` where this is the first answer to the same key, given again. */
                     "Idempotency-Replayed"?: string;
-                    /** @description Address of the stream. */
+                    /** @description Where the stream is. */
                     Location?: string;
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
                     "x-request-id"?: string;
@@ -30602,7 +30609,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -30633,7 +30640,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -30668,14 +30675,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "Not found",
+                     *       "title": "There is nothing here",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -30689,7 +30696,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -30822,7 +30829,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request is invalid; `errors` points to every fault. */
+            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -30842,7 +30849,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -30886,7 +30893,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -30964,7 +30971,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -30999,14 +31006,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "Not found",
+                     *       "title": "There is nothing here",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -31020,7 +31027,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -31089,7 +31096,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -31133,7 +31140,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -31210,7 +31217,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -31245,7 +31252,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "Not found",
+                     *       "title": "There is nothing here",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -31335,7 +31342,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -31379,7 +31386,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -31458,7 +31465,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -31493,14 +31500,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "Not found",
+                     *       "title": "There is nothing here",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -31514,7 +31521,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -31583,7 +31590,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -31627,7 +31634,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -31672,7 +31679,7 @@ export interface operations {
             };
             cookie?: never;
         };
-        /** @description The next block, or one that was sent before. */
+        /** @description The block that comes next, or one that was sent before. */
         requestBody: {
             content: {
                 "application/json": components["schemas"]["StreamBlock"];
@@ -31705,7 +31712,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -31736,7 +31743,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -31771,14 +31778,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "Not found",
+                     *       "title": "There is nothing here",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -31792,7 +31799,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -31925,7 +31932,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request is invalid; `errors` points to every fault. */
+            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -31945,7 +31952,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -31989,7 +31996,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -32025,7 +32032,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeating the request with the same key and body returns the first answer. */
+                /** @description The same key and body answers the first response again. */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -32034,7 +32041,7 @@ export interface operations {
             };
             cookie?: never;
         };
-        /** @description Details of the measurement; the body may be empty. */
+        /** @description What is known of the measurement; an empty body says nothing. */
         requestBody?: {
             content: {
                 "application/json": components["schemas"]["StreamFinish"];
@@ -32048,7 +32055,7 @@ export interface operations {
                     ETag?: string;
                     /** @description `true` where this is the first answer to the same key, given again. */
                     "Idempotency-Replayed"?: string;
-                    /** @description Address of the iteration. */
+                    /** @description Where the iteration is. */
                     Location?: string;
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
                     "x-request-id"?: string;
@@ -32069,7 +32076,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -32100,7 +32107,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -32135,14 +32142,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "Not found",
+                     *       "title": "There is nothing here",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -32156,7 +32163,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -32289,7 +32296,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request is invalid; `errors` points to every fault. */
+            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -32309,7 +32316,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -32353,7 +32360,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -32417,7 +32424,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -32483,7 +32490,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "Not found",
+                     *       "title": "There is nothing here",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -32573,7 +32580,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -32617,7 +32624,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -32664,7 +32671,7 @@ export interface operations {
             /** @description The archive, to be saved. */
             200: {
                 headers: {
-                    /** @description SHA-256 of the file, in 64 hexadecimal digits; absent for a large archive. */
+                    /** @description SHA-256 of the file, in 64 hexadecimal digits; not of one that takes long. */
                     "archive-sha256"?: string;
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
                     "x-request-id"?: string;
@@ -32730,14 +32737,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "Not found",
+                     *       "title": "There is nothing here",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -32751,7 +32758,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -32799,7 +32806,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -32843,7 +32850,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -32879,9 +32886,9 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeating the request with the same key and body returns the first answer. */
+                /** @description The same key and body answers the first response again. */
                 "Idempotency-Key"?: string;
-                /** @description With `respond-async` the answer is 202 with the address of an operation; with `wait=N` only if the result is not ready within N seconds. The same `Idempotency-Key` gives the same operation. */
+                /** @description `respond-async`: the answer comes later, and 202 tells where; with `wait=N` only if it does not come within N seconds. The same `Idempotency-Key` leads to the same operation, here as well. */
                 Prefer?: string;
             };
             path: {
@@ -32897,7 +32904,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description The purge. */
+            /** @description What was purged. */
             200: {
                 headers: {
                     /** @description `true` where this is the first answer to the same key, given again. */
@@ -32915,7 +32922,7 @@ export interface operations {
                 headers: {
                     /** @description `true` where this is the first answer to the same key, given again. */
                     "Idempotency-Replayed"?: string;
-                    /** @description Address of the operation; its result is at `…/result`. */
+                    /** @description Where the operation is; `…/result` is its answer. */
                     Location?: string;
                     /** @description `respond-async`. */
                     "Preference-Applied"?: string;
@@ -32940,7 +32947,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -32971,7 +32978,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -33006,14 +33013,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "Not found",
+                     *       "title": "There is nothing here",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -33027,7 +33034,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -33160,7 +33167,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request is invalid; `errors` points to every fault. */
+            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -33180,7 +33187,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -33224,7 +33231,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -33302,7 +33309,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -33323,7 +33330,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -33337,7 +33344,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -33365,7 +33372,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The limit or the cursor is invalid. */
+            /** @description The limit or the cursor is not one. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -33385,7 +33392,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -33429,7 +33436,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -33465,7 +33472,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description `wait=N`: the answer is sent when the operation has ended, or after N seconds. */
+                /** @description `wait=N`: the answer comes when the operation has ended, or after N seconds. */
                 Prefer?: string;
             };
             path: {
@@ -33508,7 +33515,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -33543,14 +33550,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "Not found",
+                     *       "title": "There is nothing here",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -33564,7 +33571,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -33612,7 +33619,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -33656,7 +33663,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -33730,7 +33737,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -33765,7 +33772,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "Not found",
+                     *       "title": "There is nothing here",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -33813,7 +33820,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -33857,7 +33864,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -33893,7 +33900,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description `wait=N`: the answer is sent when the operation has ended, or after N seconds. */
+                /** @description `wait=N`: the answer comes when the operation has ended, or after N seconds. */
                 Prefer?: string;
             };
             path: {
@@ -33904,7 +33911,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description The answer of the request, with its status, media type and headers; 201 if it stored something. */
+            /** @description What the request would have answered, with its status, media type and headers; 201 where it has stored something. */
             200: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -33934,7 +33941,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -33969,7 +33976,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "Not found",
+                     *       "title": "There is nothing here",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -34059,7 +34066,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -34103,7 +34110,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -34181,7 +34188,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -34202,7 +34209,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -34216,7 +34223,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -34244,7 +34251,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The limit or the cursor is invalid. */
+            /** @description The limit or the cursor is not one. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -34264,7 +34271,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -34308,7 +34315,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -34344,27 +34351,27 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeating the request with the same key and body returns the first answer. */
+                /** @description The same key and body answers the first response again. */
                 "Idempotency-Key"?: string;
             };
             path?: never;
             cookie?: never;
         };
-        /** @description Name, kind, scopes and lifetime of the key. */
+        /** @description Who holds the key, and what it allows. */
         requestBody: {
             content: {
                 "application/json": components["schemas"]["NewKey"];
             };
         };
         responses: {
-            /** @description The key with its secret in `key`. A repeated answer to the same `Idempotency-Key` has no secret. */
+            /** @description The key, whose secret stands in `key` this once: when this answer is given again, it is without. */
             201: {
                 headers: {
                     /** @description Version of the key. */
                     ETag?: string;
                     /** @description `true` where this is the first answer to the same key, given again. */
                     "Idempotency-Replayed"?: string;
-                    /** @description Address of the key. */
+                    /** @description Where the key is. */
                     Location?: string;
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
                     "x-request-id"?: string;
@@ -34385,7 +34392,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -34437,7 +34444,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -34451,7 +34458,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -34563,7 +34570,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request is invalid; `errors` points to every fault. */
+            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -34583,7 +34590,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -34627,7 +34634,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -34705,7 +34712,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -34740,14 +34747,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "Not found",
+                     *       "title": "There is nothing here",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -34761,7 +34768,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -34809,7 +34816,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -34853,7 +34860,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -34962,7 +34969,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "Not found",
+                     *       "title": "There is nothing here",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -35031,7 +35038,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -35075,7 +35082,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -35120,7 +35127,7 @@ export interface operations {
             };
             cookie?: never;
         };
-        /** @description The fields to change. */
+        /** @description What is to be changed. */
         requestBody: {
             content: {
                 "application/json": components["schemas"]["KeyPatch"];
@@ -35151,7 +35158,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -35217,14 +35224,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "Not found",
+                     *       "title": "There is nothing here",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -35238,7 +35245,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -35371,7 +35378,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request is invalid; `errors` points to every fault. */
+            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -35391,7 +35398,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -35435,7 +35442,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -35471,7 +35478,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeating the request with the same key and body returns the first answer. */
+                /** @description The same key and body answers the first response again. */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -35480,21 +35487,21 @@ export interface operations {
             };
             cookie?: never;
         };
-        /** @description How long the old key stays valid. */
+        /** @description How long the key before goes on. */
         requestBody: {
             content: {
                 "application/json": components["schemas"]["KeyRotation"];
             };
         };
         responses: {
-            /** @description The new key with its secret in `key`. A repeated answer to the same `Idempotency-Key` has no secret. */
+            /** @description The new key, whose secret stands in `key` this once: when this answer is given again, it is without. */
             201: {
                 headers: {
                     /** @description Version of the new key. */
                     ETag?: string;
                     /** @description `true` where this is the first answer to the same key, given again. */
                     "Idempotency-Replayed"?: string;
-                    /** @description Address of the new key. */
+                    /** @description Where the new key is. */
                     Location?: string;
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
                     "x-request-id"?: string;
@@ -35515,7 +35522,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -35581,14 +35588,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "Not found",
+                     *       "title": "There is nothing here",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -35602,7 +35609,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -35714,7 +35721,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request is invalid; `errors` points to every fault. */
+            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -35734,7 +35741,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -35778,7 +35785,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -35819,7 +35826,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description The caller. */
+            /** @description Who asks. */
             200: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -35851,7 +35858,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -35872,7 +35879,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -35886,7 +35893,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -35934,7 +35941,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -35978,7 +35985,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -36056,7 +36063,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -36077,7 +36084,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -36091,7 +36098,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -36119,7 +36126,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The limit or the cursor is invalid. */
+            /** @description The limit or the cursor is not one. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -36139,7 +36146,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -36183,7 +36190,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -36219,7 +36226,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeating the request with the same key and body returns the first answer. */
+                /** @description The same key and body answers the first response again. */
                 "Idempotency-Key"?: string;
             };
             path?: never;
@@ -36232,14 +36239,14 @@ export interface operations {
             };
         };
         responses: {
-            /** @description The tenant with the secret of its first key in `admin_key`. A repeated answer to the same `Idempotency-Key` has no secret. */
+            /** @description The tenant. The secret of its first key stands in `admin_key` this once: when this answer is given again, it is without. */
             201: {
                 headers: {
                     /** @description Version of the tenant. */
                     ETag?: string;
                     /** @description `true` where this is the first answer to the same key, given again. */
                     "Idempotency-Replayed"?: string;
-                    /** @description Address of the tenant. */
+                    /** @description Where the tenant is. */
                     Location?: string;
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
                     "x-request-id"?: string;
@@ -36260,7 +36267,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -36291,7 +36298,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -36312,7 +36319,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -36326,7 +36333,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -36438,7 +36445,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request is invalid; `errors` points to every fault. */
+            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -36458,7 +36465,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -36502,7 +36509,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -36580,7 +36587,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -36615,14 +36622,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "Not found",
+                     *       "title": "There is nothing here",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -36636,7 +36643,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -36684,7 +36691,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -36728,7 +36735,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -36773,7 +36780,7 @@ export interface operations {
             };
             cookie?: never;
         };
-        /** @description The fields to change. */
+        /** @description What is to be changed. */
         requestBody: {
             content: {
                 "application/json": components["schemas"]["TenantPatch"];
@@ -36804,7 +36811,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -36835,7 +36842,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -36870,14 +36877,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "Not found",
+                     *       "title": "There is nothing here",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -36891,7 +36898,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -37003,7 +37010,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request is invalid; `errors` points to every fault. */
+            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -37023,7 +37030,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -37067,7 +37074,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -37119,7 +37126,7 @@ export interface operations {
                     "application/json": components["schemas"]["Health"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -37133,7 +37140,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -37181,7 +37188,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -37202,7 +37209,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -37238,8 +37245,8 @@ export interface operations {
         parameters: {
             query?: {
                 /**
-                 * @description `compute`: for requests that compute and store nothing; only a shutdown counts then. Without
-                 *     it, everything is checked.
+                 * @description `compute`: for what is computed and not stored, so whether the process is about to end is
+                 *     all that counts; without it for everything.
                  */
                 for?: "compute";
             };
@@ -37260,7 +37267,7 @@ export interface operations {
                     "application/json": components["schemas"]["Health"];
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -37274,7 +37281,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -37322,7 +37329,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -37343,14 +37350,14 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The process is shutting down, or nothing can be stored; `detail` gives the reason: the store does not answer or accepts no writes, its schema is missing or of another version, it is a standby, or the clocks are too far apart. */
+            /** @description The process is about to end, or nothing can be stored; `detail` says why: the store does not answer or takes no writes, its schema is missing or of another version, it is a standby, or the clocks are too far apart. */
             503: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -37393,7 +37400,7 @@ export interface operations {
                     "text/plain": string;
                 };
             };
-            /** @description None of the media types in the header `Accept` is available. */
+            /** @description The header `Accept` takes none of the media types of the answer. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -37407,7 +37414,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The requested media type is not available",
+                     *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -37455,7 +37462,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request is invalid",
+                     *       "title": "The request holds what cannot be accepted",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -37476,7 +37483,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Internal error",
+                     *       "title": "Something went wrong inside the service",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */

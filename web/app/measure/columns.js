@@ -29,6 +29,7 @@ export function Columns({ proposal, name, onMapping, disabled }) {
   return html`<fieldset class="table-columns" disabled=${disabled}>
     <legend>${t.columns}</legend>
     <p class="quiet">${written(proposal)}</p>
+    ${proposal.proposed_from === "kept" && html`<p class="hint" data-remembered>${t.remembered}</p>`}
     <div class="table-column-list">
       ${proposal.columns.map((column, k) => {
         const units = /** @type {readonly import("../lib/nodes_table.js").Unit[]} */ (UNITS_OF[column.meaning]);

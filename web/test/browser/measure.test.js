@@ -104,6 +104,12 @@ browserTest(
       ["left", "roll_length", "um", 135],
     );
     assert.equal((await call("GET", `/v1/jobs/${id}/iterations/1/nodes`)).type, "grid");
+    // the next table of this form is proposed by the same mapping
+    await open(`/jobs/${id}/measure`);
+    await page.setInputFiles(picker, file("links.csv", await example("files/flank_german.csv")));
+    await entry.getByText("Remembered from the last table of this form.").waitFor();
+    await unit.selectOption("mm");
+    await entry.locator("[data-remembered]").waitFor({ state: "detached" });
   },
 );
 

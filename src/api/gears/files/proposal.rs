@@ -34,6 +34,19 @@ pub enum TableIncludeName {
     Nodes,
 }
 
+/// Where a proposal comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[schema(as = TableProposedFrom)]
+pub enum ProposedFromName {
+    /// The mapping of the request.
+    Mapping,
+    /// The mapping by which the last table of this form and instrument became an iteration.
+    Kept,
+    /// The content of the file.
+    File,
+}
+
 /// What a table is read as. Its first six members are a mapping, which goes with the file to every
 /// import, changed where they are wrong.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
@@ -44,7 +57,7 @@ pub enum TableIncludeName {
         {"name": "Zahnbreite [mm]", "meaning": "face_width", "unit": "mm"},
         {"name": "Abweichung [µm]", "meaning": "deviation", "unit": "um"}
     ],
-    "layout": "grid", "nodes": 132, "missing": 3, "flanks": [{"nodes": 132, "missing": 3}],
+    "layout": "grid", "proposed_from": "file", "nodes": 132, "missing": 3, "flanks": [{"nodes": 132, "missing": 3}],
     "preview": {
         "text": "greatest deviation 12 µm, roll length 5.97–11.5 mm, face width 0.75–14.2 mm",
         "greatest_deviation_um": 11.96,
@@ -71,6 +84,8 @@ pub struct ProposalBody {
     /// How the nodes lie; left out where it is not known which columns they are.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub layout: Option<LayoutName>,
+    /// Where the members above come from.
+    pub proposed_from: ProposedFromName,
     /// Nodes with a height, or points.
     pub nodes: usize,
     /// Rows without a height, and crossings of a grid without a row.
@@ -139,9 +154,20 @@ pub struct TableRangeBody {
     pub max: f64,
 }
 
-/// Answers what a table is read as. Processor work.
-pub fn answer(content: &[u8], mapping: Option<&MappingBody>, with_nodes: bool) -> Result<Vec<u8>, Problem> {
-    let table = nodes::table(content, mapping, "/file")?;
+/// Answers what a table is read as: by the mapping, else by the one that was kept if the table can
+/// be read by it. Processor work.
+pub fn answer(
+    content: &[u8],
+    mapping: Option<&MappingBody>,
+    kept: Option<&MappingBody>,
+    with_nodes: bool,
+) -> Result<Vec<u8>, Problem> {
+    let by_kept = kept.and_then(|kept| nodes::table(content, Some(kept), "/file").ok());
+    let (table, proposed_from) = match (by_kept, mapping) {
+        (Some(table), _) => (table, ProposedFromName::Kept),
+        (None, Some(_)) => (nodes::table(content, mapping, "/file")?, ProposedFromName::Mapping),
+        (None, None) => (nodes::table(content, None, "/file")?, ProposedFromName::File),
+    };
     let mut warnings: Vec<NoticeBody> = table.notes.iter().map(|note| NoticeBody::new(note.code(), note)).collect();
     let points = if table.holds_points() { table.points().map_or(0, |points| points.len()) } else { 0 };
     let (layout, sets) = match table.node_sets() {
@@ -162,6 +188,7 @@ pub fn answer(content: &[u8], mapping: Option<&MappingBody>, with_nodes: bool) -
         matrix: table.matrix,
         columns: table.columns.iter().map(ColumnBody::from).collect(),
         layout: layout.map(Into::into),
+        proposed_from,
         nodes: points + sets.iter().map(|set| set.count).sum::<usize>(),
         missing: sets.iter().map(|set| set.missing).sum(),
         flanks: sets

@@ -17,6 +17,7 @@ export default {
   withHeader: "mit Kopfzeile",
   withoutHeader: "ohne Kopfzeile",
   asMatrix: "als Matrix",
+  remembered: "Übernommen von der letzten Tabelle dieser Form. Bitte ändern, was bei dieser anders ist.",
   inches: "in (Zoll)",
   greatest: (deviation) => `größte Abweichung ${deviation} µm`,
   nothing: (name) => `Welche Spalten von ${name} Orte und Höhen sind, ist nicht bekannt. Wählen Sie sie hier.`,

@@ -17,6 +17,7 @@ export default {
   withHeader: "with a header",
   withoutHeader: "without a header",
   asMatrix: "as a matrix",
+  remembered: "Remembered from the last table of this form. Change what is different in this one.",
   inches: "in (inches)",
   greatest: (/** @type {string} */ deviation) => `greatest deviation ${deviation} µm`,
   nothing: (/** @type {string} */ name) =>
