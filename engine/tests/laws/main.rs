@@ -38,6 +38,7 @@ mod gear_correction_teeth;
 mod gear_correction_traces;
 mod gear_correction_verdict;
 mod gear_evaluation;
+mod gear_evaluation_burrs;
 mod gear_evaluation_classes;
 mod gear_evaluation_dust;
 mod gear_evaluation_gaps;

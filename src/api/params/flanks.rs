@@ -58,7 +58,7 @@ impl From<&TraceWarning> for Params {
             TraceWarning::OutliersSuspected { first, more, excluded, .. } => {
                 let place = |place: &flankfit_engine::gear::evaluation::Suspect| {
                     json!({"from_mm": place.from, "to_mm": place.to, "samples": place.samples,
-                           "height_um": place.height})
+                           "height_um": place.height, "burr": place.burr})
                 };
                 none.list("places", first.iter().map(place)).with("more", *more).with("excluded", *excluded)
             }

@@ -165,17 +165,21 @@ pub fn evaluate(gear: &Gear, posted: &[Posted], settings: &Settings) -> Result<E
         .map(|(kind, window)| window.and_then(|window| foreign_reference(gear, kind, window)));
     warnings.extend(foreign.iter().flatten().cloned());
     warnings.extend(profile.as_ref().and_then(|window| near_base_circle(gear, window)));
-    let mut traces = Vec::with_capacity(posted.len());
-    for (i, posted) in posted.iter().enumerate() {
-        cancel::checkpoint();
-        let trace = posted.trace;
+    let mut subjects = Vec::with_capacity(posted.len());
+    for (number, Posted { trace, design }) in posted.iter().enumerate() {
         let window = match trace.kind {
             Kind::Profile => &profile,
             Kind::Helix => &helix,
         };
         let Some(window) = window else { continue };
-        let subject = Subject { gear, trace, design: posted.design, settings, window, number: i };
-        let Outcome { samples, values, assessable, suspects } = subject.evaluate(&mut warnings);
+        subjects.push(Subject { gear, trace, design: *design, settings, window, number });
+    }
+    let burrs = suspects::burrs(&subjects);
+    let mut traces = Vec::with_capacity(posted.len());
+    for (subject, burrs) in subjects.into_iter().zip(burrs) {
+        cancel::checkpoint();
+        let (trace, window) = (subject.trace, subject.window);
+        let Outcome { samples, values, assessable, suspects } = subject.evaluate(burrs, &mut warnings);
         let of_class = tolerances.as_ref().ok().filter(|_| foreign[usize::from(trace.kind == Kind::Helix)].is_none());
         let classes = match (of_class, &values) {
             (Some(tolerances), Some(values)) => {

@@ -20,6 +20,7 @@ use super::{
     coverage,
     gap::mean_curves,
     noise::noise,
+    outliers::burrs::Burr,
     samples::{self, Samples, Taken},
     settings::{MeanCurve, Outliers},
     subject::Subject,
@@ -39,9 +40,9 @@ pub(super) struct Outcome {
 
 impl Subject<'_> {
     /// The figures, where there are any; warnings say why not.
-    pub(crate) fn evaluate(&self, warnings: &mut Vec<Warning>) -> Outcome {
+    pub(super) fn evaluate(&self, burrs: [Option<Burr>; 2], warnings: &mut Vec<Warning>) -> Outcome {
         let (mut all, mut samples) = samples::defined(self);
-        let runs = suspects::mark(&mut all);
+        let runs = suspects::mark(&mut all, burrs);
         let exclude = self.settings.outliers == Outliers::Exclude;
         samples.excluded = if exclude { all.iter().filter(|s| s.suspect && s.within).count() } else { 0 };
         let taken = Taken::of(&all, exclude);

@@ -61,6 +61,8 @@ pub struct Suspect {
     pub samples: usize,
     /// How far it stands out at most, µm of material.
     pub height: f64,
+    /// Whether it stands out at an end where most other traces of the flank do not.
+    pub burr: bool,
 }
 
 /// Places that stand out of their neighbours, within what is looked at.

@@ -159,6 +159,10 @@ pub struct OutlierPlaceBody {
     pub samples: usize,
     /// How far they stand out at most, positive where material does.
     pub height_um: f64,
+    /// Whether material stands out at an end, as a burr does, where at least half of the other
+    /// traces of the same flank and kind have less than half of it; needs three traces.
+    #[serde(default)]
+    pub burr: bool,
 }
 
 /// Figures of a trace without its outliers.

@@ -162,6 +162,7 @@ impl From<Suspects> for OutliersBody {
             to_mm: place.to,
             samples: place.samples,
             height_um: place.height,
+            burr: place.burr,
         };
         OutliersBody {
             places: suspects.places.iter().map(place).collect(),

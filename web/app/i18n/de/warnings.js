@@ -91,7 +91,7 @@ export default {
   no_eccentricity: "Die Exzentrizität ist nicht zu bestimmen.",
   no_face_width: "Klassen der Flankenlinie brauchen die Zahnbreite des Rades.",
   no_mean_curve: "Die Messpunkte liegen an zu wenigen Stellen für eine mittlere Linie.",
-  outliers_suspected: "Einzelne Messpunkte stehen weit heraus: Schmutz oder Messfehler.",
+  outliers_suspected: "Einzelne Messpunkte stehen weit heraus: Schmutz, ein Grat oder Messfehler.",
   outside_the_standard: "Das Rad liegt außerhalb des Geltungsbereichs der ISO 1328-1: keine Klassen.",
   pitches_do_not_close:
     "Die Einzelteilungsabweichungen ergaben um das Rad nicht 0; der Rest wurde gleichmäßig abgezogen.",

@@ -1,7 +1,8 @@
 //! Samples that stand out of their neighbours: dust, chips, a probe that lifted off.
 //!
 //! Short places, up to a sixteenth of the trace, are looked for here, and long ones within it, up
-//! to a seventh, by [`wide`].
+//! to a seventh, by [`wide`]. Ends are compared with those of the other traces of a flank by
+//! [`burrs`].
 //!
 //! A smooth curve through medians (the mean parabola taken away, then medians of blocks with
 //! straight lines between them) leaves residuals. A sample is suspected where its residual is more
@@ -12,6 +13,7 @@
 //! of the edge, and what rises slowly is the flank. The standard counts such samples, and so does
 //! the evaluation unless they are asked to be left out; but it says so.
 
+pub(super) mod burrs;
 mod wide;
 
 use super::{mean_curve::MeanCurves, missing::missing};
@@ -50,6 +52,8 @@ pub(crate) struct Run {
     pub to: usize,
     /// Greatest residual, with its sign, in the unit of the deviations.
     pub height: f64,
+    /// Whether it stands out at an end where most other traces of the flank do not.
+    pub burr: bool,
 }
 
 /// The suspected places of a trace with samples at ascending `at`; all defined.
@@ -200,7 +204,7 @@ fn short(at: &[f64], deviation: &[f64], is_cut: bool) -> Vec<Run> {
             Some(run) if i < run.to => {}
             // one sample between may be a chance
             Some(run) if i <= run.to + 1 => run.to = i + 1,
-            _ => runs.push(Run { from: i, to: i + 1, height: 0.0 }),
+            _ => runs.push(Run { from: i, to: i + 1, height: 0.0, burr: false }),
         }
     }
     for k in 0..runs.len() {

@@ -44,7 +44,7 @@ pub(super) fn outliers(at: &[f64], deviation: &[f64]) -> Vec<Run> {
                 run.to = i + 1;
                 run.height = if r.abs() > run.height.abs() { *r } else { run.height };
             }
-            _ => runs.push(Run { from: i, to: i + 1, height: *r }),
+            _ => runs.push(Run { from: i, to: i + 1, height: *r, burr: false }),
         }
     }
     for run in &mut runs {

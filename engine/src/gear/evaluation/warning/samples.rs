@@ -181,13 +181,20 @@ impl fmt::Display for Effect {
 
 fn outliers(first: &[Suspect], more: bool, excluded: bool, without: Option<&Values>) -> impl fmt::Display {
     let along = |x: f64| Shown((x * 1e3).round() / 1e3);
-    let one = move |place: &Suspect| match (place.samples, along(place.from), along(place.to), tenth(place.height)) {
-        (1, at, _, height) => format!("at {at} mm ({height} µm)"),
-        (_, from, to, height) => format!("from {from} to {to} mm ({height} µm)"),
+    let one = move |place: &Suspect| {
+        let (from, to, height) = (along(place.from), along(place.to), tenth(place.height));
+        match (place.samples, place.burr) {
+            (1, false) => format!("at {from} mm ({height} µm)"),
+            (_, false) => format!("from {from} to {to} mm ({height} µm)"),
+            (_, true) => format!(
+                "a burr at the end from {from} to {to} mm ({height} µm), which most other traces of the flank have not"
+            ),
+        }
     };
     fmt::from_fn(move |f| {
         let (places, others) = (listed(first.iter().map(one)), if more { " and others" } else { "" });
-        write!(f, "samples stand far out of their neighbours, as dust does: {places}{others}; ")?;
+        let what = if first.iter().any(|place| place.burr) { "dust or a burr" } else { "dust" };
+        write!(f, "samples stand far out of their neighbours, as {what} does: {places}{others}; ")?;
         match (excluded, without) {
             (true, _) => f.write_str("they are left out"),
             (false, Some(values)) => {
