@@ -297,6 +297,8 @@ pub fn setting(field: SettingField) -> String {
     let name = match field {
         SettingField::ProfileRange => "profile_diameter_range_mm",
         SettingField::ProfileRangeEnd { index } => return format!("/evaluation/profile_diameter_range_mm/{index}"),
+        SettingField::TipRelief => "tip_relief_diameter_range_mm",
+        SettingField::TipReliefEnd { index } => return format!("/evaluation/tip_relief_diameter_range_mm/{index}"),
         SettingField::ProfileReference => "profile_reference",
         SettingField::ProfileReferenceLength => "profile_reference_length_mm",
         SettingField::HelixRange => "helix_range_mm",

@@ -12,8 +12,8 @@ use super::{
 use crate::gear::{Hand, Side, evaluation::runout::Counting};
 
 /// Codes whose fields are numbers.
-const NUMBERS: [u32; 25] =
-    [21, 22, 23, 24, 25, 26, 27, 272, 28, 281, 41, 42, 43, 44, 45, 46, 48, 49, 61, 62, 63, 64, 65, 68, 69];
+const NUMBERS: [u32; 27] =
+    [21, 22, 23, 24, 25, 26, 27, 272, 28, 281, 41, 42, 43, 431, 432, 44, 45, 46, 48, 49, 61, 62, 63, 64, 65, 68, 69];
 
 /// One of something for each flank.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -56,7 +56,7 @@ pub enum ProfileAxis {
     Unknown(String),
 }
 
-/// Codes 41 to 45 and 65, 68, 69.
+/// Codes 41 to 45, 431, 432 and 65, 68, 69.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ProfileSetup {
     /// Coordinate of the profiles.
@@ -65,6 +65,8 @@ pub struct ProfileSetup {
     pub measured: Sides<Option<Range>>,
     /// Evaluation range.
     pub evaluated: Sides<Option<Range>>,
+    /// Tip relief.
+    pub tip_relief: Sides<Option<Range>>,
     /// L_α, mm.
     pub length: Sides<Option<f64>>,
     /// Places on the face width, mm: in the middle, `<u>` and `<o>`.
@@ -278,6 +280,7 @@ impl Header {
             axis: self.profile_axis(),
             measured: self.range(41, 44),
             evaluated: self.range(42, 43),
+            tip_relief: self.range(431, 432),
             length: self.pair(45),
             middle: self.pair(65),
             lower: self.pair(68),

@@ -31,6 +31,8 @@ pub(super) struct Sample {
     pub(super) within: bool,
     /// Whether it is looked at for plus material.
     pub(super) zone: bool,
+    /// Whether it lies in the tip relief.
+    pub(super) relief: bool,
     pub(super) suspect: bool,
 }
 
@@ -40,6 +42,8 @@ pub(super) struct Taken {
     pub(super) deviation: Vec<f64>,
     /// Outside of the range.
     pub(super) zone: Vec<[f64; 2]>,
+    /// In the tip relief.
+    pub(super) relief: Vec<[f64; 2]>,
     pub(super) spacing: Spacing,
 }
 
@@ -60,7 +64,8 @@ pub(super) fn defined(subject: &Subject) -> (Vec<Sample>, Samples) {
         } else {
             let zone = !within && looked_at && at >= window.zone[0] - EDGE && at <= window.zone[1] + EDGE;
             let (u, deviation) = ((at - middle) / half, scale * about_design);
-            all.push(Sample { at, u, deviation, within, zone, suspect: false });
+            let relief = window.tip_relief.is_some_and(|[from, to]| at >= from - EDGE && at <= to + EDGE);
+            all.push(Sample { at, u, deviation, within, zone, relief, suspect: false });
         }
     }
     // samples at one place in an order of their own, so that theirs in the request makes no
@@ -90,6 +95,7 @@ impl Taken {
             u,
             deviation: within().map(|sample| sample.deviation).collect(),
             zone: counted().filter(|s| s.zone).map(|s| [s.u, s.deviation]).collect(),
+            relief: counted().filter(|s| s.relief).map(|s| [s.u, s.deviation]).collect(),
             spacing,
         }
     }

@@ -149,13 +149,15 @@ pub struct ProfileSettings {
     pub mean: MeanCurve,
     /// What plus material beyond the evaluation range counts for.
     pub plus_material: PlusMaterial,
+    /// Diameters between which the tip relief lies, mm.
+    pub tip_relief: Option<[f64; 2]>,
 }
 
 impl ProfileSettings {
     /// The defaults on a range of diameters.
     pub fn on(diameters: [f64; 2]) -> Self {
         let (reference, mean, plus_material) = Default::default();
-        ProfileSettings { diameters, reference, mean, plus_material }
+        ProfileSettings { diameters, reference, mean, plus_material, tip_relief: None }
     }
 }
 
@@ -245,6 +247,8 @@ pub struct Window {
     pub mean: MeanCurve,
     /// What plus material beyond the evaluation range counts for.
     pub plus_material: PlusMaterial,
+    /// Where the tip relief lies, in ascending roll length.
+    pub tip_relief: Option<[f64; 2]>,
 }
 
 impl Window {
@@ -255,19 +259,14 @@ impl Window {
 
     /// Of profiles.
     pub fn of_profile(gear: &Gear, asked: &ProfileSettings) -> Result<Self, SettingFaults> {
-        let mut faults = SettingFaults::default();
-        let mut ends = [0.0; 2];
-        for (k, &diameter) in asked.diameters.iter().enumerate() {
-            match gear.roll_length(diameter).filter(|l| l.is_finite()) {
-                Some(length) => ends[k] = length,
-                None => {
-                    let reason = SettingReason::NotOnInvolute { diameter, base: 2.0 * gear.base_radius() };
-                    faults.push(SettingField::ProfileRangeEnd { index: k }, reason);
-                }
-            }
-        }
-        let [low, high] = faults.into_result(ends)?;
-        ascending(Kind::Profile, asked.diameters, high - low)?;
+        let [low, high] = roll_lengths(gear, asked.diameters, |index| SettingField::ProfileRangeEnd { index })?;
+        ascending(SettingField::ProfileRange, asked.diameters, high - low)?;
+        let relief = asked.tip_relief.map(|diameters| {
+            let [from, to] = roll_lengths(gear, diameters, |index| SettingField::TipReliefEnd { index })?;
+            ascending(SettingField::TipRelief, diameters, to - from)?;
+            Ok::<_, SettingFaults>([from, to])
+        });
+        let tip_relief = relief.transpose()?;
         let tip = gear.roll_length(2.0 * gear.tip_radius());
         let internal = gear.outward() < 0.0;
         let reference = match asked.reference {
@@ -291,13 +290,13 @@ impl Window {
             None => [low, high],
         };
         let (mean, plus_material) = (asked.mean, asked.plus_material);
-        Ok(Window { low, high, reference, sense: gear.outward(), zone, mean, plus_material })
+        Ok(Window { low, high, reference, sense: gear.outward(), zone, mean, plus_material, tip_relief })
     }
 
     /// Of helices.
     pub fn of_helix(gear: &Gear, asked: &HelixSettings) -> Result<Self, SettingFaults> {
         let [low, high] = asked.range;
-        ascending(Kind::Helix, asked.range, high - low)?;
+        ascending(SettingField::HelixRange, asked.range, high - low)?;
         let reference = match asked.reference {
             HelixReference::EvaluationRange => high - low,
             HelixReference::Given(length) => given(Kind::Helix, length)?,
@@ -308,16 +307,32 @@ impl Window {
         };
         let zone = [f64::NEG_INFINITY, f64::INFINITY];
         let (mean, plus_material) = (asked.mean, asked.plus_material);
-        Ok(Window { low, high, reference, sense: 1.0, zone, mean, plus_material })
+        Ok(Window { low, high, reference, sense: 1.0, zone, mean, plus_material, tip_relief: None })
     }
 }
 
+/// Roll lengths of two diameters, whose fields are given.
+fn roll_lengths(gear: &Gear, diameters: [f64; 2], end: fn(usize) -> SettingField) -> Result<[f64; 2], SettingFaults> {
+    let mut faults = SettingFaults::default();
+    let mut ends = [0.0; 2];
+    for (k, &diameter) in diameters.iter().enumerate() {
+        match gear.roll_length(diameter).filter(|l| l.is_finite()) {
+            Some(length) => ends[k] = length,
+            None => {
+                let reason = SettingReason::NotOnInvolute { diameter, base: 2.0 * gear.base_radius() };
+                faults.push(end(k), reason);
+            }
+        }
+    }
+    faults.into_result(ends)
+}
+
 /// `length` is that of the range in the coordinate of the samples.
-fn ascending(kind: Kind, range: [f64; 2], length: f64) -> Result<(), SettingFaults> {
+fn ascending(field: SettingField, range: [f64; 2], length: f64) -> Result<(), SettingFaults> {
     if length >= LEAST_LENGTH && range.iter().all(|end| end.abs() <= MOST_LENGTH) {
         return Ok(());
     }
-    Err(SettingFaults::one(SettingField::range(kind), SettingReason::Range(range)))
+    Err(SettingFaults::one(field, SettingReason::Range(range)))
 }
 
 fn given(kind: Kind, length: f64) -> Result<f64, SettingFaults> {

@@ -10,7 +10,9 @@
 //! * form `f_f` = peak to valley of δ about the line or about the parabola,
 //! * total `F` = peak to valley of δ,
 //! * crowning `C = −c`, the height of the parabola over the middle of its chord; positive where
-//!   material stands out in the middle.
+//!   material stands out in the middle,
+//! * tip relief `f_Ko`, the least-squares line of the samples of the relief less the line of the
+//!   evaluation range, both at the tip end of the relief.
 //!
 //! `F` may be smaller than `f_f`, since a least-squares line is not the line of least peak to
 //! valley. Standard errors are those of the samples' noise ([`super::noise`]) and of what gaps hide
@@ -19,10 +21,12 @@
 use super::{
     coverage,
     gap::mean_curves,
+    mean_curve::MeanCurves,
     noise::noise,
     outliers::burrs::Burr,
     samples::{self, Samples, Taken},
     settings::{MeanCurve, Outliers},
+    spacing::Spacing,
     subject::Subject,
     suspects,
     values::{Assessable, FEWEST_SAMPLES, Suspects, Values},
@@ -100,10 +104,30 @@ impl Subject<'_> {
             total,
             crowning: -curvature,
             crowning_std_error: told.errors.map(|errors| errors[2]),
+            tip_relief: self.tip_relief(&taken.relief, mean),
             freedom: noise.map(|noise| noise.freedom),
             form_plus_material,
             total_plus_material,
         }
+    }
+}
+
+impl Subject<'_> {
+    /// f_Ko, from the samples of the relief (u, deviation) and the mean curves of the range.
+    fn tip_relief(&self, relief: &[[f64; 2]], mean: &MeanCurves) -> Option<f64> {
+        let window = self.window;
+        let to_u = |roll: f64| (roll - 0.5 * (window.low + window.high)) / (0.5 * window.length());
+        let [from, to] = window.tip_relief?.map(to_u);
+        // mapped to [-1, 1] over the relief
+        let along: Vec<f64> = relief.iter().map(|[u, _]| (2.0 * u - from - to) / (to - from)).collect();
+        let spacing = Spacing::of(&along);
+        if relief.len() < FEWEST_SAMPLES || spacing.places < 3 || !spacing.tells_figures() {
+            return None;
+        }
+        let deviation: Vec<f64> = relief.iter().map(|[_, deviation]| *deviation).collect();
+        let line = MeanCurves::of(&along, &deviation, &spacing.weight);
+        let (tip, tip_u) = if window.sense > 0.0 { (1.0, to) } else { (-1.0, from) };
+        Some(line.line(tip) - mean.line(tip_u))
     }
 }
 

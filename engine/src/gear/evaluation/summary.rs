@@ -39,6 +39,8 @@ pub struct Summary {
     pub total: Spread,
     /// Crowning C.
     pub crowning: Spread,
+    /// Tip relief f_Ko of the traces that have one.
+    pub tip_relief: Option<Spread>,
 }
 
 /// Twist of a tooth flank: by helices `S = f_Hβ(tip) − f_Hβ(root)`, by profiles `f_Hα(upper) −
@@ -75,9 +77,12 @@ pub(super) fn summaries(traces: &[Evaluated]) -> Vec<Summary> {
             let over = |figure: fn(&super::Values) -> f64| {
                 Spread::new(counted.iter().map(|(tooth, values)| (*tooth, figure(values))).collect())
             };
+            let relieved = counted.iter().filter_map(|(tooth, values)| Some((*tooth, values.tip_relief?)));
+            let tip_relief = Spread::new(relieved.collect());
             let spreads = (over(|v| v.slope), over(|v| v.form), over(|v| v.total), over(|v| v.crowning));
             if let (Some(slope), Some(form), Some(total), Some(crowning)) = spreads {
-                summaries.push(Summary { side, kind, count: counted.len(), slope, form, total, crowning });
+                let count = counted.len();
+                summaries.push(Summary { side, kind, count, slope, form, total, crowning, tip_relief });
             }
         }
     }

@@ -21,6 +21,10 @@ pub struct Values {
     pub crowning: f64,
     /// Standard error of the crowning; none where the samples are too few to tell it.
     pub crowning_std_error: Option<f64>,
+    /// f_Ko of a profile: the mean line of the tip relief at its tip end, above the extended mean
+    /// line of the evaluation range; negative where material is missing. `None` where no place of
+    /// the relief is given, or where the samples do not cover it.
+    pub tip_relief: Option<f64>,
     /// Degrees of freedom of the noise that the standard errors are made of; none where there are
     /// none of them.
     pub freedom: Option<f64>,

@@ -95,6 +95,11 @@ pub struct EvaluatedTraceBody {
     /// As that of the slope.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub crowning_conformity: Option<ConformityBody>,
+    /// f_Ko of a profile: the least-squares line of the tip relief at its tip end, above the
+    /// extended least-squares line of the evaluation range; negative where material is missing.
+    /// There where `tip_relief_diameter_range_mm` is given and the samples cover it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tip_relief_um: Option<f64>,
     /// Evaluation range: roll lengths of a profile, z of a helix.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 2, max_items = 2)]
@@ -225,6 +230,9 @@ pub struct MeanBody {
     pub form_um: SpreadBody,
     pub total_um: SpreadBody,
     pub crowning_um: SpreadBody,
+    /// Of profiles with a tip relief.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tip_relief_um: Option<SpreadBody>,
 }
 
 /// A figure over the teeth.

@@ -135,6 +135,7 @@ impl From<Evaluated> for EvaluatedTraceBody {
             crowning_std_error_um: values.and_then(|v| v.crowning_std_error),
             crowning_interval_um: trace.crowning.map(|crowning| crowning.interval),
             crowning_conformity: trace.crowning.and_then(|crowning| crowning.conformity).map(Into::into),
+            tip_relief_um: values.and_then(|v| v.tip_relief),
             range_mm: Some(trace.range),
             mean_line_um: values.map(|v| v.line.map(|height| height + 0.0)),
             mean_parabola_um: values.map(|v| v.parabola.map(|height| height + 0.0)),
@@ -205,6 +206,7 @@ impl From<Summary> for MeanBody {
             form_um: summary.form.into(),
             total_um: summary.total.into(),
             crowning_um: summary.crowning.into(),
+            tip_relief_um: summary.tip_relief.map(Into::into),
         }
     }
 }

@@ -10,5 +10,6 @@ pub mod pitch;
 pub mod pitch_limits;
 pub mod request;
 pub mod runout;
+pub mod thickness;
 
 pub use self::evaluate::build;

@@ -8,6 +8,7 @@ use super::{
     pitch_limits::{HeldBody, PitchLimitsBody, PitchUncertaintyBody},
     request::RoundingName,
     runout::RunoutBody,
+    thickness::ToothThicknessBody,
 };
 use crate::{
     api::{
@@ -150,6 +151,10 @@ pub struct PitchEvaluationBody {
     /// where both flanks were measured on one circle.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tooth_thickness_variation_um: Option<f64>,
+    /// W_k and M_dK from the places of contact of an imported file. There where it has those of
+    /// both flanks of all teeth of an external gear, and the number of teeth of the span.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tooth_thickness: Option<ToothThicknessBody>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub runout: Option<RunoutBody>,
     /// About all of them; each part has its own.
@@ -349,6 +354,7 @@ impl PitchRequestBody {
             left: left.map(told),
             right: right.map(told),
             tooth_thickness_variation_um,
+            tooth_thickness: None,
             runout: runout.map(|found| RunoutBody::new(of_runout(&found).into(), found)),
             warnings,
         };

@@ -60,6 +60,10 @@ pub struct EvaluationSettingsBody {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 2, max_items = 2)]
     pub profile_diameter_range_mm: Option<[f64; 2]>,
+    /// Diameters between which the tip relief lies. With it profiles have `tip_relief_um`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(min_items = 2, max_items = 2)]
+    pub tip_relief_diameter_range_mm: Option<[f64; 2]>,
     /// Evaluation range of helices. Needed when there are helices.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 2, max_items = 2)]
@@ -340,6 +344,7 @@ impl EvaluationSettingsBody {
             },
             mean: self.profile_mean.map_or(MeanCurve::Line, Into::into),
             plus_material: self.profile_plus_material.map_or(PlusMaterial::Ignored, Into::into),
+            tip_relief: self.tip_relief_diameter_range_mm,
             ..ProfileSettings::on(range)
         });
         let helix = self.helix_range_mm.map(|range| HelixSettings {

@@ -128,6 +128,14 @@ fn settings(
             .map(ascending)
             .and_then(|[low, high]| Some([diameter(low)?, diameter(high)?]));
     }
+    if asked.tip_relief_diameter_range_mm.is_none() {
+        asked.tip_relief_diameter_range_mm = profile
+            .tip_relief
+            .left
+            .or(profile.tip_relief.right)
+            .map(ascending)
+            .and_then(|[low, high]| Some([diameter(low)?, diameter(high)?]));
+    }
     if asked.helix_range_mm.is_none() {
         asked.helix_range_mm = helix.evaluated.left.or(helix.evaluated.right).map(ascending);
     }

@@ -42,17 +42,23 @@ fn of_trace(trace: &EvaluatedTraceBody, limits: &Limits, list: &mut List) {
     ] {
         list.push(&format!("{tooth}{letter}-{symbol}"), format!("{symbol}, {side} of tooth {tooth}"), value, limits);
     }
+    if trace.tip_relief_um.is_some() {
+        let name = format!("f_Ko, tip relief, {side} of tooth {tooth}");
+        list.push(&format!("{tooth}{letter}-f_Ko"), name, trace.tip_relief_um, [None; 2]);
+    }
 }
 
 fn of_mean(mean: &MeanBody, list: &mut List) {
     let (letter, side) = flank(mean.flank);
     let symbols = Symbols::of(mean.kind);
-    for (symbol, figure) in [
+    let figures = [
         (symbols.slope.symbol(), &mean.slope_um),
         (symbols.form.symbol(), &mean.form_um),
         (symbols.total.symbol(), &mean.total_um),
         (symbols.crowning, &mean.crowning_um),
-    ] {
+    ];
+    let relief = mean.tip_relief_um.as_ref().map(|figure| ("f_Ko", figure));
+    for (symbol, figure) in figures.into_iter().chain(relief) {
         for (initial, words, value) in [("m", "mean", figure.mean), ("V", "variation", figure.variation)] {
             let name = format!("{words} of {symbol} over the teeth, {side}");
             list.push(&format!("{initial}{letter}-{symbol}"), name, Some(value), [None; 2]);

@@ -16,6 +16,13 @@ pub enum SettingField {
         /// 0 or 1.
         index: usize,
     },
+    /// The diameters between which the tip relief lies.
+    TipRelief,
+    /// One of them.
+    TipReliefEnd {
+        /// 0 or 1.
+        index: usize,
+    },
     /// What profile slopes are extended to.
     ProfileReference,
     /// Its length.
