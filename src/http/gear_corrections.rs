@@ -12,7 +12,7 @@ use super::{
     idempotency::IdempotencyKey,
     include::CorrectionQuery,
     records::{JobRecordRequest, NewRecord, gear_record},
-    rounds::{Iterations, measured_of, newest},
+    rounds::{Iterations, measured_of, newest, tooth_shift},
     state::AppState,
 };
 use crate::{
@@ -158,11 +158,12 @@ async fn get_gear_correction(
     let applied = applied::entered_after(&state, job, &record, made.number, &later).await?;
     let before = if later.is_empty() { Vec::new() } else { measured_of(&state, job, &iterations, false).await? };
     let after = measured_of(&state, job, &later, false).await?;
+    let shift = tooth_shift(&state, job, &iterations, &later).await?;
     let today = of_job(&of)?;
     let _aligned = state.budget.take(aligned(&before) + aligned(&after))?;
     let write = move || {
         let round = Round { before: list(&before), after: list(&after) };
-        round::write(&record, applied, &round, today.as_ref(), include)
+        round::write(&record, applied, &round, shift, today.as_ref(), include)
     };
     Ok(format.response(state.pool.run(write).await??))
 }

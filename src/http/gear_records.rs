@@ -13,7 +13,7 @@ use super::{
     idempotency::IdempotencyKey,
     include::CorrectionQuery,
     records::{NewRecord, RecordContext, RecordRequest, gear_record},
-    rounds::measured,
+    rounds::{measured, tooth_shift},
     state::AppState,
 };
 use crate::{
@@ -248,6 +248,7 @@ async fn get_iteration_correction(
     let (before, _before) = measured(&state, job, number, false).await?.into_parts();
     let successors = state.jobs.successors(job, number).await?;
     let applied = applied::entered_after(&state, job, &record, number, successors.alike.as_slice()).await?;
+    let shift = tooth_shift(&state, job, &[number], successors.alike.as_slice()).await?;
     let (after, _after) = match successors {
         Successors { alike: Some(next), .. } => {
             let (after, permit) = measured(&state, job, next, false).await?.into_parts();
@@ -257,7 +258,7 @@ async fn get_iteration_correction(
         Successors { .. } => (After::Nothing, None),
     };
     let today = of_job(&state.jobs.job(job).await?)?;
-    let write = move || stored_correction::write(&record, applied, &before, &after, today.as_ref(), include);
+    let write = move || stored_correction::write(&record, applied, &before, &after, shift, today.as_ref(), include);
     let body = state.pool.run(write).await??;
     Ok(format.response(body))
 }

@@ -4,8 +4,11 @@ use uuid::Uuid;
 
 use super::{amendments, budget::WithPermit, caller_state::CallerState, stored};
 use crate::{
-    api::{gears::correction::same_nodes::Measured, problem::Problem},
-    jobs::{MadeCorrection, Record, Rounds},
+    api::{
+        gears::{correction::same_nodes::Measured, evaluation::tooth_shift::ToothShiftBody},
+        problem::Problem,
+    },
+    jobs::{MadeCorrection, Record, RecordKind, Rounds},
 };
 
 /// Nodes of iterations, with the permits for their memory.
@@ -43,4 +46,26 @@ pub async fn measured_of(state: &CallerState, job: Uuid, numbers: &[u32], units:
         all.push(measured(state, job, *number, units).await?);
     }
     Ok(all)
+}
+
+/// Returns the shift of tooth numbers between the iterations before and after a correction, by the
+/// newest pitches of each; `None` without both.
+pub async fn tooth_shift(
+    state: &CallerState,
+    job: Uuid,
+    before: &[u32],
+    after: &[u32],
+) -> Result<Option<ToothShiftBody>, Problem> {
+    let before = newest_pitch(state, job, before).await?;
+    let after = newest_pitch(state, job, after).await?;
+    before.zip(after).map_or(Ok(None), |(before, after)| ToothShiftBody::between(&before, &after))
+}
+
+async fn newest_pitch(state: &CallerState, job: Uuid, numbers: &[u32]) -> Result<Option<Record>, Problem> {
+    let mut newest: Option<Record> = None;
+    for number in numbers {
+        let found = state.jobs.latest_record(job, *number, RecordKind::Pitch).await?;
+        newest = newest.into_iter().chain(found).max_by_key(|record| record.created_at);
+    }
+    Ok(newest)
 }

@@ -457,3 +457,41 @@ async fn code_161_says_which_way_teeth_are_counted() {
     }
     app.stop().await;
 }
+
+/// Tooth 1 before is tooth 3 after.
+#[tokio::test]
+async fn a_correction_says_by_how_many_teeth_the_numbers_are_shifted() {
+    let app = TestApp::start().await;
+    let job = job(&app, Some(spur())).await;
+    let nodes = |share: f64| {
+        let (u, v) = ([6.0, 8.0, 10.0, 12.0], [1.0, 4.0, 7.5, 11.0, 14.0]);
+        let height =
+            |u: f64, v: f64| share * (5.0 * (u - 9.0) / 3.0 - 4.0 * (v - 7.5) / 6.5 + 0.3 * (2.0 * u + v).sin());
+        let rows: Vec<Vec<f64>> = u.iter().map(|u| v.iter().map(|v| height(*u, *v)).collect()).collect();
+        json!({"nodes": {"type": "grid", "u": u, "v": v, "z": rows}, "flank": "left",
+               "model": {"type": "polynomial", "degree": 2, "terms": "total"},
+               "axes": super::fit_figures::axes()})
+    };
+    let kept = async |path: String, body: Value| {
+        let made = send(app.post(&path, body.to_string())).await;
+        assert_eq!(made.status, 201, "{}", made.text);
+    };
+    let shifted = |teeth: u32| {
+        let of = |k: u32| index(1 + (k + 52 - teeth) % 52);
+        let deviations: Vec<f64> = (0..52).map(|k| of(k) - of(0)).collect();
+        json!({"left": {"index_deviation_um": deviations}})
+    };
+    kept(format!("{job}/iterations"), nodes(1.0)).await;
+    kept(format!("{job}/iterations/1/pitch"), shifted(0)).await;
+    let correction = json!({"sensitivity": {"machine": "form_grinding"}, "noise_sigma_um": 0.2});
+    kept(format!("{job}/iterations/1/correction"), correction).await;
+    kept(format!("{job}/iterations"), nodes(0.1)).await;
+    let path = format!("{job}/iterations/1/correction");
+    assert!(send(app.get(&path)).await.json().get("tooth_shift").is_none(), "pitches of one measurement only");
+    kept(format!("{job}/iterations/2/pitch"), shifted(2)).await;
+    let told = send(app.get(&path)).await.json()["tooth_shift"].clone();
+    assert_eq!(told["teeth"], 2, "{told}");
+    close(told["correlation"].as_f64().unwrap(), 1.0, 1e-9);
+    assert!(told["next_correlation"].as_f64().unwrap() < 0.99 && told["unshifted_correlation"].as_f64().unwrap() < 0.9);
+    app.stop().await;
+}

@@ -31,6 +31,7 @@ mod spacing;
 mod subject;
 pub mod summary;
 mod suspects;
+pub mod tooth_shift;
 mod trace_surface;
 mod values;
 pub mod warning;

@@ -11,7 +11,10 @@ use super::{
     stored::{Judged, Later, MachineAnswerBody, Made, SidedChangesBody, first, whole},
 };
 use crate::{
-    api::{faults::Faults, json::members::of_request, measurand::side::SideName, problem::Problem},
+    api::{
+        faults::Faults, gears::evaluation::tooth_shift::ToothShiftBody, json::members::of_request,
+        measurand::side::SideName, problem::Problem,
+    },
     jobs::Record,
 };
 use flankfit_engine::gear::{
@@ -54,6 +57,7 @@ pub fn write(
     record: &Record,
     applied: Option<AppliedChangesBody>,
     round: &Round<'_>,
+    tooth_shift: Option<ToothShiftBody>,
     today: Option<&Gear>,
     include: CorrectionInclude,
 ) -> Result<Vec<u8>, Problem> {
@@ -69,7 +73,7 @@ pub fn write(
             Err(why) => (None, Some(why)),
         },
     };
-    whole(record, applied, compared, include)
+    whole(record, applied, compared, tooth_shift, include)
 }
 
 fn answer(

@@ -19,7 +19,7 @@ use crate::{
     api::{
         faults::Faults,
         gears::{
-            evaluation::request::figure_terms,
+            evaluation::{request::figure_terms, tooth_shift::ToothShiftBody},
             gear::{GearBody, of_text},
         },
         json::{gather::gathered, text::Moment, writer},
@@ -65,6 +65,10 @@ pub struct StoredCorrectionBody {
     /// Why the next iteration cannot be compared.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub not_compared: Option<String>,
+    /// Whether teeth were numbered otherwise after the correction; there where pitches are kept
+    /// with an iteration before it and with one after it. The newest of each are taken.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tooth_shift: Option<ToothShiftBody>,
     /// What `result` and its parts warn of, each with `at`.
     pub warnings: Vec<WarningBody>,
 }
@@ -192,6 +196,8 @@ struct Written<'a> {
     answer: Option<MachineAnswerBody>,
     #[serde(skip_serializing_if = "Option::is_none")]
     not_compared: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    tooth_shift: Option<ToothShiftBody>,
     warnings: [(); 0],
 }
 
@@ -212,6 +218,7 @@ pub fn write(
     applied: Option<AppliedChangesBody>,
     before: &Measured,
     after: &After,
+    tooth_shift: Option<ToothShiftBody>,
     today: Option<&Gear>,
     include: CorrectionInclude,
 ) -> Result<Vec<u8>, Problem> {
@@ -232,7 +239,7 @@ pub fn write(
             Err(why) => (None, Some(why)),
         },
     };
-    whole(record, applied, compared, include)
+    whole(record, applied, compared, tooth_shift, include)
 }
 
 /// A kept correction with the answer of the machine, or why there is none.
@@ -240,6 +247,7 @@ pub(super) fn whole(
     record: &Record,
     applied: Option<AppliedChangesBody>,
     (answer, not_compared): (Option<MachineAnswerBody>, Option<String>),
+    tooth_shift: Option<ToothShiftBody>,
     include: CorrectionInclude,
 ) -> Result<Vec<u8>, Problem> {
     let raw = |text| RawValue::from_string(text).map_err(Problem::internal);
@@ -253,6 +261,7 @@ pub(super) fn whole(
         applied,
         answer,
         not_compared,
+        tooth_shift,
         warnings: [],
     };
     writer::whole(&written).map(gathered).map_err(Problem::not_finite)

@@ -11,5 +11,6 @@ pub mod pitch_limits;
 pub mod request;
 pub mod runout;
 pub mod thickness;
+pub mod tooth_shift;
 
 pub use self::evaluate::build;
