@@ -1,4 +1,4 @@
-//! Whether the stated units of the nodes or traces of a flank are plausible.
+//! Whether the stated units of nodes, traces or pitches are plausible.
 
 use super::notice::NoticeBody;
 use crate::api::{
@@ -41,12 +41,22 @@ const OF_NODES: &str = "send `axes` with the right unit, or `accept_units: true`
                         the iteration";
 /// How to settle it for traces.
 const OF_TRACES: &str = "send the deviations in µm, or `evaluation.accept_units: true` if they are";
+/// How to settle it for what is sent without an iteration.
+const OF_REQUEST: &str = "send the deviations in µm, or `accept_units: true` if they are";
 
-/// Returns the usual range of deviations of gears, µm: a quarter of F_α of the finest class to four
-/// times that of the coarsest.
+/// How to settle it for points.
+const OF_POINTS: &str = "send the points in mm, with the gear that they are of and how it lies";
+
+/// Returns the usual range of deviations of flanks, µm: a quarter of F_α of the finest class to
+/// four times that of the coarsest.
 fn usual_range(gear: Option<&Gear>) -> [f64; 2] {
+    usual_range_of(Characteristic::ProfileTotal, gear)
+}
+
+/// The same of another characteristic.
+fn usual_range_of(characteristic: Characteristic, gear: Option<&Gear>) -> [f64; 2] {
     let of = |tolerances: Tolerances| {
-        let total = |class| tolerances.unrounded(Characteristic::ProfileTotal, class);
+        let total = |class| tolerances.unrounded(characteristic, class);
         Some([total(FINEST)? / 4.0, total(COARSEST)? * 4.0])
     };
     gear.and_then(|gear| Tolerances::new(gear).ok()).and_then(of).unwrap_or(RANGE_UM)
@@ -63,6 +73,31 @@ pub fn implausible(nodes: &Nodes, axes: &AxesBody, gear: Option<&Gear>, noise: O
         of_profile().or_else(|| axes.v.as_ref().and_then(|axis| of_width(axis, v, gear.data().face_width?)))
     };
     heights.or_else(places)
+}
+
+/// Returns a warning if the deviations of a flank extend over less, or over more, than those of any
+/// gear; they are in µm. Equal deviations were not measured.
+pub fn implausible_deviations(deviations: &[f64], gear: &Gear) -> Option<NoticeBody> {
+    of_range("um", span(deviations)?, usual_range(Some(gear)), OF_REQUEST)
+}
+
+/// Returns a warning if measured points lie farther from the flank than those of any gear, µm.
+/// Points that were computed may lie on it.
+pub fn implausible_points(deviations: &[f64], gear: &Gear) -> Option<NoticeBody> {
+    let (found, [_, most]) = (span(deviations)?, usual_range(Some(gear)));
+    let what = format!(
+        "the deviations extend over {} µm, more than those of any gear like this one ({} µm)",
+        digits(found),
+        digits(most)
+    );
+    let params = Params::of([("range_um", found.into()), ("limit_um", most.into())]);
+    (found > most).then(|| of_sentence(&what, None, params, OF_POINTS))
+}
+
+/// Returns a warning if the index deviations of a flank do so, by F_p; they are in µm.
+pub fn implausible_pitches(index: &[Option<f64>], gear: &Gear) -> Option<NoticeBody> {
+    let defined: Vec<f64> = index.iter().copied().flatten().collect();
+    of_range("um", span(&defined)?, usual_range_of(Characteristic::CumulativePitch, Some(gear)), OF_REQUEST)
 }
 
 /// Returns a warning if every trace of a request deviates by less, or every one by more, than those

@@ -5,7 +5,8 @@ use serde_json::{Value, json};
 
 use super::{
     fit_figures::{axes, get, iteration, job, posted},
-    spur,
+    import::import,
+    spur, taken,
 };
 use crate::harness::{Answer, TestApp, send};
 
@@ -221,5 +222,73 @@ async fn a_job_has_the_first_status_of_its_flanks() {
     assert_eq!(statuses().await, ["open", "open", "accepted"]);
     ok(&app, &format!("{job}/iterations/3"), &json!({"decision": "reject"})).await;
     assert_eq!(statuses().await, ["rejected", "rejected", "accepted"]);
+    app.stop().await;
+}
+
+/// Deviations of 1/1000 of those of a gear are not judged where nothing is stored either.
+#[tokio::test]
+async fn stateless_requests_tell_implausible_units() {
+    let app = TestApp::start().await;
+    let warnings = |answer: &Value| -> Vec<Value> {
+        let all = answer["warnings"].as_array().cloned().unwrap_or_default();
+        all.into_iter().filter(|warning| warning["code"] == "implausible_unit").collect()
+    };
+    let (z, roll) = ([1.0, 4.0, 7.5, 11.0, 14.0], [6.0, 8.0, 10.0, 11.0]);
+    let rows = |scale: f64| -> Vec<Vec<f64>> {
+        let height = |l: f64, z: f64| scale * ((l - 9.0) + 0.5 * (z - 7.5) + 0.3 * (3.0 * l + z).sin());
+        roll.iter().map(|l| z.iter().map(|z| height(*l, *z)).collect()).collect()
+    };
+    let surface = |scale: f64| {
+        json!({"gear": spur(), "flank": "left", "profile": roll, "z_mm": z, "deviation_um": rows(scale),
+               "tolerance_limits": {"helix_slope_um": [-20.0, 20.0]}})
+    };
+    let right = taken(&app, "/v1/gears/flank-surface", &surface(1.0)).await;
+    assert!(warnings(&right).is_empty() && right["helix_slope_um"]["within"].is_boolean(), "{right}");
+    let small = taken(&app, "/v1/gears/flank-surface", &surface(1e-3)).await;
+    let message = warnings(&small)[0]["message"].as_str().unwrap().to_owned();
+    assert!(message.contains("(in mm? then") && message.contains("`accept_units: true`"), "{message}");
+    assert!(small["helix_slope_um"].get("within").is_none(), "{small}");
+    let mut accepted = surface(1e-3);
+    accepted["accept_units"] = json!(true);
+    let accepted = taken(&app, "/v1/gears/flank-surface", &accepted).await;
+    assert!(warnings(&accepted).is_empty() && accepted["helix_slope_um"]["within"].is_boolean(), "{accepted}");
+
+    let index = |scale: f64| -> Vec<f64> { (0..52).map(|k| scale * 6.0 * (0.12 * f64::from(k)).sin()).collect() };
+    let pitch = |scale: f64| {
+        json!({"gear": spur(), "left": {"index_deviation_um": index(scale)},
+               "pitch_limits": {"cumulative_pitch_um": [0.0, 30.0]}})
+    };
+    let right = taken(&app, "/v1/gears/pitch", &pitch(1.0)).await["left"].clone();
+    assert!(warnings(&right).is_empty() && right["class"]["cumulative_pitch"].is_u64(), "{right}");
+    assert_eq!(right["cumulative_pitch_within"], true);
+    let small = taken(&app, "/v1/gears/pitch", &pitch(1e-3)).await["left"].clone();
+    assert!(warnings(&small)[0]["message"].as_str().unwrap().contains("(in mm? then"), "{small}");
+    assert!(small["class"] == json!({}) && small.get("cumulative_pitch_within").is_none(), "{small}");
+    let mut accepted = pitch(1e-3);
+    accepted["accept_units"] = json!(true);
+    let accepted = taken(&app, "/v1/gears/pitch", &accepted).await["left"].clone();
+    assert!(warnings(&accepted).is_empty() && accepted["cumulative_pitch_within"] == true, "{accepted}");
+
+    let grid = |scale: f64| {
+        let grid = json!({"flank": "left", "roll_length_mm": roll, "z_mm": z, "deviation_um": rows(scale)});
+        json!({"gear": spur(), "grid": grid})
+    };
+    assert!(warnings(&taken(&app, "/v1/gears/deviations", &grid(1.0)).await).is_empty());
+    assert_eq!(warnings(&taken(&app, "/v1/gears/deviations", &grid(1e-3)).await).len(), 1);
+    app.stop().await;
+}
+
+#[tokio::test]
+async fn shipped_models_are_plausible() {
+    let app = TestApp::start().await;
+    for name in ["rexs_1.2.rexs", "rexs_1.4.rexs", "rexs_2.0.rexs"] {
+        let job = job(&app, json!({"name": "w", "gear": spur()})).await;
+        let content = std::fs::read(format!("{}/examples/files/{name}", env!("CARGO_MANIFEST_DIR"))).unwrap();
+        let settings = json!({"profile_diameter_range_mm": [50.5, 53.5], "helix_range_mm": [1.0, 14.0]});
+        let spec = (name != "rexs_1.4.rexs").then(|| json!({"evaluation": settings}));
+        let made = import(&app, &job, content, name, spec).await;
+        assert_eq!(made.status, 201, "{name}: {}", made.text);
+        assert!(!made.text.contains("implausible_unit"), "{name}: {}", made.text);
+    }
     app.stop().await;
 }

@@ -18,6 +18,7 @@ use crate::{
             evaluation::request::DirectionName,
             notice::NoticeBody,
             of_iteration::{ToothOf, refuse_others, tooth_number},
+            plausibility::{implausible_deviations, implausible_points},
         },
         json::writer::{Json, Object},
         measurand::side::SideName,
@@ -150,8 +151,14 @@ pub fn build(text: &[u8], own: Option<&Gear>, of: Option<&Measurand>, room: Room
         let found = registration::text(found, &canonical::request_sha256(text), checked.spec.include)?;
         object.raw("registration", &found);
     }
-    if let Some(assumed) = &checked.hand_assumed {
-        object.field("warnings", &[assumed]);
+    let counted: Vec<f64> = lying.nodes.iter().filter(|node| node.counts()).map(|node| node.deviation).collect();
+    let implausible = match &checked.given {
+        Given::Points { .. } => implausible_points(&counted, gear),
+        Given::Grid(_) => implausible_deviations(&counted, gear),
+    };
+    let warnings: Vec<&NoticeBody> = checked.hand_assumed.iter().chain(&implausible).collect();
+    if !warnings.is_empty() {
+        object.field("warnings", &warnings);
     }
     object.end();
     let result = json.finish_gathered().map_err(Problem::not_finite)?;

@@ -17,7 +17,7 @@ use crate::api::{
         reader::fields,
         spec::request::FitFields,
     },
-    gears::{faults, gear::GearBody, notice::NoticeBody},
+    gears::{faults, gear::GearBody, notice::NoticeBody, plausibility::implausible_deviations},
     json::{
         members::of_request,
         numbers::{Numbers, read_heights},
@@ -78,6 +78,10 @@ request! {
         /// What the figures must lie within. Limits of form and total deviations are of traces, and
         /// refused here.
         optional tolerance_limits: ToleranceLimitsBody,
+        /// Whether deviations far below or above those of any gear are given in µm all the same.
+        /// Until then `implausible_unit` warns of them, and figures are held against no limits.
+        /// Default false.
+        optional accept_units: bool,
         /// How is fitted; by default by plain least squares.
         flatten fit: FitFields,
     }
@@ -177,6 +181,7 @@ pub fn build(text: &[u8], own: Option<&Gear>) -> Result<Built, Problem> {
     let profile_range = members.profile_range.read(&mut faults);
     let helix_range = members.helix_range_mm.read(&mut faults);
     let limits = members.tolerance_limits.read(&mut faults).unwrap_or_default();
+    let accept_units = members.accept_units.read(&mut faults).unwrap_or_default();
     let spec = fields::read(&members.fit, None, &mut faults);
     let (Some(gear), Some(side), Some(profile), Some(z), Some(posted), Some(spec)) =
         (gear, side, profile, z, posted, spec)
@@ -198,6 +203,7 @@ pub fn build(text: &[u8], own: Option<&Gear>) -> Result<Built, Problem> {
         valid: None,
         grid: rows.is_some(),
     };
+    let implausible = (!accept_units).then(|| implausible_deviations(&deviation, &gear)).flatten();
     let terms = figure_terms(direction, reference);
     let settings = SurfaceSettings {
         side: side.into(),
@@ -208,12 +214,12 @@ pub fn build(text: &[u8], own: Option<&Gear>) -> Result<Built, Problem> {
         direction: terms.direction,
         terms,
         sign: sign.map_or(SlopeSign::Din, Into::into),
-        limits: limits.of(side.into()),
+        limits: if implausible.is_some() { Default::default() } else { limits.of(side.into()) },
         spec,
     };
     let include = settings.spec.include;
     let found = flank_surface(&gear, &nodes, &settings).map_err(refused)?;
-    let result = write(&found, terms.direction, &canonical::request_sha256(text), include)?;
+    let result = write(&found, implausible, terms.direction, &canonical::request_sha256(text), include)?;
     Ok(Built { method: "second_order_surface".to_owned(), result })
 }
 
@@ -232,7 +238,13 @@ fn refused(error: SurfaceRefused) -> Problem {
     })
 }
 
-fn write(found: &FlankSurface, direction: Direction, digest: &str, include: Include) -> Result<Vec<u8>, Problem> {
+fn write(
+    found: &FlankSurface,
+    implausible: Option<NoticeBody>,
+    direction: Direction,
+    digest: &str,
+    include: Include,
+) -> Result<Vec<u8>, Problem> {
     let text = text::write(&found.result, None, digest, include).map_err(Problem::internal)?;
     let text = String::from_utf8(text).map_err(Problem::internal)?;
     let mut json = Json::with_capacity(2048 + text.len());
@@ -273,7 +285,7 @@ fn write(found: &FlankSurface, direction: Direction, digest: &str, include: Incl
                 used: found.nodes.used,
             },
         )
-        .field("warnings", &found.warnings.iter().map(NoticeBody::from).collect::<Vec<_>>())
+        .field("warnings", &found.warnings.iter().map(NoticeBody::from).chain(implausible).collect::<Vec<_>>())
         .raw("result", &text);
     object.end();
     json.finish_gathered().map_err(Problem::not_finite)

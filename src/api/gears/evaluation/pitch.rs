@@ -19,6 +19,7 @@ use crate::{
             gear::GearBody,
             notice::NoticeBody,
             of_iteration::{ToothOf, refuse_others},
+            plausibility::implausible_pitches,
             requirements::RequirementsBody,
         },
         json::{gather::gathered, value::read_json, writer},
@@ -79,6 +80,11 @@ pub struct PitchRequestBody {
     /// How sure the figures are, for a decision by ISO 14253-1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub standard_uncertainty_um: Option<PitchUncertaintyBody>,
+    /// Whether deviations far below or above those of any gear are given in µm all the same. Until
+    /// then `implausible_unit` warns of them, and the flank has no class and is held against no
+    /// limits. Default false.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub accept_units: Option<bool>,
 }
 
 /// Where the flanks of all teeth are, in one of three forms.
@@ -341,11 +347,18 @@ impl PitchRequestBody {
         if self.left.is_none() && self.right.is_none() && self.readings_um.is_none() {
             faults.push_missing("/left", "missing; give `left`, `right` or `readings_um`");
         }
-        let told = |(found, deviations): (Pitch, String)| {
-            let limits = limits.of(found.side);
+        let told = |(mut found, deviations): (Pitch, String)| {
+            let asked = self.accept_units != Some(true);
+            let implausible = asked.then(|| implausible_pitches(&found.index, gear)).flatten();
+            let limits = if implausible.is_some() { PitchLimitsBody::default() } else { limits }.of(found.side);
+            if implausible.is_some() {
+                (found.single_class, found.cumulative_class) = (None, None);
+            }
             let single = limits.single_pitches(&found, all, rounding, uncertainty.single_pitch);
             let cumulative = limits.cumulative_pitch(&found, all, rounding, uncertainty.cumulative_pitch);
-            PitchBody::new(found, &deviations, single.into(), cumulative.into())
+            let mut body = PitchBody::new(found, &deviations, single.into(), cumulative.into());
+            body.warnings.extend(implausible);
+            body
         };
         // it is of both flanks alike
         let of_runout = |found: &Runout| limits.of(Side::Left).runout(found, all, rounding, uncertainty.runout);

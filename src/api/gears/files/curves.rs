@@ -72,7 +72,8 @@ pub(in crate::api) fn read(
         warnings.push(NoticeBody::new("unknown_tooth", &message));
     }
     let traces: Vec<Trace> = placed.traces.into_iter().map(|placed| placed.trace).collect();
-    let pitch = pitch::read(curves, &gear, required.as_ref(), &mut warnings);
+    let accept_units = spec.evaluation.as_ref().and_then(|evaluation| evaluation.accept_units);
+    let pitch = pitch::read(curves, &gear, accept_units, required.as_ref(), &mut warnings);
     let mut settings = settings(curves, &gear, spec.evaluation.clone().unwrap_or_default(), &mut warnings);
     if let Some(required) = required {
         let helix = traces.iter().any(|trace| trace.kind == Kind::Helix);

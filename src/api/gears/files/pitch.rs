@@ -22,10 +22,12 @@ pub struct FilePitch {
 pub(super) fn read(
     curves: &Curves,
     gear: &Gear,
+    accept_units: Option<bool>,
     required: Option<&RequirementsBody>,
     warnings: &mut Vec<NoticeBody>,
 ) -> Option<FilePitch> {
-    let mut request = PitchRequestBody { gear: Some(GearBody::from(gear.data())), ..PitchRequestBody::default() };
+    let gear_body = Some(GearBody::from(gear.data()));
+    let mut request = PitchRequestBody { gear: gear_body, accept_units, ..PitchRequestBody::default() };
     let mut warn = |code: &str, message: String| warnings.push(NoticeBody::new(code, &message));
     for table in &curves.pitch {
         let line = table.line;
