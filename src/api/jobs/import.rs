@@ -22,6 +22,7 @@ use crate::{
             },
             fit_figures::OfFlank,
             gear::of_job,
+            notice::NoticeBody,
             requirements::RequirementsBody,
         },
         json::{value::read_json_at, writer},
@@ -92,7 +93,14 @@ pub fn draft(
     {
         return of_table(table, name, spec, job, plans);
     }
-    let read = measured(file, &spec, of_job(job)?.as_ref(), required)?;
+    let mut read = measured(file, &spec, of_job(job)?.as_ref(), required)?;
+    if job.gear.is_none() && spec.gear.is_none() {
+        let message = "the job has no gear; the file is evaluated for the gear that it describes. Give the job a \
+            `gear` by `PATCH` for figures of fits, limits and corrections";
+        let notice = NoticeBody::new("gear_missing", &message);
+        read.warnings.push(notice.clone());
+        read.evaluation.iter_mut().for_each(|evaluation| evaluation.warnings.push(notice.clone()));
+    }
     let flank = read.flank(&spec)?;
     let nodes = flank.nodes()?;
     let measurand = flank.measurand(&nodes).map_err(|faults| in_file(&faults))?;

@@ -18,6 +18,7 @@ mod klingelnberg_file;
 mod measurands;
 mod nominal;
 mod outliers;
+mod p40;
 mod pitch_kept;
 mod points;
 #[path = "../../../engine/tests/formats/qdas_file.rs"]
