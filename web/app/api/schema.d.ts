@@ -3866,6 +3866,13 @@ export interface components {
             crowning_interval_um?: number[];
             /** @description As that of the slope. */
             crowning_conformity?: components["schemas"]["Conformity"];
+            /**
+             * Format: double
+             * @description f_Ko of a profile: the least-squares line of the tip relief at its tip end, above the
+             *     extended least-squares line of the evaluation range; negative where material is missing.
+             *     There where `tip_relief_diameter_range_mm` is given and the samples cover it.
+             */
+            tip_relief_um?: number;
             /** @description Evaluation range: roll lengths of a profile, z of a helix. */
             range_mm?: number[];
             /**
@@ -3911,6 +3918,8 @@ export interface components {
         EvaluationSettings: {
             /** @description Evaluation range of profiles, as diameters. Needed when there are profiles. */
             profile_diameter_range_mm?: number[];
+            /** @description Diameters between which the tip relief lies. With it profiles have `tip_relief_um`. */
+            tip_relief_diameter_range_mm?: number[];
             /** @description Evaluation range of helices. Needed when there are helices. */
             helix_range_mm?: number[];
             /**
@@ -5048,6 +5057,12 @@ export interface components {
              *     refused here.
              */
             tolerance_limits?: components["schemas"]["ToleranceLimits"];
+            /**
+             * @description Whether deviations far below or above those of any gear are given in µm all the same.
+             *     Until then `implausible_unit` warns of them, and figures are held against no limits.
+             *     Default false.
+             */
+            accept_units?: boolean;
         };
         /**
          * @description The blocks of nodes that cross-validation leaves out together, for the criterion `blocked_cv` of
@@ -6893,6 +6908,11 @@ export interface components {
             answer?: components["schemas"]["MachineAnswer"];
             /** @description Why the next iteration cannot be compared. */
             not_compared?: string;
+            /**
+             * @description Whether teeth were numbered otherwise after the correction; there where pitches are kept
+             *     with an iteration before it and with one after it. The newest of each are taken.
+             */
+            tooth_shift?: components["schemas"]["ToothShift"];
             /** @description What `result` and its parts warn of, each with `at`. */
             warnings: components["schemas"]["Warning"][];
         };
@@ -8236,6 +8256,11 @@ export interface components {
              * @description How far they stand out at most, positive where material does.
              */
             height_um: number;
+            /**
+             * @description Whether material stands out at an end, as a burr does, where at least half of the other
+             *     traces of the same flank and kind have less than half of it; needs three traces.
+             */
+            burr?: boolean;
         };
         /**
          * @description That the predicted figures of a correction may lie outside their limits.
@@ -8444,6 +8469,11 @@ export interface components {
              *     where both flanks were measured on one circle.
              */
             tooth_thickness_variation_um?: number;
+            /**
+             * @description W_k and M_dK from the places of contact of an imported file. There where it has those of
+             *     both flanks of all teeth of an external gear, and the number of teeth of the span.
+             */
+            tooth_thickness?: components["schemas"]["ToothThickness"];
             runout?: components["schemas"]["GearRunout"];
             /** @description About all of them; each part has its own. */
             warnings: components["schemas"]["GearWarning"][];
@@ -8533,6 +8563,12 @@ export interface components {
             pitch_limits?: components["schemas"]["PitchLimits"];
             /** @description How sure the figures are, for a decision by ISO 14253-1. */
             standard_uncertainty_um?: components["schemas"]["PitchUncertainty"];
+            /**
+             * @description Whether deviations far below or above those of any gear are given in µm all the same. Until
+             *     then `implausible_unit` warns of them, and the flank has no class and is held against no
+             *     limits. Default false.
+             */
+            accept_units?: boolean;
         };
         /**
          * @description Standard uncertainty of the measurement (one standard deviation, not an expanded one), which the
@@ -11385,6 +11421,24 @@ export interface components {
          * @enum {string}
          */
         TermSearch: "backward" | "elastic_net";
+        /** @description A length over all places around the gear. */
+        ThicknessSpread: {
+            /**
+             * Format: double
+             * @description Arithmetic mean.
+             */
+            mean: number;
+            /**
+             * Format: double
+             * @description The least.
+             */
+            least: number;
+            /**
+             * Format: double
+             * @description The greatest.
+             */
+            greatest: number;
+        };
         /**
          * @description Tikhonov with a roughness penalty: the squared derivatives of order `order` of the fitted
          *     function, integrated over the domain in the caller's units, `w_u ∫∫ (∂ᵏf/∂uᵏ)² + w_v ∫∫
@@ -11577,6 +11631,52 @@ export interface components {
             /** @description From 1, in the order of counting. */
             tooth: number;
         };
+        /**
+         * @description By how many teeth the numbers after a correction are shifted against those before it, found by
+         *     the correlation of the single pitch deviations. It is determined where `correlation` is clearly
+         *     greater than `next_correlation`.
+         */
+        ToothShift: {
+            /**
+             * Format: int64
+             * @description Tooth k before is tooth k + `teeth` after, counted around the gear.
+             */
+            teeth: number;
+            /**
+             * Format: double
+             * @description Of the single pitch deviations before and after, at this shift; at most 1.
+             */
+            correlation: number;
+            /**
+             * Format: double
+             * @description The greatest one at any other shift.
+             */
+            next_correlation: number;
+            /**
+             * Format: double
+             * @description Without a shift.
+             */
+            unshifted_correlation: number;
+        };
+        /** @description Span and dimension over balls around the gear. */
+        ToothThickness: {
+            /** @description k of W_k. */
+            span_teeth: number;
+            /** @description W_k. */
+            span_mm: components["schemas"]["ThicknessSpread"];
+            /**
+             * Format: double
+             * @description Of the balls of M_dK.
+             */
+            ball_diameter_mm?: number;
+            /** @description M_dK: over two balls in opposite spaces, or nearly opposite ones of an odd number of teeth. */
+            over_balls_mm?: components["schemas"]["ThicknessSpread"];
+            /**
+             * Format: double
+             * @description x_E, the generating profile shift coefficient that follows from the mean W_k.
+             */
+            profile_shift: number;
+        };
         /** @description The whole story of a job. Nothing in it is ever overwritten: changes of mind are new entries. */
         Trace: {
             job: components["schemas"]["Job"];
@@ -11620,6 +11720,8 @@ export interface components {
             form_um: components["schemas"]["Spread"];
             total_um: components["schemas"]["Spread"];
             crowning_um: components["schemas"]["Spread"];
+            /** @description Of profiles with a tip relief. */
+            tip_relief_um?: components["schemas"]["Spread"];
         };
         /**
          * @description What becomes of samples that stand far out of their neighbours.

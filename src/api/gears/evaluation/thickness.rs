@@ -27,8 +27,11 @@ pub struct ToothThicknessBody {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = ThicknessSpread)]
 pub struct ThicknessSpreadBody {
+    /// Arithmetic mean.
     pub mean: f64,
+    /// The least.
     pub least: f64,
+    /// The greatest.
     pub greatest: f64,
 }
 
