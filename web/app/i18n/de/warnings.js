@@ -172,7 +172,11 @@ export default {
   not_evaluated: "Die Kurven der Datei sind nicht ausgewertet.",
   column_ignored: "Eine Spalte der Tabelle wird nicht gelesen.",
   columns_unknown: "Welche Spalten der Tabelle Orte und Höhen sind, ist nicht bekannt.",
+  flank_unknown:
+    "Ein Wort in der Spalte der Flanken ist keine Flanke: Eine linke heißt links, linke, left, l oder lf, eine rechte rechts, rechte, right, r oder rf.",
+  helices_turned: "Flankenlinien zählen anders herum als die Profile, die sie kreuzen; ihr Vorzeichen wird umgekehrt.",
   lines_left_out: "Zeilen vor der Tabelle werden ausgelassen.",
+  too_many_flanks: "Die Tabelle hat Knoten von zu vielen Flanken; bitte Teile davon senden.",
   meaning_assumed: "Keine Kopfzeile nennt die Spalten; was sie enthalten, ist angenommen.",
   unit_assumed: "Eine Spalte der Tabelle nennt keine Einheit; die übliche ist angenommen.",
   off_the_tooth: "Punkte der Datei liegen nicht auf dem Zahn.",
