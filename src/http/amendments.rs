@@ -2,14 +2,15 @@
 
 use std::sync::Arc;
 
-use uuid::Uuid;
-
 use super::{caller_state::CallerState, prior, stored};
 use crate::{
     api::{
         faults::Faults,
         fits::reader,
-        gears::fit_figures::{FitFiguresBody, MISSING, OfFlank, may_be_told},
+        gears::{
+            correction::chosen::ChosenFigures,
+            fit_figures::{FitFiguresBody, MISSING, OfFlank, may_be_told},
+        },
         jobs::{
             acceptance::{self, Kept},
             amendments, fits,
@@ -93,25 +94,21 @@ pub async fn update(
     state.jobs.amend(job_id, number, draft, seen).await.map_err(|error| of_measured(error, "/tooth"))
 }
 
-/// Returns why the units of an iteration are implausible, by the figures of its chosen fit; `None`
-/// where they are not, or where somebody has accepted them.
-pub async fn implausible(state: &CallerState, job: Uuid, number: u32) -> Result<Option<String>, Problem> {
-    let iteration = state.jobs.iteration(job, number).await?;
-    let figures = standing(state, &iteration).await?.flank;
-    Ok(figures.as_deref().and_then(FitFiguresBody::implausible).filter(|_| !iteration.measurand.units_accepted))
-}
-
-/// Returns the nodes of an iteration without those that its chosen fit excludes.
-pub async fn counted(state: &CallerState, job: Uuid, number: u32, nodes: Nodes) -> Result<Nodes, Problem> {
-    let iteration = state.jobs.iteration(job, number).await?;
-    let chosen = standing(state, &iteration).await?.id;
-    let spec = state.jobs.fit(job, number, chosen).await?.spec;
-    if !spec.contains("\"exclude\"") {
-        return Ok(nodes);
-    }
+/// Returns the nodes of an iteration without those that its chosen fit excludes, and the figures of
+/// that fit.
+pub async fn counted(
+    state: &CallerState,
+    iteration: &Iteration,
+    nodes: Nodes,
+) -> Result<(Nodes, ChosenFigures), Problem> {
+    let FitSummary { id, flank, .. } = standing(state, iteration).await?;
+    let spec = state.jobs.fit(iteration.job_id, iteration.number, id).await?.spec;
     let work = move || {
         let spec = reader::read_stored(&spec).map_err(Problem::internal)?;
-        nodes.without(&spec.exclude).map_err(|_| Problem::internal("a stored fit excludes nodes that there are not"))
+        let excluded = |_| Problem::internal("a stored fit excludes nodes that there are not");
+        let nodes = nodes.without(&spec.exclude).map_err(excluded)?;
+        let figures = flank.map_or(Ok(FitFiguresBody::default()), |flank| serde_json::from_str(&flank));
+        Ok((nodes, ChosenFigures { figures: figures.map_err(Problem::internal)?, level: spec.level }))
     };
     state.pool.run(work).await?
 }

@@ -6,8 +6,8 @@ use uuid::Uuid;
 
 use super::{
     accept::Format,
-    applied,
     caller_state::CallerState,
+    entered::entered_after,
     extract::{PathOf, QueryOf},
     idempotency::IdempotencyKey,
     include::CorrectionQuery,
@@ -78,7 +78,7 @@ async fn create_gear_correction(request: JobRecordRequest) -> Result<Response, P
         let rounds = state.jobs.rounds(job).await?;
         let numbers: Vec<u32> = rounds.current().iter().map(|one| one.number).collect();
         let Some(last) = numbers.iter().copied().max() else { return Err(nothing_measured(&rounds)) };
-        let iterations = measured_of(&state, job, &numbers, true).await?;
+        let iterations = measured_of(&state, job, &numbers).await?;
         Ok((last, GearContext { job: of, iterations }))
     };
     let build = |text: &[u8], context: &GearContext, room: Room| {
@@ -155,9 +155,9 @@ async fn get_gear_correction(
         return Ok(format.response(state.pool.run(written).await??));
     }
     let later: Vec<u32> = rounds.after(made).iter().map(|one| one.number).collect();
-    let applied = applied::entered_after(&state, job, &record, made.number, &later).await?;
-    let before = if later.is_empty() { Vec::new() } else { measured_of(&state, job, &iterations, false).await? };
-    let after = measured_of(&state, job, &later, false).await?;
+    let applied = entered_after(&state, job, &record, made.number, &later).await?;
+    let before = if later.is_empty() { Vec::new() } else { measured_of(&state, job, &iterations).await? };
+    let after = measured_of(&state, job, &later).await?;
     let shift = tooth_shift(&state, job, &iterations, &later).await?;
     let today = of_job(&of)?;
     let _aligned = state.budget.take(aligned(&before) + aligned(&after))?;

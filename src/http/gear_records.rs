@@ -6,9 +6,9 @@ use uuid::Uuid;
 
 use super::{
     accept::Format,
-    applied,
     budget::WithPermit,
     caller_state::CallerState,
+    entered::entered_after,
     extract::{PathOf, QueryOf},
     idempotency::IdempotencyKey,
     include::CorrectionQuery,
@@ -170,11 +170,11 @@ async fn create_iteration_pitch(headers: HeaderMap, request: RecordRequest) -> R
 )]
 async fn create_iteration_correction(request: RecordRequest) -> Result<Response, Problem> {
     let context = async |state: CallerState, job, number| {
-        let own = measured(&state, job, number, true).await?;
+        let own = measured(&state, job, number).await?;
         let rounds = state.jobs.rounds(job).await?;
         let newest = rounds.newest_beside(&own.measurand).map(|one| one.number);
         let other = match newest {
-            Some(newest) => Some(measured(&state, job, newest, true).await?),
+            Some(newest) => Some(measured(&state, job, newest).await?),
             None => None,
         };
         Ok((state.jobs.job(job).await?, own, other))
@@ -245,13 +245,13 @@ async fn get_iteration_correction(
         let written = move || csv::write(&record, &csv::About { job: &of, flanks, iterations: &[number] }, allowed);
         return Ok(format.response(state.pool.run(written).await??));
     }
-    let (before, _before) = measured(&state, job, number, false).await?.into_parts();
+    let (before, _before) = measured(&state, job, number).await?.into_parts();
     let successors = state.jobs.successors(job, number).await?;
-    let applied = applied::entered_after(&state, job, &record, number, successors.alike.as_slice()).await?;
+    let applied = entered_after(&state, job, &record, number, successors.alike.as_slice()).await?;
     let shift = tooth_shift(&state, job, &[number], successors.alike.as_slice()).await?;
     let (after, _after) = match successors {
         Successors { alike: Some(next), .. } => {
-            let (after, permit) = measured(&state, job, next, false).await?.into_parts();
+            let (after, permit) = measured(&state, job, next).await?.into_parts();
             (After::Same(after), Some(permit))
         }
         Successors { any: Some(next), .. } => (After::Others(next), None),

@@ -22,7 +22,7 @@ use super::{
     fits::json,
     idempotency::{IdempotencyKey, idempotent},
     paging::PageQuery,
-    prior,
+    prior::{self, Fitted},
     state::AppState,
     stored,
 };
@@ -93,19 +93,26 @@ async fn create_iteration(
         };
         // the permit for the nodes is held until they are stored
         let ((draft, applied, kept), permit) = read_fit_and(&state, payload, work).await?.into_parts();
+        let measurand = match &draft {
+            Drafted::Made(draft) => &draft.measurand,
+            Drafted::Waiting(waiting) => &waiting.measurand,
+        };
+        let entered = match applied {
+            Some(applied) => Some(applied::before_next(&state, job, measurand, &applied).await?),
+            None => None,
+        };
         let (mut draft, _permit) = match draft {
             Drafted::Made(draft) => (*draft, permit),
             Drafted::Waiting(waiting) => {
                 let Waiting { nodes, spec, measurand, details } = *waiting;
                 let nodes = WithPermit::new(nodes, permit);
-                let (computed, nodes) = prior::compute(&state, job, None, &measurand, (nodes, spec)).await?;
+                let (computed, nodes) =
+                    prior::compute(&state, job, Fitted::New(entered.as_ref()), &measurand, (nodes, spec)).await?;
                 let (nodes, permit) = nodes.into_parts();
                 (of_parts(nodes, measurand, details, computed)?, permit)
             }
         };
-        if let Some(applied) = applied {
-            draft.records.push(applied::before_next(&state, job, &draft.measurand, &applied).await?);
-        }
+        draft.records.extend(entered);
         let keyed = key.map(|key| key.answered_by(created));
         let (iteration, stored) =
             state.jobs.add_iteration(job, draft, keyed).await.map_err(|error| of_measured(error, "/tooth"))?;

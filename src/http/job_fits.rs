@@ -21,7 +21,7 @@ use super::{
     include::IncludeQuery,
     iterations::present,
     paging::PageQuery,
-    prior::{self, Gathered},
+    prior::{self, Fitted, Gathered},
     state::AppState,
     stored,
 };
@@ -94,7 +94,7 @@ async fn create_iteration_fit(
         let draft = match draft {
             Refit::Made(draft) => draft,
             Refit::Waiting { nodes, spec, reason } => {
-                let computed = prior::compute(&state, job, Some(number), &measurand, (nodes, *spec)).await?;
+                let computed = prior::compute(&state, job, Fitted::Stored(number), &measurand, (nodes, *spec)).await?;
                 RefitDraft { computed: computed.0, reason }
             }
         };

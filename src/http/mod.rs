@@ -17,6 +17,7 @@ mod cors;
 mod curves;
 pub mod dashboard;
 pub mod docs;
+mod entered;
 pub mod event_pages;
 mod events;
 mod extract;

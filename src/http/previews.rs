@@ -5,8 +5,15 @@ use utoipa_axum::{router::OpenApiRouter, routes};
 use uuid::Uuid;
 
 use super::{
-    body::Payload, budget::WithPermit, caller_state::CallerState, compute::read_json, extract::PathOf, fits::json_held,
-    prior, state::AppState, stored,
+    body::Payload,
+    budget::WithPermit,
+    caller_state::CallerState,
+    compute::read_json,
+    extract::PathOf,
+    fits::json_held,
+    prior::{self, Fitted},
+    state::AppState,
+    stored,
 };
 use crate::api::{
     fits::{answer::result::FitResultBody, reader, service},
@@ -49,7 +56,7 @@ async fn preview_iteration_fit(
         Preview::Made(answer, nodes) => (answer, nodes),
         Preview::Waiting(nodes, spec) => {
             let measurand = state.jobs.measurand(job, number).await?;
-            prior::compute_by(&state, job, Some(number), &measurand, (nodes, *spec), service::fit).await?
+            prior::compute_by(&state, job, Fitted::Stored(number), &measurand, (nodes, *spec), service::fit).await?
         }
     };
     let (_, permit) = nodes.into_parts();

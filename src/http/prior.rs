@@ -9,22 +9,24 @@ use uuid::Uuid;
 use super::{
     budget::{Permit, WithPermit},
     caller_state::CallerState,
-    representative,
-    state::AppState,
-    stored,
+    entered::entered_after,
+    representative, stored,
 };
 use crate::{
     api::{
         faults::Faults,
         fits::reader::prior::MOST_ITERATIONS,
         gears::{
-            correction::predicted,
+            correction::{applied, predicted},
             fit_figures::{self, OfFlank},
         },
         jobs::fits,
         problem::Problem,
     },
-    jobs::{Computed, FitRecord, Measurand, Predecessor, Predecessors, Record, RecordKind, RepositoryError, Resource},
+    jobs::{
+        Computed, FitRecord, Measurand, Predecessor, Predecessors, Record, RecordDraft, RecordKind, RepositoryError,
+        Resource, Rounds,
+    },
 };
 use flankfit_engine::estimation::{
     FitSpec, Nodes, Plans,
@@ -45,8 +47,33 @@ pub struct Gathered {
 struct Link {
     number: u32,
     fit_id: String,
-    /// The iteration that each correction is kept with, and its record.
-    corrections: Vec<(u32, Record)>,
+    corrections: Vec<Made>,
+}
+
+/// A correction before the change that it predicts is computed.
+struct Made {
+    /// The iteration that it is kept with.
+    iteration: u32,
+    record: Record,
+    /// The changes that were entered in place of the proposed ones.
+    entered: Option<Vec<f64>>,
+}
+
+/// The iteration whose nodes are fitted.
+#[derive(Clone, Copy)]
+pub enum Fitted<'a> {
+    Stored(u32),
+    /// About to be stored, with what was entered on the machine before it.
+    New(Option<&'a RecordDraft>),
+}
+
+impl Fitted<'_> {
+    fn number(self) -> Option<u32> {
+        match self {
+            Fitted::Stored(number) => Some(number),
+            Fitted::New(_) => None,
+        }
+    }
 }
 
 /// The chain that a spec asks for, where its iterations have not been looked for.
@@ -57,14 +84,15 @@ pub fn asked(spec: &FitSpec) -> Option<&Chain> {
     }
 }
 
-/// The iterations that `chain` asks for, before the one numbered `before` (or about to be stored).
+/// The iterations that `chain` asks for, before the one that is fitted.
 async fn gather(
     state: &CallerState,
     job: Uuid,
-    before: Option<u32>,
+    fitted: Fitted<'_>,
     of: &Measurand,
     chain: &Chain,
 ) -> Result<Gathered, Problem> {
+    let before = fitted.number();
     let (from, most) = match &chain.which {
         Which::Previous => (1, MOST_ITERATIONS),
         Which::Listed(numbers) => (numbers.first().copied().unwrap_or(1), MOST_BETWEEN),
@@ -93,16 +121,43 @@ async fn gather(
         return Err(Problem::invalid(Faults::one(place, detail)));
     }
     let mut links: Vec<Link> = Vec::with_capacity(chosen.len());
-    for one in &alike {
+    let rounds = if chain.correction { state.jobs.rounds(job).await? } else { Rounds::default() };
+    for (k, one) in alike.iter().enumerate() {
         if chosen.iter().any(|chosen| chosen.number == one.number) {
             links.push(Link { number: one.number, fit_id: one.fit_id.to_string(), corrections: Vec::new() });
         }
         let Some(link) = links.last_mut().filter(|_| chain.correction) else { continue };
-        if let Some(record) = state.jobs.latest_record(job, one.number, RecordKind::Correction).await? {
-            link.corrections.push((one.number, record));
-        }
+        let next = alike.get(k + 1).map_or(fitted, |next| Fitted::Stored(next.number));
+        link.corrections.extend(made_between(state, job, &rounds, one.number, next).await?);
     }
     read(state, job, links).await
+}
+
+/// Returns the correction between an iteration and the next one of the flank, with what was entered
+/// of it: the newer one of that of the iteration and that of the gear.
+async fn made_between(
+    state: &CallerState,
+    job: Uuid,
+    rounds: &Rounds,
+    number: u32,
+    next: Fitted<'_>,
+) -> Result<Option<Made>, Problem> {
+    let own = state.jobs.latest_record(job, number, RecordKind::Correction).await?.map(|record| (number, record));
+    let of_gear = match rounds.of_gear_between(number, next.number()) {
+        Some(made) => Some((made.number, state.jobs.record(job, made.number, made.id).await?)),
+        None => None,
+    };
+    let Some((iteration, record)) = own.into_iter().chain(of_gear).max_by_key(|(_, record)| record.created_at) else {
+        return Ok(None);
+    };
+    if let Fitted::New(Some(draft)) = next
+        && let Some(entered) = applied::entered_of(record.id, draft)?
+    {
+        return Ok(Some(Made { iteration, record, entered: Some(entered) }));
+    }
+    let entry = entered_after(state, job, &record, iteration, next.number().as_slice()).await?;
+    let entered = entry.map(|entry| entry.settings.iter().map(|setting| setting.change).collect());
+    Ok(Some(Made { iteration, record, entered }))
 }
 
 /// Why an iteration that was asked for is not among the earlier ones of the flank.
@@ -144,6 +199,7 @@ struct StoredPrior {
 struct StoredCorrection {
     iteration: u32,
     record_id: Uuid,
+    entered: Option<Vec<f64>>,
 }
 
 /// The iterations that a stored fit stood on; `None` for a fit that stood on none.
@@ -158,10 +214,10 @@ pub async fn gather_again(state: &CallerState, job: Uuid, stored: &FitRecord) ->
     };
     let mut links: Vec<Link> =
         numbers.into_iter().zip(ids).map(|(number, fit_id)| Link { number, fit_id, corrections: Vec::new() }).collect();
-    for StoredCorrection { iteration, record_id } in corrections {
+    for StoredCorrection { iteration, record_id, entered } in corrections {
         let record = state.jobs.record(job, iteration, record_id).await?;
         if let Some(link) = links.iter_mut().rfind(|link| link.number <= iteration) {
-            link.corrections.push((iteration, record));
+            link.corrections.push(Made { iteration, record, entered });
         }
     }
     read(state, job, links).await.map(Some)
@@ -174,25 +230,25 @@ async fn read(state: &CallerState, job: Uuid, links: Vec<Link>) -> Result<Gather
         let (nodes, permit) = stored::nodes(state, job, number).await?.into_parts();
         permits.push(permit);
         let mut corrected = Vec::with_capacity(corrections.len());
-        for (iteration, record) in corrections {
-            let measurand = state.jobs.measurand(job, iteration).await?;
-            let (own, permit) = stored::nodes(state, job, iteration).await?.into_parts();
+        for Made { iteration, record, entered } in corrections {
+            // a correction of the gear may be kept with an iteration of another tooth
+            let of = if record.draft.kind == RecordKind::GearCorrection { number } else { iteration };
+            let measurand = state.jobs.measurand(job, of).await?;
+            let (own, permit) = stored::nodes(state, job, of).await?.into_parts();
             permits.push(permit);
-            let (record_id, change) = (record.id.to_string(), predicted_change(state, record, own, measurand).await?);
-            corrected.push(Corrected { iteration, record_id, change: Arc::new(change) });
+            let (record_id, changes) = (record.id.to_string(), entered.clone());
+            let work = move || predicted::change(&record, changes.as_deref(), &own, &measurand);
+            let change = state.pool.run(work).await??;
+            corrected.extend(change.map(|change| Corrected {
+                iteration,
+                record_id,
+                entered,
+                change: Arc::new(change),
+            }));
         }
         earlier.push(Earlier { number, fit_id, nodes: Arc::new(nodes), corrections: corrected });
     }
     Ok(Gathered { earlier: earlier.into(), permits })
-}
-
-async fn predicted_change(
-    state: &AppState,
-    record: Record,
-    nodes: Nodes,
-    measurand: Measurand,
-) -> Result<Nodes, Problem> {
-    state.pool.run(move || predicted::change(&record, &nodes, &measurand)).await?
 }
 
 /// Whether a spec asks for something of the job that has not been looked for: earlier iterations,
@@ -206,7 +262,7 @@ pub fn waits(spec: &FitSpec) -> bool {
 pub async fn compute(
     state: &CallerState,
     job: Uuid,
-    before: Option<u32>,
+    iteration: Fitted<'_>,
     of: &Measurand,
     fitted: (WithPermit<Nodes>, FitSpec),
 ) -> Result<(Computed, WithPermit<Nodes>), Problem> {
@@ -215,14 +271,14 @@ pub async fn compute(
         false => None,
     };
     let work = move |nodes: &Nodes, spec: &FitSpec, plans: &Plans| fits::compute_on(nodes, spec, plans, on.as_ref());
-    compute_by(state, job, before, of, fitted, work).await
+    compute_by(state, job, iteration, of, fitted, work).await
 }
 
 /// The same by `work`.
 pub async fn compute_by<T: Send + 'static>(
     state: &CallerState,
     job: Uuid,
-    before: Option<u32>,
+    iteration: Fitted<'_>,
     of: &Measurand,
     (nodes, spec): (WithPermit<Nodes>, FitSpec),
     work: impl FnOnce(&Nodes, &FitSpec, &Plans) -> Result<T, Problem> + Send + 'static,
@@ -230,7 +286,7 @@ pub async fn compute_by<T: Send + 'static>(
     let by_iteration = representative::asked(&spec).is_some();
     let spec = representative::resolved(state, job, spec).await?;
     let gathered = match asked(&spec) {
-        Some(chain) => gather(state, job, before, of, chain).await?,
+        Some(chain) => gather(state, job, iteration, of, chain).await?,
         None => Gathered { earlier: Arc::new([]), permits: Vec::new() },
     };
     let plans = state.plans.clone();

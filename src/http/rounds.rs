@@ -24,26 +24,20 @@ pub async fn newest<'a>(
     Ok(Some((made, state.jobs.record(job, made.number, made.id).await?)))
 }
 
-/// Returns the nodes of an iteration, without those that its chosen fit excludes, with what they
-/// are of; where it is asked, why their units are implausible.
-pub async fn measured(
-    state: &CallerState,
-    job: Uuid,
-    number: u32,
-    units: bool,
-) -> Result<WithPermit<Measured>, Problem> {
-    let measurand = state.jobs.measurand(job, number).await?;
-    let implausible = if units { amendments::implausible(state, job, number).await? } else { None };
+/// Returns the nodes of an iteration, without those that its chosen fit excludes, with the figures
+/// of that fit.
+pub async fn measured(state: &CallerState, job: Uuid, number: u32) -> Result<WithPermit<Measured>, Problem> {
+    let iteration = state.jobs.iteration(job, number).await?;
     let (nodes, permit) = stored::nodes(state, job, number).await?.into_parts();
-    let nodes = amendments::counted(state, job, number, nodes).await?;
-    Ok(WithPermit::new(Measured { number, nodes, measurand, implausible }, permit))
+    let (nodes, chosen) = amendments::counted(state, &iteration, nodes).await?;
+    Ok(WithPermit::new(Measured { number, nodes, measurand: iteration.measurand, chosen }, permit))
 }
 
 /// The same of several iterations.
-pub async fn measured_of(state: &CallerState, job: Uuid, numbers: &[u32], units: bool) -> Result<Iterations, Problem> {
+pub async fn measured_of(state: &CallerState, job: Uuid, numbers: &[u32]) -> Result<Iterations, Problem> {
     let mut all = Vec::with_capacity(numbers.len());
     for number in numbers {
-        all.push(measured(state, job, *number, units).await?);
+        all.push(measured(state, job, *number).await?);
     }
     Ok(all)
 }

@@ -53,6 +53,18 @@ impl Rounds {
         self.corrections.iter().rfind(|correction| correction.kind == RecordKind::GearCorrection)
     }
 
+    /// The newest correction of the gear that was made after the iteration `from` and before `to`;
+    /// `None` stands for an iteration that is about to be stored.
+    pub fn of_gear_between(&self, from: u32, to: Option<u32>) -> Option<&MadeCorrection> {
+        let numbered = |number: u32| self.iterations.iter().find(|one| one.number == number);
+        let (from, to) = (numbered(from)?, to.and_then(numbered));
+        self.corrections.iter().rfind(|correction| {
+            correction.kind == RecordKind::GearCorrection
+                && !from.is_after(correction)
+                && to.is_none_or(|to| to.is_after(correction))
+        })
+    }
+
     /// The newest iteration of each tooth of each flank that was measured since the last correction
     /// that a measurement followed.
     pub fn current(&self) -> Vec<&MeasuredIteration> {
@@ -146,6 +158,10 @@ mod tests {
         rounds.iterations.push(iteration(7, 10, Side::Right, "1"));
         assert_eq!(numbers(rounds.current()), [7]);
         assert_eq!(numbers(rounds.after(&first)), [6]);
+        // of the gear: made between 4 and 5; the other one is of an iteration
+        assert_eq!(rounds.of_gear_between(1, Some(5)), Some(&first));
+        assert_eq!((rounds.of_gear_between(4, None), rounds.of_gear_between(5, None)), (Some(&first), None));
+        assert_eq!((rounds.of_gear_between(1, Some(4)), rounds.of_gear_between(9, None)), (None, None));
         let left = &rounds.iterations[1].measurand;
         assert_eq!(rounds.newest_beside(left).map(|one| one.number), Some(7));
         assert_eq!(rounds.newest_beside(&Measurand::default()), None);

@@ -291,3 +291,84 @@ async fn a_prior_that_is_posted() {
         assert_eq!(app.fit(&wrong.to_string()).await.pointers(), [pointer]);
     }
 }
+
+/// Moves of 0.1 nm: what lies between two iterations beside the correction is next to nothing.
+fn standing_still() -> Value {
+    json!({"iterations": "previous", "move": [1e-7, 1e-7, 1e-7]})
+}
+
+/// Half of the proposed changes were entered. The prior takes these, whether they were entered
+/// after the correction or with the measurement; without them it contradicts the nodes.
+#[tokio::test]
+async fn a_prior_takes_what_was_entered() {
+    let app = TestApp::start().await;
+    let half = [BEFORE[0], 0.5 * BEFORE[1], 0.5 * BEFORE[2]];
+    let entry = json!({"settings": {"a": -0.5 * BEFORE[1], "b": -0.5 * BEFORE[2]}});
+    for with_measurement in [false, true] {
+        let job = job(&app).await;
+        measure(&app, &job, &flank(1, BEFORE, None)).await;
+        measure(&app, &job, &flank(2, BEFORE, None)).await;
+        let record = correct(&app, &job, 2).await;
+        let applied = format!("{job}/iterations/2/correction/applied");
+        let mut next = flank(3, half, Some(standing_still()));
+        if with_measurement {
+            next["applied"] = entry.clone();
+        } else {
+            // the later entry wins
+            let first = json!({"settings": {"a": 5.0}});
+            assert_eq!(send(app.post(&applied, first.to_string())).await.status, 201);
+            assert_eq!(send(app.post(&applied, entry.to_string())).await.status, 201);
+        }
+        let made = measure(&app, &job, &next).await;
+        let (fit, prior) = (&made["fits"][0]["id"], &made["fits"][0]["result"]["prior"]);
+        let used = json!([{"iteration": 2, "record_id": record, "entered": [-4.0, 3.0]}]);
+        assert_eq!(prior["corrections"], used, "{prior}");
+        assert_eq!(prior["conflict"]["let_go"], false, "{prior}");
+        // three times as many nodes as the last iteration alone has
+        assert!(prior["share"].as_array().unwrap().iter().all(|share| share.as_f64().unwrap() > 0.6), "{prior}");
+        for (j, truth) in [half[0], half[2], half[1]].into_iter().enumerate() {
+            let result = &made["fits"][0]["result"];
+            assert!((value(result, j, "value") - truth / 1000.0).abs() < 2e-4, "{result}");
+        }
+        // what is entered later is not what the fit stood on
+        let later = json!({"settings": {"a": -8.0, "b": 6.0}});
+        assert_eq!(send(app.post(&applied, later.to_string())).await.status, 201);
+        assert_eq!(replayed(&app, &job, 3, fit).await, json!({"identical": true}));
+        // by the full changes the nodes contradict what was known
+        let full = refit(&app, &job, 3, standing_still()).await.json();
+        assert_eq!(full["result"]["prior"]["corrections"][0]["entered"], json!([-8.0, 6.0]));
+        assert_eq!(full["result"]["prior"]["conflict"]["let_go"], true, "{full}");
+    }
+}
+
+/// A correction of the gear between two iterations changes the flank as one of the iteration does.
+#[tokio::test]
+async fn a_prior_takes_the_correction_of_the_gear() {
+    let app = TestApp::start().await;
+    let job = job(&app).await;
+    measure(&app, &job, &flank(1, BEFORE, None)).await;
+    correct(&app, &job, 1).await;
+    measure(&app, &job, &flank(2, BEFORE, None)).await;
+    let rows: Vec<[f64; 2]> = places().map(|(u, v)| [u, v]).collect();
+    let body = json!({"sensitivity": {"settings": ["a", "b"], "matrix": rows}, "noise_sigma_um": 0.2});
+    let made = send(app.post(&format!("{job}/correction"), body.to_string())).await;
+    assert_eq!(made.status, 201, "{}", made.text);
+    let made = made.json();
+    let listed = json!({"iterations": [2], "move": [1e-7, 1e-7, 1e-7]});
+    let last = measure(&app, &job, &flank(3, AFTER, Some(listed.clone()))).await;
+    let prior = &last["fits"][0]["result"]["prior"];
+    assert_eq!(prior["corrections"], json!([{"iteration": 2, "record_id": made["id"]}]));
+    assert_eq!(prior["conflict"]["let_go"], false, "{prior}");
+    for (j, truth) in [AFTER[0], AFTER[2], AFTER[1]].into_iter().enumerate() {
+        let result = &last["fits"][0]["result"];
+        assert!((value(result, j, "value") - truth / 1000.0).abs() < 2e-4, "{result}");
+    }
+    assert_eq!(replayed(&app, &job, 3, &last["fits"][0]["id"]).await, json!({"identical": true}));
+
+    // what was entered of it goes before the proposal
+    let entry = json!({"settings": {"a": 0.0, "b": 0.0}});
+    assert_eq!(send(app.post(&format!("{job}/correction/applied"), entry.to_string())).await.status, 201);
+    let again = refit(&app, &job, 3, listed).await.json();
+    assert_eq!(again["result"]["prior"]["corrections"][0]["entered"], json!([0.0, 0.0]));
+    assert_eq!(again["result"]["prior"]["conflict"]["let_go"], true, "{again}");
+}

@@ -1,10 +1,14 @@
 //! Figures before a correction and after: how often their intervals hold.
 
 use flankfit_engine::{
-    estimation::{FitSpec, spec::Model},
+    estimation::{
+        FitSpec,
+        inference::{Decision, Inferred},
+        spec::Model,
+    },
     gear::{
         ProfileAxis, Side,
-        correction::{FigureChange, compare_figures},
+        correction::{FigureChange, HeldFigure, compare_figures},
         evaluation::{
             ToleranceLimits,
             flank_surface::{Border, EstimatedFigure, FlankFigures, FlankNodes, SurfaceSettings, estimated_figures},
@@ -12,6 +16,7 @@ use flankfit_engine::{
         },
         trace::Direction,
     },
+    numerics::distribution::Student,
 };
 
 use super::{gear_evaluation::gear, gear_evaluation_surface::AS_FITTED};
@@ -96,4 +101,65 @@ fn intervals_of_figures_and_of_their_changes_hold() {
     assert!((0.93..=1.0).contains(&share(of_rest)), "{}", share(of_rest));
     // the shared wave is gone from the change
     assert!(share(narrower) > 0.7, "{}", share(narrower));
+}
+
+/// A figure of a fit whose interval is about another estimate, as of a regularised one.
+fn of_fit(value: f64, about: f64) -> EstimatedFigure {
+    let about = Inferred { value: about, std_error: 0.1, bias_bound: 0.0, student: Student::NORMAL };
+    EstimatedFigure {
+        value,
+        std_error: Some(0.2),
+        interval: Some([about.value - 0.2, about.value + 0.2]),
+        about: Some(about),
+    }
+}
+
+/// By the nodes the figure is 0.31, by the fit 0.33; a setting moves it by −2 a unit. So it becomes
+/// 0.33 − 2 · 0.1 = 0.13, and what its conformity is judged by moves along: from 0.36 to 0.16.
+#[test]
+fn a_held_figure_is_that_of_the_fit_and_moves_from_there() {
+    let held = HeldFigure {
+        side: Side::Left,
+        name: "profile_slope",
+        measured: of_fit(0.31, 0.31),
+        target: 0.0,
+        moved: vec![-2.0],
+        limits: Some([-0.5, 0.5]),
+    };
+    assert_eq!(held.clone().by_fits(&[]), held);
+    let one = held.clone().by_fits(&[of_fit(0.33, 0.36)]);
+    assert_eq!((one.measured, one.target), (of_fit(0.33, 0.36), 0.0));
+    assert!((one.after(&[0.1]) - 0.13).abs() < 1e-15);
+    // (0.5 − 0.36)/0.1 = 1.4 standard errors are too few, (0.5 − 0.16)/0.1 = 3.4 are enough
+    let decided = |value: f64| one.conformity(value).unwrap().decision;
+    assert_eq!((decided(0.33), decided(0.13)), (Decision::CannotBeTold, Decision::Conforms));
+    // of several teeth their mean, with the error of the mean over the nodes
+    let mean = held.clone().by_fits(&[of_fit(0.3, 0.3), of_fit(0.4, 0.4)]);
+    assert!((mean.measured.value - 0.35).abs() < 1e-15 && mean.measured.std_error == held.measured.std_error);
+    assert!((mean.measured.about.unwrap().value - 0.35).abs() < 1e-15, "{mean:?}");
+    // a target that leaves the figure as it is does so by the fit too
+    let left = HeldFigure { target: 0.31, ..held }.by_fits(&[of_fit(0.33, 0.36)]);
+    assert_eq!(left.target, 0.33);
+}
+
+/// Before 0.31 and after 0.12 by the nodes, 0.33 and 0.11 by the fits; predicted were −0.2.
+#[test]
+fn changes_are_the_differences_of_the_figures_of_the_fits() {
+    let figure = |value: f64| of_fit(value, value);
+    let change = FigureChange {
+        before: figure(0.31),
+        predicted: 0.11,
+        measured: figure(0.12),
+        change: figure(-0.19),
+        beyond_predicted: figure(0.01),
+    };
+    let found = change.by_fits(&[of_fit(0.33, 0.36)], &[of_fit(0.11, 0.15)]);
+    assert_eq!((found.before, found.measured), (of_fit(0.33, 0.36), of_fit(0.11, 0.15)));
+    let near = |found: f64, want: f64| assert!((found - want).abs() < 1e-12, "{found} is not {want}");
+    near(found.predicted, 0.13);
+    near(found.change.value, -0.22);
+    near(found.beyond_predicted.value, -0.02);
+    // errors stay those of the differences node by node
+    near(found.change.interval.unwrap()[1], -0.02);
+    assert_eq!(change.by_fits(&[], &[]), change);
 }

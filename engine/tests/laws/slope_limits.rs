@@ -12,7 +12,8 @@ use flankfit_engine::{
         evaluation::{
             Posted, ToleranceLimits, evaluate,
             flank_surface::{
-                Border, FigureTerms, FittedFlank, FlankNodes, FlankSurface, Reference, SurfaceSettings, flank_surface,
+                Border, FigureTerms, FittedFlank, FlankNodes, FlankSurface, Reference, SurfaceSettings, figure_limits,
+                flank_surface,
             },
             settings::{HelixSettings, ProfileSettings, Settings},
         },
@@ -61,13 +62,14 @@ type Slope = (f64, Option<[f64; 2]>);
 /// Slopes of profile and helix with their limits: of a flank surface and of a fitted flank.
 fn slopes(gear: &Gear, z: [f64; 2], limits: ToleranceLimits, terms: FigureTerms) -> [[Slope; 2]; 2] {
     let of_nodes = surface(gear, z, &SurfaceSettings { terms, ..settings_of(spec(), limits) });
-    let (side, axis) = (Side::Left, ProfileAxis::RollLength);
+    let side = Side::Left;
     // the same heights are transverse there and along the normal here
     let height = gear.base_helix_angle().cos();
-    let flank = FittedFlank { gear, side, axis, u: 1.0, v: 1.0, height, terms, roll_lengths: ROLL, z };
+    let flank = FittedFlank { gear, side, u: 1.0, v: 1.0, height, terms, roll_lengths: ROLL, z };
     let nodes = Nodes::grid(along(ROLL, 9), along(z, 7), heights(9, 7), None, None).expect("sound");
     let result = fit(&nodes, &FitSpec { sums: Some(flank.sums()), ..spec() });
-    let fitted = flank.figures(result.sums.as_deref().expect("asked"), &limits);
+    let limits = figure_limits(gear, terms, [ROLL, z], &limits);
+    let fitted = flank.figures(result.sums.as_deref().expect("asked"), limits);
     let [profile, helix] = [fitted.profile_slope, fitted.helix_slope].map(|slope| slope.expect("determined"));
     [[of_nodes.profile_slope, of_nodes.helix_slope], [profile, helix]]
         .map(|pair| pair.map(|slope| (slope.value, slope.limits)))

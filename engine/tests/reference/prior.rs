@@ -17,7 +17,8 @@ fn chained(file: &Value, moves: Moves) -> FitResult {
         Arc::new(curve(&numbers(&one["x"]), &numbers(&one[heights])))
     };
     let earlier = |k: usize| {
-        let correction = || Corrected { iteration: 2, record_id: "record".to_owned(), change: of(k, "change") };
+        let correction =
+            || Corrected { iteration: 2, record_id: "record".to_owned(), entered: None, change: of(k, "change") };
         Earlier {
             number: k as u32 + 1,
             fit_id: format!("fit {k}"),

@@ -6,6 +6,7 @@ use utoipa::ToSchema;
 
 use super::{
     evaluation::{figures::FigureBody, request::DirectionName},
+    figure_limits::{self, Spanned},
     gear::of_text,
     notice::NoticeBody,
     plausibility::{IMPLAUSIBLE_UNIT, Noise, implausible},
@@ -21,16 +22,13 @@ use crate::{
 };
 use flankfit_engine::{
     estimation::{
-        FitResult, FitSpec, Nodes,
+        FitResult, FitSpec, Nodes, fit,
         result::Warning,
-        spec::{Degree, Model, Terms},
+        spec::{Degree, Include, Model, Terms, WeightedSums},
     },
     gear::{
         Gear, ProfileAxis, Side,
-        evaluation::{
-            ToleranceLimits,
-            flank_surface::{Figure, FigureTerms, FittedFlank, FlankFigures},
-        },
+        evaluation::flank_surface::{Figure, FittedFlank, FlankFigures, NoRollLengths, over_roll_lengths},
     },
 };
 
@@ -39,7 +37,8 @@ use flankfit_engine::{
 /// extended linearly to their reference lengths and compared with the full limits; crownings and
 /// twist are over what the nodes span. Limits are those of the gear and the requirements that the
 /// job had when the fit was made; tolerances of a class, which are transverse, are converted to
-/// `direction`. Figures that cannot be determined are left out, and `warnings` say why.
+/// `direction`. Nodes over diameters are fitted once more over their roll lengths for them. Figures
+/// that cannot be determined are left out, and `warnings` say why.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = FitFigures)]
 pub struct FitFiguresBody {
@@ -82,10 +81,9 @@ pub struct FitFiguresBody {
 }
 
 impl FitFiguresBody {
-    /// Returns the message on implausible units in the stored figures of a fit, a JSON document.
-    pub fn implausible(document: &str) -> Option<String> {
-        let figures: Self = serde_json::from_str(document).ok()?;
-        figures.warnings.into_iter().find(|warning| warning.code == IMPLAUSIBLE_UNIT).map(|warning| warning.message)
+    /// Returns the message on implausible units.
+    pub fn implausible(&self) -> Option<&str> {
+        self.warnings.iter().find(|warning| warning.code == IMPLAUSIBLE_UNIT).map(|warning| warning.message.as_str())
     }
 
     /// Returns the figures with the names of their fields.
@@ -106,9 +104,8 @@ pub struct OfFlank {
     axes: AxesBody,
     side: Option<Side>,
     gear: Option<Gear>,
-    limits: ToleranceLimits,
+    requirements: RequirementsBody,
     units_accepted: bool,
-    terms: FigureTerms,
 }
 
 /// Codes of the warnings about data of an iteration that its figures lack.
@@ -163,11 +160,9 @@ impl OfFlank {
             return None;
         }
         let gear = job.gear.as_deref().and_then(|document| of_text(document).ok());
-        let required = RequirementsBody::of(job).unwrap_or_default();
-        let terms = required.figure_terms();
-        let limits = required.tolerance_limits.unwrap_or_default().of(measurand.flank.unwrap_or(Side::Left));
+        let requirements = RequirementsBody::of(job).unwrap_or_default();
         let units_accepted = measurand.units_accepted;
-        Some(OfFlank { axes, side: measurand.flank, gear, limits, units_accepted, terms })
+        Some(OfFlank { axes, side: measurand.flank, gear, requirements, units_accepted })
     }
 
     /// Returns the sums to request from a fit, or the warnings why there are no figures; `None` for
@@ -178,14 +173,16 @@ impl OfFlank {
         }
         let missing = missing(&self.axes, self.side, self.gear.is_some());
         let mut warnings: Vec<NoticeBody> = missing.iter().map(|(code, how)| notice(code, how)).collect();
-        let flank = match self.gear.as_ref().zip(self.side).filter(|_| warnings.is_empty()) {
+        let found = match self.gear.as_ref().zip(self.side).filter(|_| warnings.is_empty()) {
             Some((gear, side)) => self.flank(nodes, spec, gear, side).map_err(|why| warnings.push(why)).ok(),
             None => None,
         };
+        let (flank, over_roll_lengths) = found.unzip();
         // a class of which there is nothing bounds nothing
-        let refused = flank.as_ref().and_then(|flank| self.limits.class_refused(flank.gear, true));
+        let refused = flank.as_ref().zip(self.requirements.tolerance_limits);
+        let refused = refused.and_then(|(flank, limits)| limits.of(flank.side).class_refused(flank.gear, true));
         warnings.extend(refused.as_ref().map(class_left_aside));
-        Some(Asked { of: self, nodes, flank, warnings })
+        Some(Asked { of: self, nodes, flank, over_roll_lengths: over_roll_lengths.flatten(), warnings })
     }
 
     fn flank<'a>(
@@ -194,7 +191,7 @@ impl OfFlank {
         spec: &FitSpec,
         gear: &'a Gear,
         side: Side,
-    ) -> Result<FittedFlank<'a>, NoticeBody> {
+    ) -> Result<(FittedFlank<'a>, Option<(Nodes, FitSpec)>), NoticeBody> {
         let unknown = |why: String| notice("axes_unknown", &why);
         if let Some(why) = not_second_order(spec) {
             return Err(notice("not_second_order", why));
@@ -208,24 +205,35 @@ impl OfFlank {
         let (profile, unit) = self.axes.profile().map_err(unknown)?.ok_or_else(|| unknown("u is not told".into()))?;
         let axis = ProfileAxis::from(profile);
         // a value of the wire in the unit that the axis is taken in
-        let u = profile.value(unit);
+        let factor = profile.value(unit);
         let no_span = || notice("no_extent", "the nodes do not extend over the flank");
         let [(u_low, u_high), (v_low, v_high)] = spans(nodes).ok_or_else(no_span)?;
-        let roll = |x: f64| {
-            axis.roll_length(gear, u * x)
-                .ok_or_else(|| notice("no_involute", "some nodes lie where the gear has no involute"))
+        let no_involute = || notice("no_involute", "some nodes lie where the gear has no involute");
+        let roll = |x: f64| axis.roll_length(gear, factor * x).ok_or_else(no_involute);
+        let refused = |why| match why {
+            NoRollLengths::NoInvolute => no_involute(),
+            NoRollLengths::Coefficients => notice(
+                "coefficients_over_diameters",
+                "figures are of a surface over roll lengths, for which values of coefficients over diameters do not \
+                 hold: send u as roll lengths, or fit without these values",
+            ),
         };
-        Ok(FittedFlank {
+        let (u, over) = match axis {
+            ProfileAxis::RollLength => (factor, None),
+            ProfileAxis::RollAngle => (factor * gear.base_radius(), None),
+            ProfileAxis::Diameter => (1.0, Some(over_roll_lengths(gear, factor, nodes, spec).map_err(refused)?)),
+        };
+        let flank = FittedFlank {
             gear,
             side,
-            axis,
             u,
             v,
             height,
-            terms: self.terms,
+            terms: self.requirements.figure_terms(),
             roll_lengths: [roll(u_low)?, roll(u_high)?],
             z: [v * v_low, v * v_high],
-        })
+        };
+        Ok((flank, over))
     }
 }
 
@@ -233,27 +241,42 @@ impl OfFlank {
 pub struct Asked<'a> {
     of: &'a OfFlank,
     nodes: &'a Nodes,
-    pub flank: Option<FittedFlank<'a>>,
+    flank: Option<FittedFlank<'a>>,
+    /// Nodes over diameters and their fit as those over roll lengths.
+    over_roll_lengths: Option<(Nodes, FitSpec)>,
     warnings: Vec<NoticeBody>,
 }
 
 impl Asked<'_> {
+    /// Returns the sums to request from the fit; `None` without figures, and where they are those
+    /// of another fit, over roll lengths.
+    pub fn sums(&self) -> Option<WeightedSums> {
+        self.flank.as_ref().filter(|_| self.over_roll_lengths.is_none()).map(FittedFlank::sums)
+    }
+
     /// Returns the document that is answered and stored, from the figures of the fit and those
-    /// without the nodes suspected of gross errors.
+    /// without the nodes suspected of gross errors. CPU-bound.
     pub fn answer(self, result: &FitResult) -> String {
-        let Asked { of, nodes, flank, mut warnings } = self;
+        let Asked { of, nodes, flank, over_roll_lengths, mut warnings } = self;
+        let over = flank.as_ref().zip(over_roll_lengths).and_then(|(flank, (nodes, spec))| {
+            fit(&nodes, &FitSpec { sums: Some(flank.sums()), include: Include::default(), ..spec }).ok()
+        });
+        let result = over.as_ref().unwrap_or(result);
         let sums = result.sums.as_deref();
         let without_suspected = result.without_suspected.as_ref().and_then(|without| without.sums.as_deref());
         let implausible = implausible(nodes, &of.axes, of.gear.as_ref(), noise(result));
         let implausible = implausible.filter(|_| !of.units_accepted);
         // with an implausible unit no figure is compared with limits
-        let limits = if implausible.is_some() { ToleranceLimits::default() } else { of.limits };
+        let held = flank.as_ref().filter(|_| implausible.is_none());
+        let (limits, uncovered) =
+            held.map(|flank| figure_limits::of(&spanned(flank), &of.requirements)).unwrap_or_default();
         warnings.extend(implausible);
+        warnings.extend(uncovered.iter().map(NoticeBody::from));
         let mut body = FitFiguresBody { warnings, ..FitFiguresBody::default() };
         match (flank, sums) {
             (Some(flank), Some(sums)) => {
-                let found = flank.figures(sums, &limits);
-                let without = without_suspected.map(|sums| flank.figures(sums, &limits));
+                let found = flank.figures(sums, limits);
+                let without = without_suspected.map(|sums| flank.figures(sums, limits));
                 body.warnings.extend(without.map(|without| outliers_suspected(found, without)));
                 let found = found.map(FigureBody::from);
                 body.profile_slope_um = found.profile_slope;
@@ -282,6 +305,12 @@ impl Asked<'_> {
             writer::text_of(&FitFiguresBody { warnings: vec![why], ..FitFiguresBody::default() })
         })
     }
+}
+
+/// What the nodes of a flank span.
+fn spanned<'a>(flank: &FittedFlank<'a>) -> Spanned<'a> {
+    let FittedFlank { gear, side, terms, roll_lengths, z, .. } = *flank;
+    Spanned { gear, side, terms, ranges: [roll_lengths, z], helix_reference: flank.references()[1] }
 }
 
 /// Returns the noise estimated from the residuals; `None` if the fit is exact.

@@ -5,6 +5,7 @@ pub mod design;
 pub mod deviations;
 pub mod evaluation;
 pub mod faults;
+pub mod figure_limits;
 pub mod files;
 pub mod fit_figures;
 pub mod flank_design;

@@ -29,6 +29,9 @@ const LEAST_FREEDOM: usize = 5;
 /// Residuals below this share of the range mean an exact fit of computed, not measured, nodes.
 const EXACT: f64 = 1e-9;
 
+/// Share of a profile or a face that measured nodes cover at least: an inch is 25.4 mm.
+const LEAST_SHARE: f64 = 0.05;
+
 /// The noise estimated by a fit, in the unit of its heights.
 #[derive(Clone, Copy, Debug)]
 pub struct Noise {
@@ -165,10 +168,13 @@ fn of_profile(axis: &AxisBody, u: Vec<f64>, gear: &Gear) -> Option<NoticeBody> {
         ProfileAxis::Diameter => Some(gear.roll_length(x).unwrap_or(0.0)),
         _ => quantity.roll_length(gear, x),
     };
-    let fits = |mm: f64| ends.iter().all(|end| roll(end * mm).is_some_and(|roll| within(roll, allowed)));
-    if fits(mm) {
+    let inside = |mm: f64| ends.iter().all(|end| roll(end * mm).is_some_and(|roll| within(roll, allowed)));
+    let span = |mm: f64| Some(roll(ends[1] * mm)? - roll(ends[0] * mm)?);
+    let is_wide = |mm: f64| ends[0] == ends[1] || span(mm).is_some_and(|span| span >= LEAST_SHARE * (high - low));
+    if is_plausible(mm, inside, is_wide) {
         return None;
     }
+    let fits = |mm: f64| inside(mm) && is_wide(mm);
     let shown = ends.map(|end| end * mm);
     let what = match quantity {
         ProfileAxis::Diameter => "diameters",
@@ -192,15 +198,24 @@ fn of_width(axis: &AxisBody, v: Vec<f64>, width: f64) -> Option<NoticeBody> {
     }
     let ends = ends(&v)?;
     // z may count from an end or from the middle
-    let fits = |mm: f64| ends.iter().all(|end| within(end * mm, [-1.5 * width, 2.0 * width]));
-    if fits(mm) {
+    let inside = |mm: f64| ends.iter().all(|end| within(end * mm, [-1.5 * width, 2.0 * width]));
+    let is_wide = |mm: f64| ends[0] == ends[1] || (ends[1] - ends[0]) * mm >= LEAST_SHARE * width;
+    if is_plausible(mm, inside, is_wide) {
         return None;
     }
+    let fits = |mm: f64| inside(mm) && is_wide(mm);
     let shown = ends.map(|end| end * mm);
     let [low, high] = shown.map(digits);
     let what =
         format!("along the axis the nodes lie from {low} to {high} mm, but the face is {} mm wide", digits(width));
     Some(of_place(&what, "v", ends, fits, shown))
+}
+
+/// Whether places lie on the flank and cover enough of it; where no unit makes them do so, little
+/// of the flank was measured, and the unit is not to blame.
+fn is_plausible(mm: f64, inside: impl Fn(f64) -> bool, is_wide: impl Fn(f64) -> bool) -> bool {
+    let fits = |mm: f64| inside(mm) && is_wide(mm);
+    inside(mm) && (is_wide(mm) || !LENGTHS.iter().any(|(_, other)| fits(*other)))
 }
 
 fn of_place(what: &str, name: &'static str, ends: [f64; 2], fits: impl Fn(f64) -> bool, shown: [f64; 2]) -> NoticeBody {
@@ -210,7 +225,7 @@ fn of_place(what: &str, name: &'static str, ends: [f64; 2], fits: impl Fn(f64) -
     let then = other.map(|(unit, mm)| {
         let [low, high] = ends.map(|end| digits(end * mm));
         params.add("unit", *unit);
-        format!(" (in {}? then {low} to {high} mm)", sign(unit))
+        format!(" (in {}? then {low} to {high} mm)", named(unit))
     });
     of_sentence(what, then, params, OF_NODES)
 }
@@ -225,9 +240,17 @@ fn notice(what: &str, unit: &str, span: f64, fits: impl Fn(f64) -> bool, mut par
         let range = span * micrometres(name)?;
         params.add("unit", name);
         params.add("then_um", range);
-        Some(format!(" (in {}? then {} µm)", sign(name), digits(range)))
+        Some(format!(" (in {}? then {} µm)", named(name), digits(range)))
     });
     of_sentence(what, then, params, mend)
+}
+
+/// The name of a unit of length in a sentence.
+fn named(unit: &str) -> &str {
+    match unit {
+        "in" => "inches",
+        other => sign(other),
+    }
 }
 
 fn of_sentence(what: &str, then: Option<String>, params: Params, mend: &str) -> NoticeBody {
@@ -264,7 +287,7 @@ fn within(value: f64, [low, high]: [f64; 2]) -> bool {
 }
 
 /// Formats with three significant digits, without trailing zeros.
-fn digits(value: f64) -> String {
+pub fn digits(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {
         return value.to_string();
     }
@@ -344,6 +367,25 @@ mod tests {
         assert!(inches.message.contains("(in mm? then 6 to 11 mm)"), "{}", inches.message);
         let width = of(["mm", "mm", "um"], [1.0, 1e3, 1.0]).unwrap();
         assert!(width.message.contains("(in µm? then 1 to 19 mm)"), "{}", width.message);
+        // inches taken for millimetres: 0.71 of 20 mm
+        let inches = of(["mm", "mm", "um"], [1.0, 1.0 / 25.4, 1.0]).unwrap();
+        assert!(inches.message.contains("(in inches? then 1 to 19 mm)"), "{}", inches.message);
+        let inches = of(["mm", "mm", "um"], [1.0 / 25.4, 1.0, 1.0]).unwrap();
+        assert!(inches.message.contains("(in inches? then 6 to 11 mm)"), "{}", inches.message);
+    }
+
+    #[test]
+    fn nodes_on_little_of_a_flank_have_no_wrong_unit() {
+        let of = |u: [f64; 4], v: [f64; 4]| {
+            let nodes = Nodes::scattered(u.to_vec(), v.to_vec(), vec![-5.0, 5.0, 0.0, 1.0], None).unwrap();
+            implausible(&nodes, &axes(["mm", "mm", "um"]), Some(&gear()), None)
+        };
+        let [whole, width] = [[6.0, 11.0, 9.0, 8.0], [1.0, 19.0, 3.0, 4.0]];
+        // a strip that is none of a flank in inches, a single profile, a single helix
+        assert_eq!(of(whole, [10.0, 10.6, 10.1, 10.2]), None);
+        assert_eq!((of(whole, [0.5; 4]), of([8.0; 4], width)), (None, None));
+        // roll lengths 8 to 8.2 mm: in inches they would lie beyond the tip
+        assert_eq!(of([8.0, 8.2, 8.1, 8.1], width), None);
     }
 
     #[test]

@@ -14,18 +14,15 @@ use crate::{
             service::{self, Written},
             spec::include,
         },
-        gears::fit_figures::OfFlank,
+        gears::fit_figures::{Asked, OfFlank},
         json::merge,
         problem::Problem,
     },
     jobs::{Computed, Difference, Figures, FitRecord, Replay},
 };
-use flankfit_engine::{
-    estimation::{
-        Field, FitSpec, Nodes, Plans, fit,
-        spec::{Earlier, Include, Piece, Regularization, Scaling},
-    },
-    gear::evaluation::flank_surface::FittedFlank,
+use flankfit_engine::estimation::{
+    Field, FitSpec, Nodes, Plans, fit,
+    spec::{Earlier, Include, Piece, Regularization, Scaling},
 };
 
 /// What a replay is told: nothing.
@@ -84,8 +81,7 @@ pub fn compute_at(
     place: impl Fn(&Field) -> String,
 ) -> Result<Computed, Problem> {
     let asked = on.and_then(|on| on.ask(nodes, spec));
-    let sums = asked.as_ref().and_then(|asked| asked.flank.as_ref()).map(FittedFlank::sums);
-    let asking = sums.map(|sums| FitSpec { sums: Some(sums), ..spec.clone() });
+    let asking = asked.as_ref().and_then(Asked::sums).map(|sums| FitSpec { sums: Some(sums), ..spec.clone() });
     let Written { result, spec, text } = service::write(nodes, asking.as_ref().unwrap_or(spec), plans, false, place)?;
     let text = String::from_utf8(text).map_err(Problem::internal)?;
     let flank = asked.map(|asked| asked.answer(&result).into());

@@ -160,7 +160,6 @@ fn simulate_run(
                 let asked = Asked {
                     correction: &correction,
                     aim: AimName::Nominal,
-                    figures: None,
                     flank: None,
                     about: About::default(),
                     warnings: Vec::new(),

@@ -211,7 +211,7 @@ async fn settings_are_limited_rounded_and_held_by_name() {
         "noise_sigma_um": 0.2,
     });
     let coarse = send(app.post(&path, coarse.to_string())).await.json();
-    let slope = |answer: &Value| answer["predicted"]["figures"]["after"]["helix_slope_um"].as_f64().unwrap().abs();
+    let slope = |answer: &Value| answer["figures"]["right"]["helix_slope_um"]["predicted"].as_f64().unwrap().abs();
     assert!(slope(&coarse) > 1.0 && slope(&answer) < 0.2, "{coarse}");
     // thickness is told where the mean is
     let absolute =
@@ -268,21 +268,23 @@ async fn a_correction_by_a_machine_predicts_figures_by_name() {
     let request = json!({"sensitivity": {"machine": "form_grinding", "flank": "right"}, "noise_sigma_um": 0.1});
     let kept = send(app.post(&path, request.to_string())).await;
     assert_eq!(kept.status, 201, "{}", kept.text);
-    let figures = &kept.json()["predicted"]["figures"];
-    let are = |figures: &Value, want: [f64; 5], within: f64| {
-        let names = ["profile_slope_um", "helix_slope_um", "profile_crowning_um", "helix_crowning_um", "twist_um"];
+    let figures = &kept.json()["figures"]["right"];
+    let are = |figures: &Value, of: &str, want: [f64; 5], within: f64| {
+        let names = ["profile_slope", "helix_slope", "profile_crowning", "helix_crowning", "twist"];
         for (name, want) in names.into_iter().zip(want) {
-            let found = figures[name].as_f64().unwrap_or_else(|| panic!("{name}: {figures}"));
+            let figure = figures.get(name).unwrap_or_else(|| &figures[format!("{name}_um")]);
+            let found = figure.pointer(of).and_then(Value::as_f64).unwrap_or_else(|| panic!("{name}: {figures}"));
             assert!((found - want).abs() <= within, "{name} {found} is not {want}");
         }
     };
     // DIN turns helix slope and twist of a right flank; a form grinder has no setting for the twist
-    are(&figures["before"], [6.0, 4.0 * 15.0 / 13.0, 3.0, 2.0, -4.0], 1e-6);
-    are(&figures["after"], [0.0, 0.0, 0.0, 0.0, -4.0], 0.2);
+    are(figures, "/before", [6.0, 4.0 * 15.0 / 13.0, 3.0, 2.0, -4.0], 1e-6);
+    are(figures, "/predicted", [0.0, 0.0, 0.0, 0.0, -4.0], 0.2);
     // half of it comes
     assert_eq!(send(app.post(&place, flank(surface(0.5)).to_string())).await.status, 201);
     let told = send(app.get(&path)).await.json();
-    are(&told["answer"]["figures"], [3.0, 2.0 * 15.0 / 13.0, 1.5, 1.0, -4.0], 1e-6);
+    let changes = &told["answer"]["figure_changes"];
+    are(changes, "/measured/value_um", [3.0, 2.0 * 15.0 / 13.0, 1.5, 1.0, -4.0], 1e-6);
     assert_eq!(told["answer"]["verdict"], "weaker", "{}", told["answer"]["sentence"]);
     let slope = &told["answer"]["figure_changes"]["profile_slope"];
     for (name, want) in [("before", 6.0), ("measured", 3.0), ("change", -3.0)] {
@@ -294,7 +296,7 @@ async fn a_correction_by_a_machine_predicts_figures_by_name() {
     assert!(low < 0.5 && 0.5 < high && high < 1.0, "{}", told["answer"]);
     // a matrix may speak of any nodes
     let matrix = send(app.post(&path, json!({"sensitivity": sensitivity()}).to_string())).await.json();
-    assert_eq!(matrix["predicted"].get("figures"), None);
+    assert_eq!(matrix.get("figures"), None);
     app.stop().await;
 }
 

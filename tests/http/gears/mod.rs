@@ -17,6 +17,7 @@ mod kept_traces;
 mod klingelnberg_file;
 mod measurands;
 mod nominal;
+mod one_value;
 mod outliers;
 mod p40;
 mod pitch_kept;

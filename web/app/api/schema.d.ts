@@ -3071,44 +3071,6 @@ export interface components {
          */
         CorrectionAimKind: "design" | "limits" | "nominal" | "given";
         /**
-         * @description Of the second-order surface over the ranges of the machine, by plain least squares through the
-         *     nodes with a weight above 0; slopes over their reference lengths.
-         */
-        CorrectionFigures: {
-            /**
-             * Format: double
-             * @description f_Hα: from root to tip; positive where material grows towards the tip. Like every figure
-             *     left out where the nodes do not tell it.
-             */
-            profile_slope_um?: number;
-            /**
-             * Format: double
-             * @description f_Hβ over the width, by DIN: positive where the helix deviates towards the right hand.
-             */
-            helix_slope_um?: number;
-            /**
-             * Format: double
-             * @description C_α: positive where material stands out half-way between root and tip.
-             */
-            profile_crowning_um?: number;
-            /**
-             * Format: double
-             * @description C_β.
-             */
-            helix_crowning_um?: number;
-            /**
-             * Format: double
-             * @description 4 c_uv of the surface, over the whole ranges, with the sign of f_Hβ; crossed traces do not
-             *     tell it.
-             */
-            twist_um?: number;
-        };
-        /** @description Figures of the flank as it was measured and as it should become. */
-        CorrectionFiguresBeforeAfter: {
-            before: components["schemas"]["CorrectionFigures"];
-            after: components["schemas"]["CorrectionFigures"];
-        };
-        /**
          * @description What is answered only when asked for; each name only adds to the answer, and one that stands
          *     twice counts once.
          * @enum {string}
@@ -3215,13 +3177,14 @@ export interface components {
             target: number;
             /**
              * Format: double
-             * @description If the machine answers as the sensitivity says.
+             * @description If the machine answers as the sensitivity says: `before` and the change that the settings
+             *     make by least squares over the nodes.
              */
             predicted: number;
             /**
              * Format: double
-             * @description Of `before` and `predicted` alike, by the noise that the residuals of the surface show; left
-             *     out without degrees of freedom.
+             * @description Of `before` and `predicted` alike: that of the fit, of a gear by noise and scatter of the
+             *     teeth; left out without degrees of freedom.
              */
             std_error?: number;
             /**
@@ -3236,7 +3199,9 @@ export interface components {
         };
         /**
          * @description Figures of the second-order surface over the ranges of the machine, slopes over their reference
-         *     lengths. One that the nodes do not determine is left out.
+         *     lengths: those of the iteration's chosen fit, of a gear the means over the fits of the teeth.
+         *     Those that a fit does not have are by least squares over the nodes of a weight above 0; one that
+         *     the nodes do not determine is left out.
          */
         CorrectionTargetFigures: {
             /** @description f_Hα: positive where material grows from root to tip. */
@@ -4023,7 +3988,10 @@ export interface components {
          * @enum {string}
          */
         FaceEnd: "I" | "II";
-        /** @description A figure before, as predicted and as measured, over the nodes that are defined in all three. */
+        /**
+         * @description A figure before, as predicted and as measured, by the chosen fits of the iterations as `figures`
+         *     has it, else over the nodes that are defined in all three.
+         */
         FigureChange: {
             /** @description Of the deviations that the correction was made for. */
             before: components["schemas"]["EstimatedFigure"];
@@ -4035,8 +4003,8 @@ export interface components {
             /** @description Of the deviations measured after it. */
             measured: components["schemas"]["EstimatedFigure"];
             /**
-             * @description Measured less before, of the differences node by node: form that both measurements share has
-             *     no part in its error.
+             * @description Measured less before. The error is that of the differences node by node: form that both
+             *     measurements share has no part in it.
              */
             change: components["schemas"]["EstimatedFigure"];
             /**
@@ -4211,7 +4179,8 @@ export interface components {
          *     extended linearly to their reference lengths and compared with the full limits; crownings and
          *     twist are over what the nodes span. Limits are those of the gear and the requirements that the
          *     job had when the fit was made; tolerances of a class, which are transverse, are converted to
-         *     `direction`. Figures that cannot be determined are left out, and `warnings` say why.
+         *     `direction`. Nodes over diameters are fitted once more over their roll lengths for them. Figures
+         *     that cannot be determined are left out, and `warnings` say why.
          */
         FitFigures: {
             /** @description f_Hα over `profile_reference_length_mm`; positive where material grows towards the tip. */
@@ -4744,6 +4713,11 @@ export interface components {
              */
             interval?: number[];
             interval_kind?: components["schemas"]["IntervalKind"];
+            /**
+             * Format: double
+             * @description Of Student's distribution that the interval is of; left out where the noise is known.
+             */
+            degrees_of_freedom?: number;
             /**
              * @description Whether the estimate itself lies within its limits (`tolerance_limits`); there where the
              *     figure has some and is not extrapolated (`range_not_covered`).
@@ -7532,18 +7506,18 @@ export interface components {
             predicted_um?: (number | null)[];
             /** @description Of every node; `null` where undefined. Present when `nodes` was included. */
             measured_um?: (number | null)[];
-            /** @description What the evaluation of the measured flank says, beside `result.predicted.figures`. */
-            figures?: components["schemas"]["CorrectionFigures"];
             /**
              * @description Figures before, predicted and measured with their errors, and how much they changed; left
              *     out where the nodes do not tell them.
              */
             figure_changes?: components["schemas"]["FigureChanges"];
             /**
-             * @description Of a gear: the figures of each flank that was measured again, in place of `figures` and
-             *     `figure_changes`. Their errors hold the scatter of the teeth.
+             * @description Of a gear: the figures of each flank that was measured again, in place of `figure_changes`.
+             *     Their errors hold the scatter of the teeth.
              */
             flanks?: components["schemas"]["SidedFigureChanges"];
+            /** @description What to know about the comparison. */
+            warnings: components["schemas"]["Warning"][];
         };
         /** @description Jobs on one machine. */
         MachineCount: {
@@ -8795,11 +8769,6 @@ export interface components {
              *     leaves. Present when `nodes` was included.
              */
             uncertainty_um?: (number | null)[];
-            /**
-             * @description What the evaluation of the flank says before and after, with a machine; left out where the
-             *     nodes do not tell it.
-             */
-            figures?: components["schemas"]["CorrectionFiguresBeforeAfter"];
         };
         /**
          * @description Heights, slopes and bands at the places of `predict.at`, in their order (of a grid v running
@@ -12036,6 +12005,11 @@ export interface components {
             iteration: number;
             /** @description The record that it is. */
             record_id: string;
+            /**
+             * @description The changes that were entered on the machine, in the order of the correction's settings;
+             *     left out where the proposed changes were taken.
+             */
+            entered?: number[];
         };
         /**
          * @description Variances of the errors: `constant` (the default), `hc3`, or an object that says what they

@@ -193,11 +193,9 @@ const FIGURES = /** @type {const} */ ([
 
 /** @param {KeptCorrection} kept @returns {FigureRow[]} */
 function figureRows({ result, answer }) {
-  const { before, after } = result.predicted.figures ?? {};
   const wanted = result.figures?.left ?? result.figures?.right;
   const plain = (/** @type {number | null | undefined} */ value) =>
     typeof value === "number" ? { value_um: value } : undefined;
-  // of a gear, whose flanks have no others
   const estimated = (/** @type {TargetFigure | null | undefined} */ figure) =>
     figure ? { value_um: figure.before, ...(figure.std_error ? { std_error_um: figure.std_error } : {}) } : undefined;
   const figures = FIGURES.map(([key, symbol, word]) => {
@@ -207,10 +205,10 @@ function figureRows({ result, answer }) {
       key,
       symbol,
       name: t[word],
-      before: changes?.before ?? plain(before?.[own]) ?? estimated(wanted?.[own]),
+      before: changes?.before ?? estimated(wanted?.[own]),
       wanted: wanted?.[own] ?? undefined,
-      predicted: changes?.predicted_um ?? after?.[own] ?? wanted?.[own]?.predicted ?? undefined,
-      measured: changes?.measured ?? plain(answer?.figures?.[own]),
+      predicted: changes?.predicted_um ?? wanted?.[own]?.predicted ?? undefined,
+      measured: changes?.measured,
       change: changes?.change,
       beyond: changes?.beyond_predicted,
     });

@@ -140,7 +140,7 @@ function Kept({ job, iteration, kept, earlier, onApplied }) {
     </section>
     <section class="panel" aria-labelledby="figures">
       <h2 id="figures">${measured ? t.figures : t.figuresBefore}</h2>
-      <p class="quiet">${result.predicted.figures ? t.figuresAbout : t.noFigures}</p>
+      <p class="quiet">${result.figures ? t.figuresAbout : t.noFigures}</p>
       ${h(Figures, { kept, csvName: `${name} ${t.figures}` })}
     </section>
     ${result.other_flank && h(OtherFlank, { kept, other: result.other_flank })}

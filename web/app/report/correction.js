@@ -23,7 +23,7 @@ export function Corrections({ told }) {
       <div class="keep"><h3>${answer ? t.answeredBy(answer.iteration) : words.answered}</h3>
         ${answer ? h(Answer, { answer, entered: Boolean(kept.applied) }) : refused ? html`<p>${words.notCompared} <span lang="en">${refused}</span></p>` : html`<p>${t.notAnswered}</p>`}</div>
       <div class="keep"><h3>${answer ? t.figuresOfCorrection : words.figuresBefore}</h3>
-        <p class="quiet">${result.predicted.figures ? words.figuresAbout : words.noFigures}</p>
+        <p class="quiet">${result.figures ? words.figuresAbout : words.noFigures}</p>
         ${h(Figures, { kept, of: common.iteration(iteration.number) })}</div>
       <div class="keep"><h3>${t.mapsOfCorrection}</h3>${h(CorrectionMaps, { nodes, axes: iteration.axes, kept, paper: true })}</div>
     </div>`;

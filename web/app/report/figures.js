@@ -4,7 +4,6 @@ import { extremesOf } from "../flank/surface.js";
 
 /** @typedef {import("./data.js").Told} Told */
 /** @typedef {import("../api/client.js").Schema<"EstimatedFigure">} EstimatedFigure */
-/** @typedef {import("../api/client.js").Schema<"CorrectionFigures">} CorrectionFigures */
 /** @typedef {import("../api/client.js").Schema<"EvaluatedTrace">} EvaluatedTrace */
 /** @typedef {import("../api/client.js").Schema<"Conformity">} Conformity */
 /** @typedef {"profile_slope" | "helix_slope" | "profile_crowning" | "helix_crowning" | "twist"} FlankFigureName */
@@ -104,8 +103,9 @@ function ofNodes({ correction, answers }, name) {
     answers?.answer?.figure_changes?.[name]?.measured ?? correction?.answer?.figure_changes?.[name]?.before;
   if (estimated) return { value: estimated.value_um, error: estimated.std_error_um, interval: estimated.interval_um };
   const own = /** @type {const} */ (`${name}_um`);
-  const value = answers?.answer?.figures?.[own] ?? correction?.result.predicted.figures?.before?.[own];
-  return typeof value === "number" ? { value, error: undefined } : undefined;
+  const wanted = correction?.result.figures?.left ?? correction?.result.figures?.right;
+  const figure = wanted?.[own];
+  return figure ? { value: figure.before, error: figure.std_error } : undefined;
 }
 
 /** @param {Told} told @param {FlankFigureName} name @returns {Cell | undefined} */

@@ -125,7 +125,11 @@ fn report_of(prior: &Prior, outcome: Option<&Outcome>, share: Vec<f64>, leverage
             .iter()
             .flat_map(|earlier| earlier.iter())
             .flat_map(|one| &one.corrections)
-            .map(|used| UsedCorrection { iteration: used.iteration, record_id: used.record_id.clone() })
+            .map(|used| UsedCorrection {
+                iteration: used.iteration,
+                record_id: used.record_id.clone(),
+                entered: used.entered.clone(),
+            })
             .collect(),
         move_std_error: moved,
         move_ratio: ratio,

@@ -26,12 +26,14 @@ pub struct PriorReport {
 }
 
 /// A correction between two iterations.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct UsedCorrection {
     /// The iteration that it was kept with.
     pub iteration: u32,
     /// The record that holds it.
     pub record_id: String,
+    /// The changes of the settings that were entered in place of the proposed ones.
+    pub entered: Option<Vec<f64>>,
 }
 
 /// How far the nodes lie from what the prior predicts.

@@ -151,6 +151,8 @@ pub struct Corrected {
     pub iteration: u32,
     /// The record that holds it.
     pub record_id: String,
-    /// The change that it predicts, as heights of nodes.
+    /// The changes of the settings that were entered in place of the proposed ones.
+    pub entered: Option<Vec<f64>>,
+    /// The change that they predict, as heights of nodes.
     pub change: Arc<Nodes>,
 }

@@ -43,15 +43,24 @@ impl HeldFigure {
     /// Whether the figure, were it `value`, conforms to its limits; `None` without limits or
     /// without degrees of freedom.
     pub fn conformity(&self, value: f64) -> Option<Conformity> {
-        let inferred = EstimatedFigure { value, ..self.measured }.inferred()?;
-        Some(inferred.conformity(self.limits?))
+        Some(self.measured.at(value).about?.conformity(self.limits?))
+    }
+
+    /// Returns the figure as the fits of the measured teeth have it ([`EstimatedFigure::by_fits`]).
+    /// A target that leaves the figure as measured leaves it so.
+    #[must_use]
+    pub fn by_fits(self, fits: &[EstimatedFigure]) -> Self {
+        let EstimatedFigure { value, .. } = self.measured;
+        let measured = self.measured.by_fits(fits);
+        let left = (self.target - value).abs() <= ROUNDING * value.abs();
+        HeldFigure { measured, target: if left { measured.value } else { self.target }, ..self }
     }
 
     /// Whether the figure, were it `value`, conforms to `limits`; by its value alone without
     /// degrees of freedom.
     pub(super) fn conforms(&self, value: f64, limits: [f64; 2]) -> bool {
-        match (EstimatedFigure { value, ..self.measured }).inferred() {
-            Some(inferred) => inferred.conformity(limits).decision == Decision::Conforms,
+        match self.measured.at(value).about {
+            Some(about) => about.conformity(limits).decision == Decision::Conforms,
             None => within(value, Some(limits)) == Some(true),
         }
     }
@@ -65,7 +74,7 @@ impl HeldFigure {
 /// Share of what a setting moves most from which on it moves a figure.
 const MOVED: f64 = 0.05;
 
-/// Share of the greatest effect of all settings up to which an effect is rounding.
+/// Share of the greatest effect of all settings, or of a figure, up to which a value is rounding.
 const ROUNDING: f64 = 1e-9;
 
 /// The figures of `all` that a setting moves: those with more than a twentieth of its greatest

@@ -247,7 +247,7 @@ impl Flank {
             held.push(HeldFigure {
                 side: self.side,
                 name: MEAN,
-                measured: EstimatedFigure { value, std_error: None, interval: None, freedom: 0 },
+                measured: EstimatedFigure { value, std_error: None, interval: None, about: None },
                 target: level(&target, &of_target),
                 moved: moved.iter().zip(&of_moved).map(|(column, figures)| level(column, figures)).collect(),
                 limits: None,

@@ -101,6 +101,8 @@ pub struct Inference {
     pub interval: [f64; 2],
     /// What it rests on.
     pub kind: IntervalKind,
+    /// The estimate that interval and conformity are made of.
+    pub about: Inferred,
     /// Against its limits, where there are any.
     pub conformity: Option<Conformity>,
 }
@@ -111,6 +113,7 @@ impl Inference {
         Inference {
             interval: about.interval(level),
             kind: IntervalKind::Student,
+            about: *about,
             conformity: limits.map(|limits| about.conformity(limits)),
         }
     }

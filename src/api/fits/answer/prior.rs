@@ -47,11 +47,14 @@ answer! {
 answer! {
     /// A correction of the machine between two iterations.
     #[schema(as = UsedCorrection)]
-    pub struct UsedCorrectionBody from UsedCorrection { iteration, record_id } {
+    pub struct UsedCorrectionBody from UsedCorrection { iteration, record_id, entered } {
         /// The iteration that it is kept with.
         iteration: usize = *iteration as usize,
         /// The record that it is.
         record_id: String = record_id,
+        /// The changes that were entered on the machine, in the order of the correction's settings;
+        /// left out where the proposed changes were taken.
+        entered?: Vec<f64> = entered,
     }
 }
 

@@ -12,7 +12,11 @@ impl Maker {
         PriorReport {
             iterations: self.there().then(|| vec![1, 2]),
             fit_ids: self.there().then(|| vec![self.text(), self.text()]),
-            corrections: self.list(|m| UsedCorrection { iteration: 1, record_id: m.text() }),
+            corrections: self.list(|m| UsedCorrection {
+                iteration: 1,
+                record_id: m.text(),
+                entered: m.there().then(|| m.numbers()),
+            }),
             move_std_error: self.there().then(|| self.numbers()),
             move_ratio: self.maybe(),
             conflict: self.there().then(|| self.conflict()),

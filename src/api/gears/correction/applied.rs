@@ -128,6 +128,14 @@ pub fn draft(
     })
 }
 
+/// Returns the changes of a record that is about to be stored if it is of the correction
+/// `correction`.
+pub fn entered_of(correction: Uuid, draft: &RecordDraft) -> Result<Option<Vec<f64>>, Problem> {
+    let result: AppliedResult = serde_json::from_str(&draft.result).map_err(Problem::internal)?;
+    let of_it = result.correction_id == correction;
+    Ok(of_it.then(|| result.settings.iter().map(|setting| setting.change).collect()))
+}
+
 /// Returns what the record says if it is of the correction `correction`.
 pub fn entered_after(correction: Uuid, record: &Record) -> Result<Option<AppliedChangesBody>, Problem> {
     let result: AppliedResult = serde_json::from_str(&record.draft.result).map_err(Problem::internal)?;

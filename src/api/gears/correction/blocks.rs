@@ -2,8 +2,9 @@
 //! the teeth that were measured.
 
 use super::{
+    chosen::{ChosenFigures, OfTeeth, of_teeth},
     iteration_nodes,
-    same_nodes::{Measured, same_nodes},
+    same_nodes::{Measured, Places, same_nodes},
     sensitivity::{self, Corrected, Level, Sensitivity},
 };
 use crate::api::{faults::Faults, gears::requirements::RequirementsBody, measurand::axes::AxesBody};
@@ -40,6 +41,15 @@ pub struct Block {
     pub numbers: Vec<u32>,
     /// Their teeth, where they say it.
     pub teeth: Vec<String>,
+    /// Figures of the chosen fits of the iterations; empty where the nodes have other weights.
+    pub chosen: Vec<ChosenFigures>,
+}
+
+impl Block {
+    /// Returns the figures of the teeth by their fits.
+    pub fn fitted(&self) -> OfTeeth {
+        self.flank.as_ref().map(|flank| of_teeth(flank, &self.chosen)).unwrap_or_default()
+    }
 }
 
 /// What nodes are read with.
@@ -112,7 +122,8 @@ impl Blocks {
             };
             let numbers = group.iter().rev().map(|one| one.number).collect();
             let teeth = group.iter().rev().filter_map(|one| one.measurand.tooth.clone()).collect();
-            blocks.push(Block { side, flank, mean, traces, numbers, teeth });
+            let chosen = group.iter().map(|one| one.chosen.clone()).collect();
+            blocks.push(Block { side, flank, mean, traces, numbers, teeth, chosen });
         }
         let (traces, flank_zeros) = of_all(&blocks, absolute, how);
         Some(Blocks { method, settings, matrix, blocks, absolute, traces, flank_zeros })
@@ -329,7 +340,12 @@ impl At<'_> {
             return Some(Tooth { places: Some(flank.places), ..found });
         }
         match same_nodes(self.nodes, measured, None, measured.number) {
-            Ok(()) => Some(found),
+            Ok(Places::Same) => Some(found),
+            Ok(Places::Elsewhere) => {
+                let detail = format!("iteration {} has its nodes at other places", measured.number);
+                faults.push("/teeth", format!("{detail}: with a matrix all teeth of a flank have the same nodes"));
+                None
+            }
             Err(why) => {
                 faults.push("/teeth", format!("{why}: with a matrix all teeth of a flank have the same nodes"));
                 None

@@ -29,7 +29,8 @@ pub struct FigureChangesBody {
     pub twist: Option<FigureChangeBody>,
 }
 
-/// A figure before, as predicted and as measured, over the nodes that are defined in all three.
+/// A figure before, as predicted and as measured, by the chosen fits of the iterations as `figures`
+/// has it, else over the nodes that are defined in all three.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = FigureChange)]
 pub struct FigureChangeBody {
@@ -39,8 +40,8 @@ pub struct FigureChangeBody {
     pub predicted_um: f64,
     /// Of the deviations measured after it.
     pub measured: EstimatedFigureBody,
-    /// Measured less before, of the differences node by node: form that both measurements share has
-    /// no part in its error.
+    /// Measured less before. The error is that of the differences node by node: form that both
+    /// measurements share has no part in it.
     pub change: EstimatedFigureBody,
     /// Measured less predicted, likewise. An interval that holds 0 is no sign that the machine does
     /// anything else than was predicted.

@@ -27,7 +27,9 @@ pub struct SidedFiguresBody {
 }
 
 /// Figures of the second-order surface over the ranges of the machine, slopes over their reference
-/// lengths. One that the nodes do not determine is left out.
+/// lengths: those of the iteration's chosen fit, of a gear the means over the fits of the teeth.
+/// Those that a fit does not have are by least squares over the nodes of a weight above 0; one that
+/// the nodes do not determine is left out.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = CorrectionTargetFigures)]
 pub struct TargetFiguresBody {
@@ -56,10 +58,11 @@ pub struct TargetFigureBody {
     pub before: f64,
     /// Of the target.
     pub target: f64,
-    /// If the machine answers as the sensitivity says.
+    /// If the machine answers as the sensitivity says: `before` and the change that the settings
+    /// make by least squares over the nodes.
     pub predicted: f64,
-    /// Of `before` and `predicted` alike, by the noise that the residuals of the surface show; left
-    /// out without degrees of freedom.
+    /// Of `before` and `predicted` alike: that of the fit, of a gear by noise and scatter of the
+    /// teeth; left out without degrees of freedom.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub std_error: Option<f64>,
     /// What the job requires, `[low, high]`, in the direction of the figures; of slopes else by the

@@ -77,10 +77,16 @@ pub fn places(nodes: &Nodes, gear: &Gear, side: Side, of: Coordinates) -> Result
     Ok(places)
 }
 
-/// What the nodes span.
-pub fn ranges(places: &[FlankNode], gear: &Gear) -> Ranges {
+/// What the nodes that count span.
+pub fn ranges(nodes: &Nodes, places: &[FlankNode], gear: &Gear) -> Ranges {
+    let (heights, weights) = (heights(nodes), weights(nodes));
+    let counts = |k: &usize| !heights[*k].is_nan() && weights.as_ref().is_none_or(|weights| weights[*k] > 0.0);
+    let counted: Vec<&FlankNode> = (0..places.len()).filter(counts).map(|k| &places[k]).collect();
     let span = |of: fn(&FlankNode) -> f64| {
-        places.iter().map(of).fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)])
+        counted
+            .iter()
+            .map(|place| of(place))
+            .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)])
     };
     let [low, high] = span(|place| place.roll_length);
     // from root to tip

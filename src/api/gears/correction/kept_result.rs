@@ -13,6 +13,8 @@ use crate::api::{
 pub struct StoredResult {
     pub settings: Vec<Changed>,
     #[serde(default)]
+    pub absolute: Option<bool>,
+    #[serde(default)]
     pub iterations: Vec<u32>,
     #[serde(default)]
     pub flanks: Vec<SideName>,

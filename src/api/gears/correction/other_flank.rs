@@ -4,7 +4,8 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::{
-    blocks::{Blocks, How, Subject},
+    blocks::{Block, Blocks, How, Subject},
+    chosen::{held_by_fits, of_teeth},
     figures::{SidedFiguresBody, TargetFiguresBody},
     request::{CorrectionMembers, limits_of},
     sensitivity::Level,
@@ -63,9 +64,9 @@ pub(super) fn of(
         Side::Left => figures.left,
         Side::Right => figures.right,
     });
-    let why = match (&figures, &measured.implausible, faults.list().first()) {
+    let why = match (&figures, measured.implausible(), faults.list().first()) {
         (Some(_), None, _) => None,
-        (_, Some(why), _) => Some(why.clone()),
+        (_, Some(why), _) => Some(why.to_owned()),
         (None, None, Some(fault)) => Some(fault.detail.clone()),
         (None, None, None) => Some("its nodes do not determine slopes and crownings".to_owned()),
     };
@@ -91,10 +92,9 @@ fn held(
     let how = How { slice, level: Level::OtherFlank, gear: subject.gear, absolute: None, trace: None };
     let Some(nodes) = Blocks::read(&[measured], how, faults) else { return Ok(None) };
     let Some(block) = nodes.blocks.into_iter().next() else { return Ok(None) };
-    let Some(mut flank) = block.flank else { return Ok(None) };
+    let Block { flank: Some(mut flank), mean, chosen, .. } = block else { return Ok(None) };
     flank.terms = subject.requirements.map(|required| required.figure_terms()).unwrap_or_default();
     let limits = limits_of(&flank, subject.requirements);
-    let mean = block.mean;
     let wanted = Wanted {
         flank: Some(&flank),
         deviation: &mean.deviation,
@@ -114,5 +114,5 @@ fn held(
         absolute: false,
         ..CorrectionSpec::new(mean.deviation, nodes.matrix, nodes.settings)
     };
-    Ok(Some((flank.held(&spec, limits), change)))
+    Ok(Some((held_by_fits(flank.held(&spec, limits), &of_teeth(&flank, &chosen)), change)))
 }

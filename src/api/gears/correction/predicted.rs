@@ -2,16 +2,29 @@
 
 use serde::Deserialize;
 
-use super::iteration_nodes::deviations;
-use crate::{
-    api::{measurand::axes::AxesBody, problem::Problem},
-    jobs::{Measurand, Record},
+use super::{
+    blocks::{Blocks, How},
+    chosen::ChosenFigures,
+    iteration_nodes::deviations,
+    kept_result::StoredResult,
+    request::CorrectionMembers,
+    same_nodes::Measured,
+    sensitivity::Level,
 };
-use flankfit_engine::estimation::Nodes;
+use crate::{
+    api::{
+        faults::Faults, gears::gear::of_text, json::members::of_request, measurand::axes::AxesBody, problem::Problem,
+    },
+    jobs::{Measurand, Record, RecordKind},
+};
+use flankfit_engine::{
+    estimation::Nodes,
+    gear::correction::{Correction, CorrectionSpec},
+};
 
 /// The part of a stored correction that is looked at.
 #[derive(Deserialize)]
-struct StoredResult {
+struct Stored {
     predicted: StoredPrediction,
 }
 
@@ -20,20 +33,71 @@ struct StoredPrediction {
     deviation_um: Vec<Option<f64>>,
 }
 
-/// The nodes of the iteration with the predicted change of each as its height; missing ones stay
-/// missing.
-pub fn change(record: &Record, nodes: &Nodes, measurand: &Measurand) -> Result<Nodes, Problem> {
-    let stored: StoredResult = serde_json::from_str(&record.draft.result).map_err(Problem::internal)?;
+/// Returns the nodes of an iteration with the predicted change of each as its height; missing ones
+/// stay missing. `entered` are the changes that were entered in place of the proposed ones. `None`
+/// where the correction does not say what it does to these nodes, as one of the gear by a matrix
+/// for other nodes.
+pub fn change(
+    record: &Record,
+    entered: Option<&[f64]>,
+    nodes: &Nodes,
+    measurand: &Measurand,
+) -> Result<Option<Nodes>, Problem> {
     // the correction was made by the same axes
     let factor = AxesBody::of(measurand).and_then(|axes| axes.deviation_factor()).map_err(Problem::internal)?;
     let before = deviations(nodes, factor);
-    let after = stored.predicted.deviation_um;
+    let after: Vec<f64> = match (record.draft.kind, entered) {
+        (RecordKind::Correction, None) => {
+            let stored: Stored = serde_json::from_str(&record.draft.result).map_err(Problem::internal)?;
+            stored.predicted.deviation_um.into_iter().map(|after| after.unwrap_or(f64::NAN)).collect()
+        }
+        _ => match moved(record, entered, nodes, measurand)? {
+            Some(after) => after,
+            None => return Ok(None),
+        },
+    };
     if before.len() != after.len() {
         return Err(Problem::internal("the kept correction is of other nodes"));
     }
-    let changes =
-        before.iter().zip(after).map(|(before, after)| after.map_or(f64::NAN, |after| (after - before) / factor));
-    with_heights(nodes, changes.collect()).map_err(Problem::internal)
+    let changes = before.iter().zip(after).map(|(before, after)| (after - before) / factor);
+    with_heights(nodes, changes.collect()).map(Some).map_err(Problem::internal)
+}
+
+/// Returns the deviations after changes of the settings; `None` where the sensitivity is of other
+/// nodes.
+fn moved(
+    record: &Record,
+    entered: Option<&[f64]>,
+    nodes: &Nodes,
+    measurand: &Measurand,
+) -> Result<Option<Vec<f64>>, Problem> {
+    let stored: StoredResult = serde_json::from_str(&record.draft.result).map_err(Problem::internal)?;
+    let gear = record.draft.gear.as_deref().map(of_text).transpose()?;
+    // faults of the request would have been found before
+    let mut faults = Faults::default();
+    let members: CorrectionMembers<'_> = of_request(record.draft.request.as_bytes(), &mut faults)?;
+    let Some(slice) = members.sensitivity.required_text(&mut faults) else { return Ok(None) };
+    let of_gear = record.draft.kind == RecordKind::GearCorrection;
+    let trace = members.trace.read(&mut faults).filter(|_| !of_gear);
+    let trace: Option<Vec<usize>> = trace.map(|trace| trace.into_iter().map(|trace| trace as usize).collect());
+    let level = if of_gear { Level::Gear } else { Level::Iteration };
+    let how = How { slice, level, gear: gear.as_ref(), absolute: stored.absolute, trace: trace.as_deref() };
+    let chosen = ChosenFigures::default();
+    let measured = Measured { number: 0, nodes: nodes.clone(), measurand: measurand.clone(), chosen };
+    let Some(found) = Blocks::read(&[&measured], how, &mut faults) else { return Ok(None) };
+    let change = |name: &str| {
+        let place = stored.settings.iter().position(|setting| setting.name == name)?;
+        Some(entered.map_or(stored.settings[place].change, |entered| entered[place]))
+    };
+    let changes: Vec<f64> = found.settings.iter().map(|setting| change(&setting.name).unwrap_or(0.0)).collect();
+    let spec = CorrectionSpec {
+        weight: found.weight(),
+        absolute: found.absolute,
+        traces: found.traces.clone(),
+        flank_zeros: found.flank_zeros,
+        ..CorrectionSpec::new(found.deviation(), found.matrix, found.settings)
+    };
+    Ok(Correction::new(spec).ok().map(|correction| correction.predict(&changes).deviation))
 }
 
 fn with_heights(nodes: &Nodes, heights: Vec<f64>) -> Result<Nodes, String> {

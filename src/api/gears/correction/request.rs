@@ -7,6 +7,7 @@ use utoipa::ToSchema;
 
 use super::{
     blocks::{Block, Blocks, How},
+    chosen::{OfTeeth, held_by_fits},
     include::{CorrectionInclude, CorrectionIncludeName},
     same_nodes::Measured,
     sensitivity::{Level, SensitivityBody},
@@ -18,7 +19,10 @@ use crate::api::{
         reader::fields,
         spec::request::{FitFieldsMembers, RegularizationBody, ScalingName},
     },
-    gears::requirements::RequirementsBody,
+    gears::{
+        figure_limits::{self, Spanned},
+        requirements::RequirementsBody,
+    },
     json::{
         error::ReadError,
         location::escape,
@@ -35,7 +39,7 @@ use flankfit_engine::{
             CorrectionSpec, DEFAULT_KEEP_WITHIN, DEFAULT_RESPONSE_UNCERTAINTY, Damping, Flank, HeldFigure,
             ResponseErrors, Scatter, Setting, SettingsUsed,
         },
-        evaluation::flank_surface::{FigureTerms, FlankFigures, figure_limits},
+        evaluation::flank_surface::{FigureTerms, FlankFigures},
         tooth,
     },
 };
@@ -243,6 +247,9 @@ pub fn read(
     let (Some(fit), Some(mut nodes)) = (fit, nodes) else { return Ok(Err(faults)) };
     limit(&mut nodes.settings, &limits.unwrap_or_default(), &mut faults);
     nodes.blocks.iter_mut().filter_map(|block| block.flank.as_mut()).for_each(|flank| flank.terms = job.terms());
+    if weight.is_some() {
+        nodes.blocks.iter_mut().for_each(|block| block.chosen.clear());
+    }
     let (deviation, weight) = (nodes.deviation(), weight.or_else(|| nodes.weight()));
     // lists of another length are refused where the correction is checked
     let fits = weight.as_ref().is_none_or(|weight| weight.len() == deviation.len())
@@ -325,6 +332,8 @@ pub struct Part<'a> {
     deviation: &'a [f64],
     weight: Option<Vec<f64>>,
     limits: FlankFigures<[f64; 2]>,
+    /// Figures of the chosen fits.
+    fitted: OfTeeth,
 }
 
 /// The flanks; without their places where lists do not fit the nodes.
@@ -339,6 +348,7 @@ fn parts<'a>(blocks: &'a [Block], weight: Option<&[f64]>, fits: bool, job: Job<'
             deviation: &block.mean.deviation,
             weight: weight.and_then(|weight| weight.get(rows.clone())).map(<[f64]>::to_vec),
             limits: flank.map(|flank| limits_of(flank, job.requirements())).unwrap_or_default(),
+            fitted: block.fitted(),
             rows,
         }
     });
@@ -354,11 +364,19 @@ fn noise_of(parts: &[Part<'_>]) -> Option<f64> {
 
 /// What a job requires of the figures of a flank.
 pub fn limits_of(flank: &Flank, requirements: Option<&RequirementsBody>) -> FlankFigures<[f64; 2]> {
-    let Some(limits) = requirements.and_then(|requirements| requirements.tolerance_limits) else {
-        return FlankFigures::default();
-    };
-    let ranges = [flank.ranges.profile, flank.ranges.helix];
-    figure_limits(&flank.gear, flank.terms, ranges, &limits.of(flank.side))
+    requirements.map(|requirements| figure_limits::of(&spanned(flank), requirements).0).unwrap_or_default()
+}
+
+/// What the nodes of a flank span.
+pub fn spanned(flank: &Flank) -> Spanned<'_> {
+    let [a, b] = flank.ranges.profile;
+    Spanned {
+        gear: &flank.gear,
+        side: flank.side,
+        terms: flank.terms,
+        ranges: [[a.min(b), a.max(b)], flank.ranges.helix],
+        helix_reference: flank.references()[1],
+    }
 }
 
 impl Part<'_> {
@@ -380,7 +398,7 @@ impl Part<'_> {
             scatter,
             ..CorrectionSpec::new(self.deviation.to_vec(), sensitivity.to_vec(), spec.settings.clone())
         };
-        flank.held(&own, self.limits)
+        held_by_fits(flank.held(&own, self.limits), &self.fitted)
     }
 }
 

@@ -25,6 +25,8 @@ use crate::api::{
     gears::{
         deviations::registration::IndistinguishableBody,
         evaluation::request::{DirectionName, ReferenceName},
+        figure_limits,
+        requirements::RequirementsBody,
     },
     json::writer::Json,
     measurand::side::SideName,
@@ -33,10 +35,7 @@ use crate::api::{
 };
 use flankfit_engine::{
     estimation::{Field as FitField, FitError, NodeList, spec::Include},
-    gear::{
-        correction::{Change, Correction, Flank, LeftAlone, Limit, Predicted, SettingsUsed, Solution, Trust},
-        evaluation::flank_surface::FlankFigures,
-    },
+    gear::correction::{Change, Correction, Flank, LeftAlone, Limit, Predicted, SettingsUsed, Solution, Trust},
 };
 
 /// What is to be changed, and what is expected of it.
@@ -183,55 +182,6 @@ pub struct PredictedBody {
     /// leaves. Present when `nodes` was included.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub uncertainty_um: Option<Vec<Option<f64>>>,
-    /// What the evaluation of the flank says before and after, with a machine; left out where the
-    /// nodes do not tell it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub figures: Option<FiguresBeforeAfterBody>,
-}
-
-/// Figures of the flank as it was measured and as it should become.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[schema(as = CorrectionFiguresBeforeAfter)]
-pub struct FiguresBeforeAfterBody {
-    pub before: FlankFiguresBody,
-    pub after: FlankFiguresBody,
-}
-
-/// Of the second-order surface over the ranges of the machine, by plain least squares through the
-/// nodes with a weight above 0; slopes over their reference lengths.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[schema(as = CorrectionFigures)]
-pub struct FlankFiguresBody {
-    /// f_Hα: from root to tip; positive where material grows towards the tip. Like every figure
-    /// left out where the nodes do not tell it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub profile_slope_um: Option<f64>,
-    /// f_Hβ over the width, by DIN: positive where the helix deviates towards the right hand.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub helix_slope_um: Option<f64>,
-    /// C_α: positive where material stands out half-way between root and tip.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub profile_crowning_um: Option<f64>,
-    /// C_β.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub helix_crowning_um: Option<f64>,
-    /// 4 c_uv of the surface, over the whole ranges, with the sign of f_Hβ; crossed traces do not
-    /// tell it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub twist_um: Option<f64>,
-}
-
-impl From<FlankFigures> for FlankFiguresBody {
-    fn from(figures: FlankFigures) -> Self {
-        let FlankFigures { profile_slope, helix_slope, profile_crowning, helix_crowning, twist } = figures;
-        FlankFiguresBody {
-            profile_slope_um: profile_slope,
-            helix_slope_um: helix_slope,
-            profile_crowning_um: profile_crowning,
-            helix_crowning_um: helix_crowning,
-            twist_um: twist,
-        }
-    }
 }
 
 /// How far the sensitivity is trusted, in columns of unit length.
@@ -262,22 +212,21 @@ pub fn build(text: &[u8], subject: &Subject<'_>) -> Result<(Built, CorrectionInc
     let solution = correction.solve().map_err(refused)?;
     let spec = correction.asked();
     let flank = nodes.blocks.first().and_then(|block| block.flank.as_ref());
-    let single = flank.filter(|_| nodes.blocks.len() == 1);
-    let of = |flank: &Flank, deviation: &[f64]| flank.figures(deviation, spec.weight.as_deref()).map(Into::into);
-    let figures = single.and_then(|flank| {
-        let (before, after) = (of(flank, &spec.deviation)?, of(flank, &solution.predicted.deviation)?);
-        Some(FiguresBeforeAfterBody { before, after })
-    });
     let mut warnings = Vec::new();
     if aim == AimName::Nominal && aim_assumed {
         warnings.extend(removes_crowning(&spec.figures));
     }
     warnings.extend(outside_limits(&spec.figures, &solution));
+    let flanks = nodes.blocks.iter().filter_map(|block| block.flank.as_ref()).zip(std::iter::repeat(requirements));
+    let uncovered = |(flank, required): (&Flank, Option<&RequirementsBody>)| {
+        required.map(|required| figure_limits::of(&request::spanned(flank), required).1).unwrap_or_default()
+    };
+    warnings.extend(flanks.flat_map(uncovered).map(|found| WarningBody::from(&found)));
     let about = About { other_flank: other_flank::of(text, subject, &nodes, &solution)?, ..About::new(level, &nodes) };
     if level == Level::Gear {
         warnings.extend(teeth::warnings(&nodes));
     }
-    let asked = Asked { correction: &correction, aim, figures, flank, about, warnings };
+    let asked = Asked { correction: &correction, aim, flank, about, warnings };
     let result = write(&solution, asked, &canonical::request_sha256(text), include.fit)?;
     Ok((Built { method: nodes.method.to_owned(), result }, include))
 }
@@ -286,7 +235,7 @@ pub fn build(text: &[u8], subject: &Subject<'_>) -> Result<(Built, CorrectionInc
 fn refuse_implausible(measured: &[&Measured], nodes: &Blocks) -> Result<(), Problem> {
     let used = |one: &&&Measured| nodes.blocks.iter().any(|block| block.numbers.contains(&one.number));
     for one in measured.iter().filter(used) {
-        if let Some(why) = &one.implausible {
+        if let Some(why) = one.implausible() {
             let detail = format!("Iteration {}: {why}.", one.number);
             return Err(Problem::new(ProblemCode::ImplausibleUnit, detail));
         }
@@ -310,7 +259,6 @@ fn refused(error: FitError) -> Problem {
 pub struct Asked<'a> {
     pub correction: &'a Correction,
     pub aim: AimName,
-    pub figures: Option<FiguresBeforeAfterBody>,
     /// Of the direction and the reference lengths.
     pub flank: Option<&'a Flank>,
     pub about: About,
@@ -342,7 +290,7 @@ impl About {
 /// The whole of it as JSON, `nodes` and `result` too; `digest` is that of the request, `include`
 /// that of the fits.
 pub fn write(solution: &Solution, asked: Asked<'_>, digest: &str, include: Include) -> Result<Vec<u8>, Problem> {
-    let Asked { correction, aim, figures, flank, about, warnings: more } = asked;
+    let Asked { correction, aim, flank, about, warnings: more } = asked;
     let About { iterations, flanks, teeth, other_flank } = about;
     let spec = correction.asked();
     let Solution { settings, indistinguishable, predicted, trust, fit, limited_fit, warnings, leverage: _, noise: _ } =
@@ -385,7 +333,7 @@ pub fn write(solution: &Solution, asked: Asked<'_>, digest: &str, include: Inclu
         .maybe("profile_reference_length_mm", flank.map(|flank| flank.references()[0]))
         .maybe("helix_reference_length_mm", flank.map(|flank| flank.references()[1]))
         .field("indistinguishable", &apart)
-        .field("predicted", &PredictedBody::new(predicted, figures))
+        .field("predicted", &PredictedBody::from(predicted))
         .maybe("trust", trust.map(TrustBody::from))
         .raw("result", &text(fit)?);
     if let Some(limited) = limited_fit {
@@ -420,8 +368,8 @@ impl From<&Change> for SettingChangeBody {
     }
 }
 
-impl PredictedBody {
-    fn new(predicted: &Predicted, figures: Option<FiguresBeforeAfterBody>) -> Self {
+impl From<&Predicted> for PredictedBody {
+    fn from(predicted: &Predicted) -> Self {
         let defined = |list: &[f64]| list.iter().map(|x| Some(*x).filter(|x| x.is_finite())).collect();
         PredictedBody {
             rms_um: predicted.rms,
@@ -430,7 +378,6 @@ impl PredictedBody {
             max_before_um: predicted.max_before,
             deviation_um: Some(defined(&predicted.deviation)),
             uncertainty_um: Some(defined(&predicted.uncertainty)),
-            figures,
         }
     }
 }

@@ -3,12 +3,13 @@
 use super::{
     applied::AppliedChangesBody,
     blocks::How,
+    chosen::{changed_by_fits, of_teeth},
     include::CorrectionInclude,
     kept_result::StoredResult,
     request::{CorrectionMembers, Read},
     same_nodes::Measured,
     sensitivity::Level,
-    stored::{Judged, Later, MachineAnswerBody, Made, SidedChangesBody, first, whole},
+    stored::{Judged, Later, MachineAnswerBody, Made, SidedChangesBody, first, implausible, whole},
 };
 use crate::{
     api::{
@@ -61,9 +62,10 @@ pub fn write(
     today: Option<&Gear>,
     include: CorrectionInclude,
 ) -> Result<Vec<u8>, Problem> {
-    let compared = match round.after.is_empty() {
-        true => (None, None),
-        false => match answer(record, applied.as_ref(), round, today)? {
+    let compared = match (round.after.is_empty(), round.after.iter().find_map(|one| implausible(one))) {
+        (true, _) => (None, None),
+        (false, Some(why)) => (None, Some(why)),
+        (false, None) => match answer(record, applied.as_ref(), round, today)? {
             Ok(mut answer) => {
                 if !include.nodes {
                     (answer.predicted_um, answer.measured_um) = (None, None);
@@ -139,7 +141,11 @@ fn answer(
             let own = Scatter { columns, ..scatter.clone() };
             let lists = [&before, &predicted, &measured].map(|list| &list[rows.clone()]);
             let figures = |list: &[f64]| flank.scattered_figures(list, weight, &own);
-            let changes = compare_figures(lists[0], lists[1], lists[2], figures).map(Into::into);
+            let measured = round.after.iter().filter(|one| one.measurand.flank == block.side);
+            let measured = measured.map(|one| &one.chosen).filter(|_| !block.chosen.is_empty());
+            let (before, measured) = (block.fitted(), of_teeth(flank, measured));
+            let changes = compare_figures(lists[0], lists[1], lists[2], figures);
+            let changes = changes.map(|changes| changed_by_fits(changes, &before, &measured).into());
             match flank.side {
                 Side::Left => sided.left = changes,
                 Side::Right => sided.right = changes,

@@ -4,6 +4,7 @@
 //! on a gear's flank are compared by their places on it, others by the units of one quantity; what
 //! cannot be turned into each other is not the same, and it is said why.
 
+use super::chosen::ChosenFigures;
 use crate::{
     api::measurand::{
         axes::{AxesBody, AxisBody},
@@ -19,8 +20,15 @@ pub struct Measured {
     pub number: u32,
     pub nodes: Nodes,
     pub measurand: Measurand,
-    /// Why its units are implausible, where they are and nobody has accepted them.
-    pub implausible: Option<String>,
+    /// Figures of its chosen fit.
+    pub chosen: ChosenFigures,
+}
+
+impl Measured {
+    /// Returns why its units are implausible; `None` where they are not, or have been accepted.
+    pub fn implausible(&self) -> Option<&str> {
+        self.chosen.figures.implausible().filter(|_| !self.measurand.units_accepted)
+    }
 }
 
 /// Places that were turned from one coordinate into another are the same within this, mm: units and
@@ -28,10 +36,22 @@ pub struct Measured {
 /// there.
 const SAME_PLACE: f64 = 1e-3;
 
-/// Why the nodes are not the same, or why nobody can say. The flanks are those that the nodes lie
-/// on, with a machine.
-pub fn same_nodes(before: &Measured, after: &Measured, flanks: Option<[&Flank; 2]>, number: u32) -> Result<(), String> {
-    let elsewhere = || Err(format!("iteration {number} has its nodes at other places"));
+/// Where the nodes of a later iteration lie.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Places {
+    Same,
+    Elsewhere,
+}
+
+/// Returns whether the nodes lie at the same places, or why nobody can say. The flanks are those
+/// that the nodes lie on, with a machine.
+pub fn same_nodes(
+    before: &Measured,
+    after: &Measured,
+    flanks: Option<[&Flank; 2]>,
+    number: u32,
+) -> Result<Places, String> {
+    let elsewhere = || Ok(Places::Elsewhere);
     let pairs: Vec<(&str, &[f64], &[f64])> = match (&before.nodes, &after.nodes) {
         (Nodes::Curve(a), Nodes::Curve(b)) => vec![("x", a.x(), b.x())],
         (Nodes::Scattered(a), Nodes::Scattered(b)) => vec![("u", a.u(), b.u()), ("v", a.v(), b.v())],
@@ -55,14 +75,14 @@ pub fn same_nodes(before: &Measured, after: &Measured, flanks: Option<[&Flank; 2
         a == b
     });
     if alike {
-        return if pairs.iter().all(|(_, a, b)| a == b) { Ok(()) } else { elsewhere() };
+        return if pairs.iter().all(|(_, a, b)| a == b) { Ok(Places::Same) } else { elsewhere() };
     }
     if let Some([a, b]) = flanks {
         let mut places = a.places.iter().zip(&b.places);
         let near = |a: f64, b: f64| (a - b).abs() <= SAME_PLACE;
         let same = a.places.len() == b.places.len()
             && places.all(|(a, b)| near(a.roll_length, b.roll_length) && near(a.z, b.z));
-        return if same { Ok(()) } else { elsewhere() };
+        return if same { Ok(Places::Same) } else { elsewhere() };
     }
     for (name, a, b) in pairs {
         let [from, to] = axes_named(name).map(|axis| Meaning::of(name, axis));
@@ -81,7 +101,7 @@ pub fn same_nodes(before: &Measured, after: &Measured, flanks: Option<[&Flank; 2
             return elsewhere();
         }
     }
-    Ok(())
+    Ok(Places::Same)
 }
 
 /// What the numbers of an axis are; `None` where nobody says it and nothing is taken for granted.

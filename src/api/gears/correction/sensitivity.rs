@@ -208,7 +208,7 @@ fn of_machine(members: &SensitivityMembers<'_>, iteration: Corrected<'_>, faults
     let diameters = members.profile_diameter_range_mm.optional(faults)?;
     let helix = members.helix_range_mm.optional(faults)?;
     let places = iteration_nodes::places(nodes, gear, side, coordinates).map_err(|more| faults.append(more)).ok()?;
-    let mut ranges: Ranges = iteration_nodes::ranges(&places, gear);
+    let mut ranges: Ranges = iteration_nodes::ranges(nodes, &places, gear);
     if let Some(diameters) = diameters {
         match diameters.map(|diameter| gear.roll_length(diameter)) {
             [Some(low), Some(high)] => ranges.profile = [low, high],

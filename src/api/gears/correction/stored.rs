@@ -7,12 +7,15 @@ use uuid::Uuid;
 
 use super::{
     applied::AppliedChangesBody,
+    blocks::Block,
+    chosen::{changed_by_fits, of_teeth},
+    elsewhere::{AtNodes, elsewhere},
     figure_changes::FigureChangesBody,
     include::CorrectionInclude,
     kept_result::StoredResult,
     request::{self, Job, Kept, Read},
-    result::{CorrectionBody, FlankFiguresBody},
-    same_nodes::{Measured, same_nodes},
+    result::CorrectionBody,
+    same_nodes::{Measured, Places, same_nodes},
     sensitivity::Level,
 };
 use crate::{
@@ -126,17 +129,16 @@ pub struct MachineAnswerBody {
     /// Of every node; `null` where undefined. Present when `nodes` was included.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub measured_um: Option<Vec<Option<f64>>>,
-    /// What the evaluation of the measured flank says, beside `result.predicted.figures`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub figures: Option<FlankFiguresBody>,
     /// Figures before, predicted and measured with their errors, and how much they changed; left
     /// out where the nodes do not tell them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub figure_changes: Option<FigureChangesBody>,
-    /// Of a gear: the figures of each flank that was measured again, in place of `figures` and
-    /// `figure_changes`. Their errors hold the scatter of the teeth.
+    /// Of a gear: the figures of each flank that was measured again, in place of `figure_changes`.
+    /// Their errors hold the scatter of the teeth.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub flanks: Option<SidedChangesBody>,
+    /// What to know about the comparison.
+    pub warnings: Vec<WarningBody>,
 }
 
 /// Changes of the figures of each flank.
@@ -229,6 +231,7 @@ pub fn write(
             let why = format!("no later iteration says that it is of {of}; the next is iteration {number}");
             (None, Some(why))
         }
+        After::Same(measured) if measured.implausible().is_some() => (None, implausible(measured)),
         After::Same(measured) => match answer(record, applied.as_ref(), before, measured, today)? {
             Ok(mut answer) => {
                 if !include.nodes {
@@ -240,6 +243,11 @@ pub fn write(
         },
     };
     whole(record, applied, compared, tooth_shift, include)
+}
+
+/// Returns why an iteration is not compared whose units are implausible.
+pub(super) fn implausible(measured: &Measured) -> Option<String> {
+    Some(format!("iteration {}: {}", measured.number, measured.implausible()?))
 }
 
 /// A kept correction with the answer of the machine, or why there is none.
@@ -275,9 +283,6 @@ fn answer(
     today: Option<&Gear>,
 ) -> Result<Result<MachineAnswerBody, String>, Problem> {
     let number = after.number;
-    if before.nodes.posted() != after.nodes.posted() {
-        return Ok(Err(format!("iteration {number} has its nodes at other places")));
-    }
     let made = match Made::of(record, today)? {
         Ok(made) => made,
         Err(why) => return Ok(Err(why)),
@@ -288,25 +293,42 @@ fn answer(
     };
     let flank = |read: &Read| read.nodes.blocks.first().and_then(|block| block.flank.clone());
     let flanks = flank(&earlier).zip(flank(&later));
-    if let Err(why) = same_nodes(before, after, flanks.as_ref().map(|(a, b)| [a, b]), number) {
-        return Ok(Err(why));
-    }
+    let places = match same_nodes(before, after, flanks.as_ref().map(|(a, b)| [a, b]), number) {
+        Ok(places) => places,
+        Err(why) => return Ok(Err(why)),
+    };
     if earlier.spec.traces.is_none() && later.spec.traces.is_some() {
         return Ok(Err(format!(
             "the traces of iteration {number} have a zero each, the heights of the corrected one have not"
         )));
     }
-    let measured = Later { measured: later.spec.deviation, scatter: Scatter::default(), noise: 1.0 };
+    let found = match places {
+        Places::Same => {
+            AtNodes { weight: later.spec.weight.clone(), measured: later.spec.deviation.clone(), warning: None }
+        }
+        Places::Elsewhere => match elsewhere([before, after], [&earlier, &later]) {
+            Ok(found) => found,
+            Err(why) => return Ok(Err(why)),
+        },
+    };
+    let AtNodes { measured, weight, warning } = found;
+    // figures over the ranges of the nodes that are compared
+    let flank = flanks.map(|(before, after)| if places == Places::Same { after } else { before });
+    let chosen = |read: &Read| read.nodes.blocks.first().map(|block| block.chosen.clone()).unwrap_or_default();
+    let fitted = [
+        earlier.nodes.blocks.first().map(Block::fitted).unwrap_or_default(),
+        flank.as_ref().map(|flank| of_teeth(flank, &chosen(&later))).unwrap_or_default(),
+    ];
+    let measured = Later { measured, scatter: Scatter::default(), noise: 1.0 };
     Ok(made.judge(earlier.spec, applied, measured).map(|judged| {
         let Judged { answer, predicted, before, measured } = judged;
-        let weight = later.spec.weight.as_deref();
-        let flank = flanks.as_ref().map(|(_, after)| after);
-        let figures = flank.and_then(|flank| flank.figures(&measured, weight)).map(Into::into);
-        let figure_changes = flank.and_then(|flank| {
+        let weight = weight.as_deref();
+        let figure_changes = flank.as_ref().and_then(|flank| {
             compare_figures(&before, &predicted, &measured, |list| flank.estimated_figures(list, weight))
         });
+        let figure_changes = figure_changes.map(|changes| changed_by_fits(changes, &fitted[0], &fitted[1]).into());
         let body = MachineAnswerBody::new(answer, number, &predicted, &measured);
-        MachineAnswerBody { figures, figure_changes: figure_changes.map(Into::into), ..body }
+        MachineAnswerBody { figure_changes, warnings: warning.into_iter().collect(), ..body }
     }))
 }
 
@@ -460,9 +482,9 @@ impl MachineAnswerBody {
             sentence: answer.sentence,
             predicted_um: Some(defined(predicted)),
             measured_um: Some(defined(measured)),
-            figures: None,
             figure_changes: None,
             flanks: None,
+            warnings: Vec::new(),
         }
     }
 }

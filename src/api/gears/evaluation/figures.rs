@@ -85,6 +85,9 @@ pub struct FigureBody {
     pub interval: Option<[f64; 2]>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub interval_kind: Option<IntervalKindName>,
+    /// Of Student's distribution that the interval is of; left out where the noise is known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub degrees_of_freedom: Option<f64>,
     /// Whether the estimate itself lies within its limits (`tolerance_limits`); there where the
     /// figure has some and is not extrapolated (`range_not_covered`).
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -105,6 +108,7 @@ impl From<Figure> for FigureBody {
             least_squares,
             interval: inference.map(|one| one.interval),
             interval_kind: inference.map(|one| one.kind.into()),
+            degrees_of_freedom: inference.map(|one| one.about.student.freedom()).filter(|freedom| freedom.is_finite()),
             within: within(value, limits),
             conformity: inference.and_then(|one| one.conformity).map(Into::into),
         }

@@ -53,7 +53,7 @@ export default {
   figures: "Kenngrößen vorher, vorhergesagt und gemessen",
   figuresBefore: "Kenngrößen vorher und vorhergesagt",
   figuresAbout:
-    "Aus der Fläche zweiter Ordnung über den Bereichen der Maschine; Winkelabweichungen sind auf ihre Bezugslängen umgerechnet. Quadratisches Mittel und größte Abweichung lassen den Mittelwert von Abweichungen ohne Nullpunkt beiseite.",
+    "Vorher und gemessen stehen die Kenngrößen der geltenden Anpassungen. Quadratisches Mittel und größte Abweichung lassen den Mittelwert von Abweichungen ohne Nullpunkt beiseite.",
   figure: "Kenngröße",
   before: "Vorher",
   predicted: "Vorher\u00adgesagt",

@@ -95,7 +95,7 @@ export default {
   outside_the_standard: "Das Rad liegt außerhalb des Geltungsbereichs der ISO 1328-1: keine Klassen.",
   pitches_do_not_close:
     "Die Einzelteilungsabweichungen ergaben um das Rad nicht 0; der Rest wurde gleichmäßig abgezogen.",
-  range_not_covered: "Die Messpunkte decken den Auswertebereich nicht ab.",
+  range_not_covered: "Die Messpunkte decken den Bereich nicht ab, für den die Kenngrößen gelten.",
   samples_missing: "Im Auswertebereich fehlen Messpunkte.",
   slope_class_open: "Die Winkelabweichung hat keine Klasse: Die Lücke lässt sie offen.",
   sparse_samples: "Die Messpunkte liegen weit auseinander; Form- und Gesamtabweichung können größer sein.",
@@ -123,6 +123,10 @@ export default {
   axial_shift_by_modification:
     "Die axiale Verschiebung ist allein durch die Modifikationen bestimmt; Abweichungen gleicher Form tun dasselbe.",
   axial_shift_for_rotation: "Die axiale Verschiebung wirkt hier wie eine Drehung, die nicht frei ist.",
+  coefficients_over_diameters:
+    "Kenngrößen gelten über der Wälzlänge; für sie sind Koeffizienten über Durchmessern nicht bekannt: u als Wälzlänge senden.",
+  compared_by_surfaces:
+    "Die nächste Messung hat andere Messpunkte: Verglichen sind die Änderungen der Flächen zweiter Ordnung.",
   dependent_settings: "Einige Einstellungen wirken hier genau gleich: Die Antwort sind die kleinsten Änderungen.",
   flanks_ambiguous: "Die Punkte passen etwa ebenso gut auf andere Flanken: Flanken angeben.",
   flanks_reassigned: "Punkte gehören zu einer anderen Flanke als der zunächst nächsten.",

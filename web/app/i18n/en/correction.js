@@ -52,7 +52,7 @@ export default {
   figures: "Figures before, predicted and measured",
   figuresBefore: "Figures before and predicted",
   figuresAbout:
-    "From the second-order surface over the ranges of the machine; slopes are extended to their reference lengths. RMS and greatest deviation leave aside the mean of deviations that have no datum.",
+    "Before and measured are the figures of the chosen fits. RMS and greatest deviation leave aside the mean of deviations that have no datum.",
   figure: "Figure",
   before: "Before",
   predicted: "Predicted",

@@ -24,6 +24,25 @@ pub struct FigureChange {
     pub beyond_predicted: EstimatedFigure,
 }
 
+impl FigureChange {
+    /// Returns the figures before and after as the fits of the measured teeth have them
+    /// ([`EstimatedFigure::by_fits`]), and what follows from them; errors of the changes stay those
+    /// of the differences.
+    #[must_use]
+    pub fn by_fits(self, before: &[EstimatedFigure], measured: &[EstimatedFigure]) -> Self {
+        let of_nodes = self.before.value;
+        let (before, measured) = (self.before.by_fits(before), self.measured.by_fits(measured));
+        let predicted = before.value + (self.predicted - of_nodes);
+        FigureChange {
+            before,
+            predicted,
+            measured,
+            change: self.change.at(measured.value - before.value),
+            beyond_predicted: self.beyond_predicted.at(measured.value - predicted),
+        }
+    }
+}
+
 /// Figures of deviations (µm, an entry for each node, NaN where undefined) over the nodes that are
 /// defined in all three; `None` where the nodes tell none.
 pub fn compare_figures(

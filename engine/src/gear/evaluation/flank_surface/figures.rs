@@ -18,7 +18,7 @@ use crate::{
 
 /// Figures in µm, slopes over their reference lengths, the others over the trimmed range, signs as
 /// asked for; `None` where the nodes do not determine one.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FlankFigures<T = f64> {
     /// Profile slope: 2 c_u.
     pub profile_slope: Option<T>,
@@ -30,6 +30,19 @@ pub struct FlankFigures<T = f64> {
     pub helix_crowning: Option<T>,
     /// Twist: 4 c_uv.
     pub twist: Option<T>,
+}
+
+impl<T> Default for FlankFigures<T> {
+    /// No figure.
+    fn default() -> Self {
+        FlankFigures {
+            profile_slope: None,
+            helix_slope: None,
+            profile_crowning: None,
+            helix_crowning: None,
+            twist: None,
+        }
+    }
 }
 
 impl<T> FlankFigures<T> {
@@ -66,6 +79,19 @@ impl<T> FlankFigures<T> {
         ]
     }
 
+    /// The figures that `keeps` keeps by their names.
+    #[must_use]
+    pub fn kept(self, keeps: impl Fn(&str) -> bool) -> Self {
+        let FlankFigures { profile_slope, helix_slope, profile_crowning, helix_crowning, twist } = self;
+        FlankFigures {
+            profile_slope: profile_slope.filter(|_| keeps("profile_slope")),
+            helix_slope: helix_slope.filter(|_| keeps("helix_slope")),
+            profile_crowning: profile_crowning.filter(|_| keeps("profile_crowning")),
+            helix_crowning: helix_crowning.filter(|_| keeps("helix_crowning")),
+            twist: twist.filter(|_| keeps("twist")),
+        }
+    }
+
     /// Each figure that both have, with that of `other`.
     pub fn zip<U>(self, other: FlankFigures<U>) -> FlankFigures<(T, U)> {
         FlankFigures {
@@ -85,10 +111,10 @@ pub struct EstimatedFigure {
     pub value: f64,
     /// `None` without degrees of freedom.
     pub std_error: Option<f64>,
-    /// Student's interval at 0.95.
+    /// Confidence interval, at 0.95 where it is of the nodes.
     pub interval: Option<[f64; 2]>,
-    /// Degrees of freedom of the standard error.
-    pub freedom: usize,
+    /// The estimate that its conformity is judged by; `None` without degrees of freedom.
+    pub about: Option<Inferred>,
 }
 
 impl EstimatedFigure {
@@ -98,13 +124,37 @@ impl EstimatedFigure {
         let value = factor * estimate;
         let std_error = std_error.map(|error| factor.abs() * error).filter(|_| freedom > 0);
         let half = std_error.map(|error| student_two_sided(MISS, freedom as f64) * error);
-        EstimatedFigure { value, std_error, interval: half.map(|half| [value - half, value + half]), freedom }
+        let student = Student::new(freedom as f64);
+        EstimatedFigure {
+            value,
+            std_error,
+            interval: half.map(|half| [value - half, value + half]),
+            about: std_error.map(|std_error| Inferred { value, std_error, bias_bound: 0.0, student }),
+        }
     }
 
-    /// The estimate with the distribution of its error; `None` without degrees of freedom.
-    pub fn inferred(&self) -> Option<Inferred> {
-        let std_error = self.std_error?;
-        Some(Inferred { value: self.value, std_error, bias_bound: 0.0, student: Student::new(self.freedom as f64) })
+    /// Returns the figure moved to `value` by an exactly known change.
+    #[must_use]
+    pub fn at(self, value: f64) -> Self {
+        let by = value - self.value;
+        EstimatedFigure {
+            value,
+            std_error: self.std_error,
+            interval: self.interval.map(|ends| ends.map(|end| end + by)),
+            about: self.about.map(|about| Inferred { value: about.value + by, ..about }),
+        }
+    }
+
+    /// Returns the figure of the fits of the teeth in place of this one of their nodes: of one
+    /// tooth that of its fit, of several the mean with the error of this one. Without fits it is
+    /// this one.
+    #[must_use]
+    pub fn by_fits(self, fits: &[Self]) -> Self {
+        match fits {
+            [] => self,
+            [one] => *one,
+            several => self.at(several.iter().map(|one| one.value).sum::<f64>() / several.len() as f64),
+        }
     }
 }
 

@@ -24,6 +24,7 @@ mod figures;
 mod nodes;
 mod own_zeros;
 mod projected;
+mod roll_lengths;
 mod settings;
 
 use super::{
@@ -45,8 +46,9 @@ use nodes::Trimmed;
 pub use nodes::{FlankNodes, NodeCounts};
 pub(in crate::gear) use own_zeros::{Sample, TERMS, Through, through};
 pub use projected::{FittedFlank, figure_limits};
+pub use roll_lengths::{NoRollLengths, over_roll_lengths};
 pub(in crate::gear) use settings::Slopes;
-pub use settings::{Border, FigureTerms, Reference, SurfaceSettings};
+pub use settings::{Border, FigureTerms, Reference, SurfaceSettings, covers};
 
 /// A figure in µm, in the direction of its [`FigureTerms`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -172,10 +174,12 @@ impl Figure {
     fn new(estimate: &WeightedSum, factor: f64, limits: Option<[f64; 2]>) -> Self {
         let inference = estimate.interval.map(|interval| {
             let [a, b] = interval.ends.map(|end| factor * end);
+            let about = interval.about.scaled(factor);
             Inference {
                 interval: [a.min(b), a.max(b)],
                 kind: interval.kind,
-                conformity: limits.map(|limits| interval.about.scaled(factor).conformity(limits)),
+                about,
+                conformity: limits.map(|limits| about.conformity(limits)),
             }
         });
         Figure {

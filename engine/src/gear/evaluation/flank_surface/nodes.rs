@@ -3,10 +3,9 @@
 use super::{
     super::{
         fault::{SurfaceFaults, SurfaceField, SurfaceReason, SurfaceRefused},
-        spacing::LEAST_COVERED,
-        warning::{SurfaceWarning, share},
+        warning::SurfaceWarning,
     },
-    settings::{Border, FigureTerms, Slopes, SurfaceSettings},
+    settings::{Border, FigureTerms, Slopes, SurfaceSettings, covers},
 };
 use crate::numerics::cancel::Asking;
 use crate::{
@@ -122,7 +121,7 @@ impl Trimmed {
         let ranges = [trimmed.roll, trimmed.z];
         for axis in 0..2 {
             let (field, reached, range) = (asked[axis], reached[axis], ranges[axis]);
-            trimmed.covered[axis] = share(reached, range) >= LEAST_COVERED;
+            trimmed.covered[axis] = covers(reached, range);
             if !trimmed.covered[axis] {
                 trimmed.warnings.push(SurfaceWarning::RangeNotCovered { field, reached, range });
             }

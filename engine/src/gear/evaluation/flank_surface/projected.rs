@@ -12,10 +12,10 @@
 //! | profile crowning, lengthwise crowning | −3/2 a₂₀, −3/2 a₀₂ |
 //! | twist | 4 a₁₁ |
 //!
-//! The integrals are sums by Gauss's rule, exact up to degree 29 on each axis where u is a roll
-//! length or roll angle (over diameters to rounding). So each figure is a linear form of the fit's
-//! own coefficients, and has its standard error, bias bound and interval from the fit itself. Of a
-//! surface of second order they are its coefficients over the mapped range.
+//! The integrals are sums by Gauss's rule, exact up to degree 29 on each axis. So each figure is a
+//! linear form of the fit's own coefficients, and has its standard error, bias bound and interval
+//! from the fit itself. Of a surface of second order they are its coefficients over the mapped
+//! range. Nodes over diameters are fitted over their roll lengths ([`super::over_roll_lengths`]).
 
 use super::{
     super::{
@@ -26,7 +26,7 @@ use super::{
 };
 use crate::{
     estimation::{result::WeightedSum, spec::WeightedSums},
-    gear::{Gear, Kind, ProfileAxis, Side, tolerance::Tolerances, trace::Direction},
+    gear::{Gear, Kind, Side, tolerance::Tolerances, trace::Direction},
     numerics::quadrature::gauss_legendre,
 };
 
@@ -42,9 +42,7 @@ pub struct FittedFlank<'a> {
     pub gear: &'a Gear,
     /// Flank of the tooth.
     pub side: Side,
-    /// What u of the surface is, once it is multiplied with `u`.
-    pub axis: ProfileAxis,
-    /// What u is multiplied with to be a value of that.
+    /// Factor from u to the roll length in mm.
     pub u: f64,
     /// What v is multiplied with to be z in mm.
     pub v: f64,
@@ -65,7 +63,7 @@ impl FittedFlank<'_> {
         let along = |[low, high]: [f64; 2], x: f64| 0.5 * (low + high) + 0.5 * (high - low) * x;
         let place = |x: f64, y: f64| {
             let roll = along(self.roll_lengths, self.gear.outward() * x);
-            [self.axis.value(self.gear, roll) / self.u, along(self.z, y) / self.v]
+            [roll / self.u, along(self.z, y) / self.v]
         };
         let pairs = || rule.iter().flat_map(|x| rule.iter().map(move |y| (*x, *y)));
         let weights = |[i, j]: [usize; 2]| {
@@ -78,12 +76,12 @@ impl FittedFlank<'_> {
         }
     }
 
-    /// The figures, slopes by DIN, of what the fit answers to [`FittedFlank::sums`].
-    pub fn figures(&self, sums: &[Option<WeightedSum>], limits: &ToleranceLimits) -> FlankFigures<Figure> {
+    /// The figures, slopes by DIN, of what the fit answers to [`FittedFlank::sums`], held against
+    /// limits.
+    pub fn figures(&self, sums: &[Option<WeightedSum>], limits: FlankFigures<[f64; 2]>) -> FlankFigures<Figure> {
         let [profile, helix] = [Kind::Profile, Kind::Helix]
             .map(|kind| SlopeSign::Din.of_material(DeviationSign::Material, kind, self.side));
         let Slopes { factors, .. } = self.slopes();
-        let limits = figure_limits(self.gear, self.terms, [self.roll_lengths, self.z], limits);
         let height = self.height * self.terms.factor(self.gear, Direction::Normal);
         let figure = |k: usize, factor: f64, limits: Option<[f64; 2]>| {
             let sum = sums.get(k)?.as_ref()?;

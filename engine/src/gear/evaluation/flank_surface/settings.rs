@@ -3,6 +3,8 @@
 use super::super::{
     limits::ToleranceLimits,
     settings::{DeviationSign, SlopeSign},
+    spacing::LEAST_COVERED,
+    warning::share,
 };
 use crate::{
     estimation::FitSpec,
@@ -97,6 +99,11 @@ impl Slopes {
         let of = |kind, share| limits.slope_over(kind, share, self.along, tolerances, Rounding::Rounded);
         [of(Kind::Profile, self.shares[0]), of(Kind::Helix, self.shares[1])]
     }
+}
+
+/// Whether nodes over `reached` cover enough of a range for its figures to be held against limits.
+pub fn covers(reached: [f64; 2], range: [f64; 2]) -> bool {
+    share(reached, range) >= LEAST_COVERED
 }
 
 /// Shares of the evaluation range that are cut off, in %: 0 to below 100 together on each axis.
