@@ -252,7 +252,7 @@ async fn get_iteration_correction(
     let (after, _after) = match successors {
         Successors { alike: Some(next), .. } => {
             let (after, permit) = measured(&state, job, next).await?.into_parts();
-            (After::Same(after), Some(permit))
+            (After::Same(Box::new(after)), Some(permit))
         }
         Successors { any: Some(next), .. } => (After::Others(next), None),
         Successors { .. } => (After::Nothing, None),

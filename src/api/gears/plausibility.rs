@@ -47,6 +47,8 @@ const OF_TRACES: &str = "send the deviations in µm, or `evaluation.accept_units
 /// How to settle it for what is sent without an iteration.
 const OF_REQUEST: &str = "send the deviations in µm, or `accept_units: true` if they are";
 
+/// How to settle it for a grid.
+const OF_GRID: &str = "send the deviations in µm";
 /// How to settle it for points.
 const OF_POINTS: &str = "send the points in mm, with the gear that they are of and how it lies";
 
@@ -82,6 +84,11 @@ pub fn implausible(nodes: &Nodes, axes: &AxesBody, gear: Option<&Gear>, noise: O
 /// gear; they are in µm. Equal deviations were not measured.
 pub fn implausible_deviations(deviations: &[f64], gear: &Gear) -> Option<NoticeBody> {
     of_range("um", span(deviations)?, usual_range(Some(gear)), OF_REQUEST)
+}
+
+/// The same of deviations on a grid, which are held against nothing.
+pub fn implausible_grid(deviations: &[f64], gear: &Gear) -> Option<NoticeBody> {
+    of_range("um", span(deviations)?, usual_range(Some(gear)), OF_GRID)
 }
 
 /// Returns a warning if measured points lie farther from the flank than those of any gear, µm.

@@ -209,7 +209,7 @@ pub enum After {
     /// Iterations of other flanks or teeth only; the first of them.
     Others(u32),
     /// The first iteration of the same flank and tooth.
-    Same(Measured),
+    Same(Box<Measured>),
 }
 
 /// The answer to who asks for a kept correction. `applied` is what was entered after it; `today` is

@@ -18,7 +18,7 @@ use crate::{
             evaluation::request::DirectionName,
             notice::NoticeBody,
             of_iteration::{ToothOf, refuse_others, tooth_number},
-            plausibility::{implausible_deviations, implausible_points},
+            plausibility::{implausible_grid, implausible_points},
         },
         json::writer::{Json, Object},
         measurand::side::SideName,
@@ -154,7 +154,7 @@ pub fn build(text: &[u8], own: Option<&Gear>, of: Option<&Measurand>, room: Room
     let counted: Vec<f64> = lying.nodes.iter().filter(|node| node.counts()).map(|node| node.deviation).collect();
     let implausible = match &checked.given {
         Given::Points { .. } => implausible_points(&counted, gear),
-        Given::Grid(_) => implausible_deviations(&counted, gear),
+        Given::Grid(_) => implausible_grid(&counted, gear),
     };
     let warnings: Vec<&NoticeBody> = checked.hand_assumed.iter().chain(&implausible).collect();
     if !warnings.is_empty() {
