@@ -81,7 +81,8 @@ export interface paths {
         put?: never;
         /**
          * Evaluates a curve at many parameters: values, derivatives, curvature, arc length.
-         * @description Of whatever curve was answered or written down. Parameters must lie within the curve's domain.
+         * @description The curve is one from an earlier answer or one written by hand. Parameters must lie within its
+         *     domain.
          */
         post: operations["evaluate_curve"];
         delete?: never;
@@ -101,7 +102,8 @@ export interface paths {
         put?: never;
         /**
          * Finds the point of a curve that is closest to each given point.
-         * @description With distances, for a plane curve signed ones, and the parameters of the points found.
+         * @description Returns the parameters of the closest points and the distances, which are signed for a plane
+         *     curve.
          */
         post: operations["closest_points_of_curve"];
         delete?: never;
@@ -165,8 +167,8 @@ export interface paths {
         /**
          * Evaluates a surface at many parameters: values, derivatives, normals, fundamental forms,
          *     curvatures, area.
-         * @description Of whatever surface was answered or written down, at single parameters or on a grid of them.
-         *     Parameters must lie within the surface's domain.
+         * @description The surface is one from an earlier answer or one written by hand, evaluated at single parameters
+         *     or on a grid. Parameters must lie within its domain.
          */
         post: operations["evaluate_surface"];
         delete?: never;
@@ -186,8 +188,8 @@ export interface paths {
         put?: never;
         /**
          * Finds the point of a surface that is closest to each given point.
-         * @description With distances, signed by the side that the normal points to, and the parameters of the points
-         *     found.
+         * @description Returns the parameters of the closest points and the distances, positive on the side the normal
+         *     points to.
          */
         post: operations["closest_points_of_surface"];
         delete?: never;
@@ -208,10 +210,9 @@ export interface paths {
         /**
          * Cuts a surface by parallel planes: the curves of the sections, and the mesh of curves that two
          *     families of planes make.
-         * @description Curves are cubic B-splines in space or polylines, joined where they go on in the next patch,
-         *     across a seam or through a pole. Where the plane touches the surface, or the section cannot be
-         *     told, the answer says so. The mesh can be sent as it is to `POST /v1/surfaces`, which fills it
-         *     with patches.
+         * @description Curves are cubic B-splines in space or polylines. They are joined across patches, seams and
+         *     poles. Where the plane touches the surface, or the section cannot be determined, the answer has
+         *     a warning. The mesh can be sent unchanged to `POST /v1/surfaces`, which fills it with patches.
          */
         post: operations["sections_of_surface"];
         delete?: never;
@@ -249,7 +250,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Lists jobs with what became of their last iterations, last changed first.
+         * Lists jobs with the status of their last iterations, last changed first.
          * @description In pages: `next_cursor` of one page is the `cursor` of the next, and the last page has none. No
          *     page repeats a job; one that is changed while the list is read by `changed` goes to its first
          *     page.
@@ -297,24 +298,23 @@ export interface paths {
         };
         /**
          * A job.
-         * @description With its version as `ETag`, for a conditional `PATCH` or `DELETE`.
+         * @description The header `ETag` has its version, for a conditional `PATCH` or `DELETE`.
          */
         get: operations["get_job"];
         put?: never;
         post?: never;
         /**
          * Deletes a job that has no iterations.
-         * @description A job with iterations is kept for good, since its trace is the record of what was decided on a
+         * @description A job with iterations cannot be deleted, since its trace is the record of every decision on the
          *     gear.
          */
         delete: operations["delete_job"];
         options?: never;
         head?: never;
         /**
-         * Changes a job. What is left out stays.
-         * @description Fields that are named in `clear` are taken away; `gear`, `requirements` and `tags` are replaced
-         *     as a whole. A
-         *     gear without a tooth that the job's iterations are of is refused.
+         * Changes a job. Fields that are left out stay unchanged.
+         * @description Fields that `clear` names are removed; `gear`, `requirements` and `tags` are replaced as a
+         *     whole. The new gear must have every tooth that the job has an iteration of.
          */
         patch: operations["update_job"];
         trace?: never;
@@ -327,15 +327,15 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Lists the iterations of a job with the fit that stands of each.
-         * @description By number, in pages: the figures of the fit, and where its nodes are told to be on a flank of
-         *     the job's gear the slopes, crownings and twist.
+         * Lists the iterations of a job, each with its chosen fit.
+         * @description By number, in pages, with the figures of the chosen fit. Slopes, crownings and twist are
+         *     included where the axes place the nodes on a flank of the job's gear.
          */
         get: operations["list_iterations"];
         put?: never;
         /**
          * Fits nodes and keeps both, in one transaction, as the job's next iteration.
-         * @description The fit is answered at once and stands until another one is chosen. A request that is repeated
+         * @description The fit is the iteration's chosen fit until another one is chosen. A request that is repeated
          *     with the same `Idempotency-Key` gets the first answer and stores nothing.
          */
         post: operations["create_iteration"];
@@ -364,10 +364,10 @@ export interface paths {
         options?: never;
         head?: never;
         /**
-         * Decides what is done with the gear, or says what its nodes are of. The trace keeps all of it.
-         * @description The job's trace has every decision with its reason, and every change of flank, tooth, axes and
-         *     accepted units with what was before. Where such a change gives the chosen fit other figures, the
-         *     fit is stored once more with them and chosen.
+         * Records a decision on the gear, or changes flank, tooth, axes or units of the nodes.
+         * @description The job's trace keeps every decision with its reason, and every change with the values before
+         *     it. Where a change gives the chosen fit other figures, the fit is stored again with these
+         *     figures and chosen.
          */
         patch: operations["update_iteration"];
         trace?: never;
@@ -401,13 +401,13 @@ export interface paths {
         };
         /**
          * Lists the fits of an iteration by their figures.
-         * @description They come in the order in which they were made; `GET …/fits/{fit_id}` has each in full.
+         * @description In the order in which they were made; `GET …/fits/{fit_id}` returns each in full.
          */
         get: operations["list_iteration_fits"];
         put?: never;
         /**
-         * Fits the stored nodes with another λ* or model. The fit does not stand until it is chosen.
-         * @description The iteration's first fit and all others are kept; comparing them is what the trace is for.
+         * Fits the stored nodes with another λ* or model. The fit is not used until it is chosen.
+         * @description All fits of the iteration are kept for comparison.
          */
         post: operations["create_iteration_fit"];
         delete?: never;
@@ -425,8 +425,8 @@ export interface paths {
         };
         /**
          * A fit in full, as it was answered when it was made.
-         * @description What is included beside is computed from the stored nodes and added; what is stored stays as it
-         *     is, byte for byte. `spec` can be sent back, changed, as a refit.
+         * @description The parts that `include` names are computed from the stored nodes and added; the stored answer
+         *     itself is returned byte for byte. `spec` can be changed and sent back as a refit.
          */
         get: operations["get_iteration_fit"];
         put?: never;
@@ -446,8 +446,8 @@ export interface paths {
         };
         get?: never;
         /**
-         * From now on this fit of the iteration stands. Choices before it stay in the trace.
-         * @description A change of mind is a new row in the trace; no fit is overwritten or deleted.
+         * Chooses a fit of the iteration. Earlier choices stay in the trace.
+         * @description Each choice is a new row in the trace; no fit is overwritten or deleted.
          */
         put: operations["choose_fit"];
         post?: never;
@@ -469,8 +469,8 @@ export interface paths {
         /**
          * Computes a stored fit again from the stored nodes and compares the answers bit by bit. Stores
          *     nothing.
-         * @description It shows that an answer can be reproduced, with this or a later version of the program. There is
-         *     nothing to be said: a body is empty or `{}`.
+         * @description Shows that an answer can be reproduced, with this or a later version of the program. The body is
+         *     empty or `{}`.
          */
         post: operations["replay_fit"];
         delete?: never;
@@ -490,8 +490,8 @@ export interface paths {
         put?: never;
         /**
          * Fits the stored nodes with another λ* or model, and stores nothing.
-         * @description The answer is that of `POST /v1/fits` for the same nodes. To keep such a fit, and to let it
-         *     stand, post it to `…/fits`.
+         * @description The answer is that of `POST /v1/fits` for the same nodes. To store such a fit, post it to
+         *     `…/fits`.
          */
         post: operations["preview_iteration_fit"];
         delete?: never;
@@ -513,7 +513,7 @@ export interface paths {
          * Derives diameters, pitches, thicknesses and measures of a gear, with warnings such as undercut
          *     or a pointed tip.
          * @description By ISO 21771, for external and internal spur and helical gears, with span measurement and
-         *     dimension over balls where they are asked for.
+         *     dimension over balls on request.
          */
         post: operations["gear_geometry"];
         delete?: never;
@@ -553,10 +553,10 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Reads the gears that a file describes, as a job or any other request takes them.
-         * @description Takes a REXS model, or curves or values of a gear tester. Gears for which the file does not say
-         *     enough are named with what is missing. Beside them stands what the file holds: traces and tables
-         *     of pitches, which an import takes, and printed values.
+         * Reads the gears in a file, in the form that jobs and other requests take.
+         * @description The file is a REXS model, or curves or values of a gear tester. For a gear with missing data the
+         *     answer lists the missing data. It also has the contents of the file: traces and pitch tables,
+         *     which an import takes, and printed values.
          */
         post: operations["read_gears"];
         delete?: never;
@@ -575,10 +575,10 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Answers the transverse section of a tooth with its fillets, closed, and if asked of the whole
-         *     gear.
-         * @description As a polygon of the tip arc, involutes, fillets and the root arc; the fillets are those that the
-         *     gear's tool generates.
+         * Returns the transverse section of a tooth with its fillets as a closed polygon, and of the whole
+         *     gear on request.
+         * @description The polygon consists of the tip arc, involutes, fillets and the root arc; the fillets are those
+         *     that the gear's tool generates.
          */
         post: operations["gear_profile"];
         delete?: never;
@@ -620,8 +620,8 @@ export interface paths {
         put?: never;
         /**
          * Envelops the profile of any tool numerically.
-         * @description Of a rack or a pinion that rolls with the gear, given by points of its profile. The answer is
-         *     the part of the gear's tooth space that the tool leaves, between two radii.
+         * @description The tool is a rack or a pinion that rolls with the gear, given by points of its profile. The
+         *     answer is the flank of the tooth that the tool generates, between two radii.
          */
         post: operations["gear_envelope"];
         delete?: never;
@@ -641,7 +641,7 @@ export interface paths {
         put?: never;
         /**
          * Tolerances of ISO 1328-1:2013 for a class.
-         * @description Of all nine characteristics, unrounded and as the tables of the standard print them. What lies
+         * @description For all nine characteristics, unrounded and rounded as in the tables of the standard. A gear
          *     outside the scope of the standard is refused.
          */
         post: operations["gear_tolerances"];
@@ -705,11 +705,11 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Deviations of measured points from the nominal flanks, if asked after the part has been laid
-         *     into the nominal one.
-         * @description Along the normal of the nominal or modified flank. With a registration, the motions of the part
-         *     are estimated first, with standard errors, and those that the points do not tell apart are
-         *     named.
+         * Computes deviations of measured points from the nominal flanks, optionally after a registration
+         *     of the part.
+         * @description Deviations are along the normal of the nominal or modified flank. With a registration, the
+         *     motions of the part are estimated first, with standard errors; motions that the points cannot
+         *     separate are listed.
          */
         post: operations["gear_deviations"];
         delete?: never;
@@ -878,9 +878,9 @@ export interface paths {
         put?: never;
         /**
          * Keeps the changes that were entered on the machine after the iteration's correction.
-         * @description They belong to its newest correction, whose comparison with the next measurement then takes them
-         *     in place of the proposed changes. Settings that are not named were changed as proposed. Nothing
-         *     is overwritten: the newest entry counts, and earlier ones stay in the trace.
+         * @description The changes belong to the iteration's newest correction; the next measurement is then compared
+         *     with them instead of the proposed changes. A setting that is not named counts as changed as
+         *     proposed. Nothing is overwritten: the newest entry counts, and earlier ones stay in the trace.
          */
         post: operations["create_applied_changes"];
         delete?: never;
@@ -900,9 +900,9 @@ export interface paths {
         put?: never;
         /**
          * Keeps the changes that were entered on the machine after the correction of the gear.
-         * @description They belong to its newest correction, whose comparison with the next round then takes them in
-         *     place of the proposed changes. Settings that are not named were changed as proposed. The newest
-         *     entry counts, and earlier ones stay in the trace.
+         * @description The changes belong to the gear's newest correction; the next round is then compared with them
+         *     instead of the proposed changes. A setting that is not named counts as changed as proposed. The
+         *     newest entry counts, and earlier ones stay in the trace.
          */
         post: operations["create_gear_applied_changes"];
         delete?: never;
@@ -922,12 +922,13 @@ export interface paths {
         put?: never;
         /**
          * Makes an iteration of a file of a gear tester, of a table of nodes or points or of a REXS model.
-         * @description The traces of a tooth flank become its nodes (u = roll length, v = z, heights in µm along the
-         *     normal), those of the evaluation range, fitted by a second-order surface or what they tell of
-         *     it; all traces and tables of pitches are evaluated, and the evaluations are kept with it,
-         *     together with what they are of and the file's digest. Of points and of a model's topographies
-         *     the deviations are kept. Nodes of a table are stored in the units of its columns, on a grid
-         *     where it is one. A file of another gear than the job's is refused.
+         * @description The traces of a tooth flank become its nodes (u = roll length in mm, v = z in mm, heights in µm
+         *     along the normal). Nodes within the evaluation range are fitted by a second-order surface, or by
+         *     the terms of it that they determine. All traces and pitch tables are evaluated, and the
+         *     evaluations are stored with the iteration, with their data and the digest of the file. For
+         *     points and for the topographies of a model the deviations are stored. Nodes of a table are
+         *     stored in the units of its columns, as a grid where they form one. A file of another gear than
+         *     the job's is refused.
          */
         post: operations["import_iteration"];
         delete?: never;
@@ -946,13 +947,12 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Reads a table of nodes or points and answers what it is taken for; stores nothing.
+         * Reads a table of nodes or points and returns how it was read; stores nothing.
          * @description Separators, decimal sign, character set, header and units are found from the content. The
-         *     answer's `separator`, `decimal`, `header`, `matrix`, `columns` and `layout` are the `mapping`
-         *     that goes with the file to every import, changed where they are wrong. The mapping by which the
-         *     last table of the same form and instrument became an iteration is proposed first
-         *     (`proposed_from`). A table that cannot be read is refused by one sentence and the first five
-         *     places.
+         *     answer's `separator`, `decimal`, `header`, `matrix`, `columns` and `layout` form the `mapping`
+         *     to send with the file to an import; correct it where it is wrong. The mapping of the last table
+         *     of the same form and instrument that became an iteration is proposed first (`proposed_from`). A
+         *     table that cannot be read is refused with one sentence and the first five places.
          */
         post: operations["read_nodes"];
         delete?: never;
@@ -972,7 +972,7 @@ export interface paths {
         put?: never;
         /**
          * Builds a curve, by default of the iteration's own nodes, and keeps it with the iteration.
-         * @description As `POST /v1/curves`; the answer stays with the iteration as a record.
+         * @description As `POST /v1/curves`; the answer is stored with the iteration as a record.
          */
         post: operations["create_iteration_curve"];
         delete?: never;
@@ -992,7 +992,7 @@ export interface paths {
         put?: never;
         /**
          * Builds a surface, by default of the iteration's own nodes, and keeps it with the iteration.
-         * @description As `POST /v1/surfaces`; the answer stays with the iteration as a record.
+         * @description As `POST /v1/surfaces`; the answer is stored with the iteration as a record.
          */
         post: operations["create_iteration_surface"];
         delete?: never;
@@ -1009,7 +1009,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Lists what is kept with an iteration beside its fits, oldest first.
+         * Lists the records of an iteration (everything stored with it except its fits), oldest first.
          * @description In pages, without the requests and results themselves.
          */
         get: operations["list_iteration_records"];
@@ -1029,10 +1029,10 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * What is kept with an iteration: what was asked and what was answered.
-         * @description The text of the result is that which was answered when it was made. Of an evaluation or of
-         *     pitches `Accept: application/x-q-das-dfq` gives a file for statistical process control, with the
-         *     job's part number and machine as they are now.
+         * A record of an iteration: the request and the result.
+         * @description The result is the text of the original answer. For an evaluation or for pitches, `Accept:
+         *     application/x-q-das-dfq` returns a file for statistical process control, with the job's current
+         *     part number and machine.
          */
         get: operations["get_iteration_record"];
         put?: never;
@@ -1053,10 +1053,10 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Simulates a machine whose settings are off: measured, corrected and machined again, by several
-         *     ways to correct.
-         * @description With `store` each way is kept as a job, all of them or none. The same seed gives the same
-         *     answer.
+         * Simulates a machine with wrong settings: parts are measured, the machine is corrected and the
+         *     parts are machined again, with several correction methods.
+         * @description With `store` the run of each method is stored as a job, all of them or none. The same seed gives
+         *     the same answer.
          */
         post: operations["simulate_closed_loop"];
         delete?: never;
@@ -1095,9 +1095,9 @@ export interface paths {
         };
         /**
          * Every change of a job, oldest first.
-         * @description Each entry has the digest of the one before it, so that none can be changed or left out
-         *     unnoticed. A job that was deleted has still got its entries. One that is older than they are
-         *     begins with a digest of what was found at its first change.
+         * @description Each entry has the digest of the one before it, so a changed or missing entry is detected. The
+         *     entries of a deleted job are kept. A job that is older than the audit begins with a digest of
+         *     its state at its first change.
          */
         get: operations["list_job_audit"];
         put?: never;
@@ -1116,9 +1116,9 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Whether a job's entries, and all that they tell of, are as they were written.
-         * @description Reads the whole job: every entry is digested again, and so is every row that it has a digest of.
-         *     The first entry at fault is told.
+         * Verifies the audit entries of a job and the rows they have digests of.
+         * @description Reads the whole job and computes the digest of every entry and every row again. The answer names
+         *     the first entry at fault.
          */
         get: operations["verify_job_audit"];
         put?: never;
@@ -1138,8 +1138,8 @@ export interface paths {
         };
         /**
          * Changes of the tenant that are of no job, oldest first.
-         * @description The chain of a tenant tells of its keys and of itself; changes of jobs are in the chains of
-         *     these.
+         * @description The chain of a tenant has the changes of its keys and of the tenant itself; changes of jobs are
+         *     in the chains of the jobs.
          */
         get: operations["list_audit"];
         put?: never;
@@ -1159,8 +1159,9 @@ export interface paths {
         };
         /**
          * The tenant's seals, oldest first.
-         * @description About once a minute a server seals what the chains that grew meanwhile end with. Keep seals
-         *     where nobody who owns the database can change them: they convict whoever writes a chain anew.
+         * @description About once a minute a server seals the last entries of the chains that have grown since the seal
+         *     before. Keep copies of the seals where no administrator of the database can change them: they
+         *     reveal a rewritten chain.
          */
         get: operations["list_audit_seals"];
         put?: never;
@@ -1179,11 +1180,11 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Sends what happens to a job: `iteration`, `fit`, `decision`, `record`, `stream`, `operation`,
-         *     `job` (its own data), `purged`; from its beginning, or after `Last-Event-ID`.
-         * @description As server-sent events; the connection stays open, and a comment line is sent now and then to
-         *     keep it so. The id of each event is its number within the job, from which a client that lost its
-         *     connection goes on.
+         * Sends the events of a job: `iteration`, `fit`, `decision`, `record`, `stream`, `operation`,
+         *     `job` (its own data), `purged`; from the first event, or after `Last-Event-ID`.
+         * @description As server-sent events; the connection stays open, and comment lines keep it alive. The id of
+         *     each event is its number within the job; after a lost connection a client continues from the
+         *     last one.
          */
         get: operations["get_job_events"];
         put?: never;
@@ -1202,7 +1203,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Sends what happens to all jobs of the caller's tenant from now on, or after `Last-Event-ID`.
+         * Sends new events of all jobs of the caller's tenant, or those after `Last-Event-ID`.
          * @description The events of the jobs, each with the `job_id`, and jobs that are created or deleted (`job`). As
          *     those of a job; the id of an event is its place among all. After an id that is older than seven
          *     days, or not of this database, as after a backup was restored, the first event is a `reset`, and
@@ -1231,7 +1232,7 @@ export interface paths {
         get: operations["list_streams"];
         put?: never;
         /**
-         * Opens a stream: what is fitted to nodes that are still to come.
+         * Opens a stream: a model that is fitted to nodes as they arrive.
          * @description The spec is checked as far as it can be without nodes. Blocks of nodes follow, and in the end
          *     the stream becomes an iteration.
          */
@@ -1257,7 +1258,7 @@ export interface paths {
         put?: never;
         post?: never;
         /**
-         * Deletes a stream with its nodes. An iteration that it has become stays.
+         * Deletes a stream with its nodes. The iteration of a finished stream is kept.
          * @description An open stream loses its nodes.
          */
         delete: operations["delete_stream"];
@@ -1275,9 +1276,9 @@ export interface paths {
         };
         /**
          * The nodes that were posted to an open stream, block by block after the one numbered `after`.
-         * @description As many as a few megabytes hold, at least one where there is one. `sequence` is that of the last
-         *     block of the stream: ask again after the last item until it is reached. Blocks of a stream that
-         *     has become an iteration are its nodes.
+         * @description A page holds up to a few megabytes, and at least one block if there is one. `sequence` is the
+         *     number of the stream's last block: request the next page until it is reached. The blocks of a
+         *     finished stream are the nodes of its iteration.
          */
         get: operations["get_stream_nodes"];
         put?: never;
@@ -1323,8 +1324,8 @@ export interface paths {
         };
         /**
          * Opens a WebSocket on a stream: each message is a block, each answer an estimate or a problem.
-         * @description Messages are the bodies of `POST /v1/streams/{stream_id}/nodes` and its answers. A problem comes
-         *     as a JSON message with its `code`, and the connection goes on.
+         * @description Messages are the bodies of `POST /v1/streams/{stream_id}/nodes` and its answers. A problem is
+         *     sent as a JSON message with its `code`, and the connection stays open.
          */
         get: operations["connect_stream"];
         put?: never;
@@ -1347,10 +1348,9 @@ export interface paths {
         /**
          * Writes all that there is of a job into a file: nodes, fits, records, streams, events, and the
          *     audit.
-         * @description JSON lines, compressed by zstd, as `flankfit export` writes them and `flankfit import` reads
-         *     them. The same bytes for as long as nothing changes. Nothing is stored. One that takes long is
-         *     sent as it is written, without `archive-sha256` and length; a file that ends before its last
-         *     line was cut off.
+         * @description JSON lines, compressed by zstd, in the format of `flankfit export` and `flankfit import`. The
+         *     bytes are the same until the job changes. Nothing is stored. A large archive is sent while it is
+         *     written, without `archive-sha256` and length; a file without its last line is incomplete.
          */
         post: operations["archive_job"];
         delete?: never;
@@ -1370,10 +1370,11 @@ export interface paths {
         put?: never;
         /**
          * Takes nodes, results, texts and names of a job away, for good.
-         * @description For people's names, and for space. The job's row, its numbers, times and figures, and its audit
-         *     stay; whatever needs the rest is 410 from then on, and the job takes nothing more. It takes the
-         *     digest of the job's archive as it stands now (`POST …/archive`): keep that file, nothing else
-         *     has what is taken away. The audit of the job and that of the tenant tell of it.
+         * @description Removes personal names and frees space. The job's row, its numbers, times and figures, and its
+         *     audit are kept; requests for anything else are answered 410, and the job cannot be changed any
+         *     more. The request must contain the digest of the job's current archive (`POST …/archive`): keep
+         *     that file, it is the only copy of the removed data. The purge is recorded in the audits of the
+         *     job and of the tenant.
          */
         post: operations["purge_job"];
         delete?: never;
@@ -1390,8 +1391,9 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Lists operations that the caller may ask after, newest first.
-         * @description Those are the ones whose requests it could make itself. What has ended is kept for an hour.
+         * Lists the operations that the caller may see, newest first.
+         * @description These are the operations whose requests the caller's scopes allow. An operation is kept for an
+         *     hour after its end.
          */
         get: operations["list_operations"];
         put?: never;
@@ -1410,17 +1412,17 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * An operation: where it stands, how far it is and how long it will take.
-         * @description It was begun by a request with `Prefer: respond-async`, and is told of to whoever could make
-         *     that request. Any server answers.
+         * An operation: state, progress and remaining time.
+         * @description The operation was begun by a request with `Prefer: respond-async`. Every caller with the scope
+         *     of that request may see it, on any server.
          */
         get: operations["get_operation"];
         put?: never;
         post?: never;
         /**
-         * Cancels an operation. Of one that has ended it takes away what is kept.
-         * @description Nothing is stored for it from then on, and its computation ends within four seconds, whichever
-         *     server does it. What was stored before stays.
+         * Cancels an operation. If it has ended, its result is deleted.
+         * @description Nothing is stored for it after this, and its computation ends within four seconds on any server.
+         *     Data stored before is kept.
          */
         delete: operations["cancel_operation"];
         options?: never;
@@ -1465,12 +1467,12 @@ export interface paths {
         put?: never;
         /**
          * Makes a key of the caller's tenant.
-         * @description It allows no more than the key that asks for it, except that one of the role `admin` makes keys
-         *     of every role of its tenant. A key of the kind `certificate` has no secret: clients that show a
-         *     certificate with its name need no other key.
+         * @description Its scopes must be among those of the caller's key, except that a key with the role `admin`
+         *     makes keys of every role of its tenant. A key of the kind `certificate` has no secret: clients
+         *     with a certificate of its name need no other key.
          *
-         *     A server that asks for no key yet takes a secret of the role `admin` first. Restarted with
-         *     `--auth auto`, it asks for a key with every request; the answer's `warnings` say so.
+         *     A server that asks for no key yet must get a secret of the role `admin` first. Restarted with
+         *     `--auth auto`, it asks for a key with every request, as the answer's `warnings` say.
          */
         post: operations["create_key"];
         delete?: never;
@@ -1488,23 +1490,23 @@ export interface paths {
         };
         /**
          * A key, without its secret.
-         * @description With its version as `ETag`, for a conditional `PATCH`.
+         * @description The header `ETag` has its version, for a conditional `PATCH`.
          */
         get: operations["get_key"];
         put?: never;
         post?: never;
         /**
          * Ends a key for good.
-         * @description It lets nobody in any more, at any server within five seconds, and connections that it opened
-         *     end within thirty. It is kept as revoked.
+         * @description Every server refuses it within five seconds, and connections opened with it end within thirty.
+         *     It is kept as revoked.
          */
         delete: operations["revoke_key"];
         options?: never;
         head?: never;
         /**
-         * Changes the name or the end of a key. What is left out stays.
-         * @description What a key allows is not changed: make another one. A key that has ended is not changed, either,
-         *     and does not come back.
+         * Changes the name or the expiry of a key. Fields that are left out stay unchanged.
+         * @description The scopes of a key cannot be changed: make another key. An expired key cannot be changed or
+         *     renewed.
          */
         patch: operations["update_key"];
         trace?: never;
@@ -1520,9 +1522,9 @@ export interface paths {
         put?: never;
         /**
          * Gives the holder of a key another secret.
-         * @description The new key has an id of its own, the same name and scopes, and lives as long as the one before
-         *     was made to live. That one goes on for `overlap_seconds`, and is not rotated again: who lost the
-         *     new key rotates that one, whose id is `replaced_by` of the old one.
+         * @description The new key has an id of its own, the same name and scopes, and the same lifetime. The old key
+         *     stays valid for `overlap_seconds` and cannot be rotated again. If the new key is lost, rotate
+         *     the new key; its id is `replaced_by` of the old one.
          */
         post: operations["rotate_key"];
         delete?: never;
@@ -1539,8 +1541,8 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Who asks: tenant, actor and scopes.
-         * @description For programs that show what their key allows, and for people who wonder whose key they hold.
+         * The caller: tenant, actor and scopes.
+         * @description For programs that show the scopes of their key, and to find out whose key this is.
          */
         get: operations["whoami"];
         put?: never;
@@ -1566,8 +1568,8 @@ export interface paths {
         put?: never;
         /**
          * Creates a tenant, with its first key.
-         * @description The key has the role `admin`; with it the tenant makes its own. A server that asks for no key
-         *     yet takes an administrator's key (`POST /v1/keys`) before the first tenant.
+         * @description The key has the role `admin` and can make the tenant's other keys. A server that asks for no key
+         *     yet needs an administrator's key (`POST /v1/keys`) before the first tenant.
          */
         post: operations["create_tenant"];
         delete?: never;
@@ -1585,7 +1587,7 @@ export interface paths {
         };
         /**
          * A tenant.
-         * @description With its version as `ETag`, for a conditional `PATCH`.
+         * @description The header `ETag` has its version, for a conditional `PATCH`.
          */
         get: operations["get_tenant"];
         put?: never;
@@ -1594,9 +1596,9 @@ export interface paths {
         options?: never;
         head?: never;
         /**
-         * Changes a tenant. What is left out stays.
-         * @description The keys of a suspended tenant let nobody in; nothing is lost, and it can be let in again. (Keys
-         *     that the server's settings name are not among them.)
+         * Changes a tenant. Fields that are left out stay unchanged.
+         * @description The keys of a suspended tenant are refused; its data is kept, and the tenant can be resumed.
+         *     (Keys in the server's settings are not affected.)
          */
         patch: operations["update_tenant"];
         trace?: never;
@@ -1609,9 +1611,9 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Whether the process is up.
-         * @description For a supervisor that starts the process anew when it does not answer, and for a client that
-         *     wants to know what it may send. The store is not asked.
+         * Reports that the process is up.
+         * @description For a supervisor that restarts the process when it does not answer, and for clients that look up
+         *     the limits of requests. The store is not checked.
          */
         get: operations["get_health"];
         put?: never;
@@ -1630,10 +1632,9 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Whether requests can be answered: the process is not about to end, the database answers within a
-         *     second, and its disk takes what is written.
-         * @description For a load balancer that sends no requests to a process that cannot answer them. The database is
-         *     asked at most once a second.
+         * Reports whether the server can answer requests: the process is not shutting down, the database
+         *     answers within a second, and its disk accepts writes.
+         * @description For a load balancer. The database is checked at most once a second.
          */
         get: operations["get_readiness"];
         put?: never;
@@ -1653,9 +1654,8 @@ export interface paths {
         };
         /**
          * Metrics in the Prometheus text format.
-         * @description Requests, fits, queues, streams and the store, for a Prometheus server. Whether the store
-         *     answers is asked as for `/readyz`, with it at most once a second, and waited for a second at
-         *     most.
+         * @description Metrics of requests, fits, queues, streams and the store, for a Prometheus server. As for
+         *     `/readyz`, the store is checked at most once a second, for at most a second.
          */
         get: operations["get_metrics"];
         put?: never;
@@ -1670,7 +1670,7 @@ export interface paths {
 export type webhooks = Record<string, never>;
 export interface components {
     schemas: {
-        /** @description A place where the derivative would be below 0 if it might. */
+        /** @description A place where the constraint is active: without it the derivative would be below 0. */
         ActivePlace: {
             /**
              * Format: double
@@ -1684,14 +1684,14 @@ export interface components {
             v?: number;
             /**
              * Format: double
-             * @description By how much Σ w r² would fall for each unit by which the derivative might be below 0
-             *     here (twice the Lagrange multiplier of half the sum).
+             * @description Decrease of Σ w r² per unit by which the derivative may fall below 0 here (twice the
+             *     Lagrange multiplier of half the sum).
              */
             multiplier: number;
         };
         /**
-         * @description Which way scan lines run: along u (columns of a grid; of a flank its profiles) or v (rows; of a
-         *     flank its helices); `order`: along the abscissae of a curve, in the order posted of other nodes.
+         * @description Direction of scan lines: `u` (columns of a grid; profiles of a flank), `v` (rows; helices of a
+         *     flank), or `order`: along the abscissae of a curve, and in the order posted for other nodes.
          * @enum {string}
          */
         AlongName: "u" | "v" | "order";
@@ -1755,7 +1755,7 @@ export interface components {
              * @enum {string}
              */
             type: "ar1";
-            /** @description Which way scan lines run. Needed for a grid; default `order`. */
+            /** @description Direction of scan lines. Required for a grid; default `order`. */
             along?: components["schemas"]["AlongName"];
             /**
              * @description The line of each node as posted, any whole number; of scattered nodes and rows of a
@@ -1766,7 +1766,7 @@ export interface components {
             estimate?: boolean;
             parameters?: components["schemas"]["Ar1Parameters"];
         };
-        /** @description Of the autoregression of first order. */
+        /** @description Parameters of the first-order autoregression. */
         Ar1Parameters: {
             /**
              * Format: double
@@ -1776,8 +1776,8 @@ export interface components {
             rho: number;
         };
         /**
-         * @description Autoregression of second order in steps of the line; missing nodes are steps. To be
-         *     estimated it takes three nodes with two others before them on their line.
+         * @description Autoregression of second order in steps of the line; missing nodes are steps. Estimating it
+         *     takes three nodes with two predecessors on their line.
          */
         Ar2Errors: {
             /**
@@ -1785,7 +1785,7 @@ export interface components {
              * @enum {string}
              */
             type: "ar2";
-            /** @description Which way scan lines run. Needed for a grid; default `order`. */
+            /** @description Direction of scan lines. Required for a grid; default `order`. */
             along?: components["schemas"]["AlongName"];
             /**
              * @description The line of each node as posted, any whole number; of scattered nodes and rows of a
@@ -1796,7 +1796,7 @@ export interface components {
             estimate?: boolean;
             parameters?: components["schemas"]["Ar2Parameters"];
         };
-        /** @description Of the autoregression of second order. */
+        /** @description Parameters of the second-order autoregression. */
         Ar2Parameters: {
             /**
              * @description φ₁ and φ₂, with -1 < φ₂ < 1 − |φ₁|.
@@ -1811,7 +1811,7 @@ export interface components {
         Area: {
             /**
              * Format: double
-             * @description In the square of the caller's unit of length.
+             * @description In the square of the unit of length of the request.
              */
             value: number;
             /**
@@ -1833,16 +1833,16 @@ export interface components {
              */
             type: "attraction";
             /**
-             * @description T, in the order of the coefficients; such as those of the nominal flank. With `standardized`
-             *     the entry of the constant takes no part.
+             * @description Target T, in the order of the coefficients; for example the coefficients of the nominal
+             *     flank. With `standardized` the constant's entry is ignored.
              */
             target: number[];
             /** @description k. Default `optimal`. */
             parameter?: components["schemas"]["Parameter"];
         };
         /**
-         * @description A change: who made it, when, and digests of what was stored. SHA-256 is always in 64 lower-case
-         *     hexadecimal digits.
+         * @description A change: its time, the caller, and digests of the stored rows. SHA-256 digests have 64
+         *     lower-case hexadecimal digits.
          */
         AuditEntry: {
             /**
@@ -1857,20 +1857,23 @@ export interface components {
             id: string;
             /**
              * Format: date-time
-             * @description When the change was asked for, always with six decimals.
+             * @description Time of the request, always with six decimals.
              */
             at: string;
-            /** @description Who made it: the name of a key, or `anonymous`. Absent where the job was purged since. */
+            /** @description Name of the caller's key, or `anonymous`. Absent after a purge of the job. */
             actor?: string;
-            /** @description What was done, such as `iteration.add`. */
+            /** @description Kind of change, such as `iteration.add`. */
             action: string;
-            /** @description The path of what was changed. */
+            /** @description Path of the changed resource. */
             target: string;
             /** @description `x-request-id` of the request. */
             request_id?: string;
             /** @description The address that the request came from. */
             peer?: string;
-            /** @description SHA-256 of each row that was stored, by what it is; those of iterations with the `_salt`. */
+            /**
+             * @description SHA-256 of each stored row, by kind of row; rows of iterations are digested with the
+             *     `_salt`.
+             */
             contents: {
                 [key: string]: string;
             };
@@ -1882,7 +1885,7 @@ export interface components {
             sha256: string;
         };
         /**
-         * @description What is not as it was written.
+         * @description Kind of fault.
          * @enum {string}
          */
         AuditFault: "entry" | "link" | "content" | "seal";
@@ -1890,15 +1893,15 @@ export interface components {
         AuditPage: {
             /** @description The entries of this page. */
             items: components["schemas"]["AuditEntry"][];
-            /** @description Where the next page begins; absent on the last one. */
+            /** @description Cursor of the next page; absent on the last one. */
             next_cursor?: string;
         };
         /**
-         * @description What the chains of a tenant ended with: those that grew since the seal before. All digits are
-         *     lower-case hexadecimal.
+         * @description Last entries of a tenant's chains that have grown since the seal before. Digits are lower-case
+         *     hexadecimal.
          */
         AuditSeal: {
-            /** @description The tenant whose chains they are. */
+            /** @description The tenant of the chains. */
             tenant: string;
             /**
              * Format: int64
@@ -1912,7 +1915,7 @@ export interface components {
             at: string;
             /**
              * Format: int64
-             * @description How many chains grew.
+             * @description Number of chains that have grown.
              */
             heads: number;
             /** @description Root of the Merkle tree (RFC 6962) of their last entries. */
@@ -1930,34 +1933,34 @@ export interface components {
         AuditSealPage: {
             /** @description The seals of this page. */
             items: components["schemas"]["AuditSeal"][];
-            /** @description Where the next page begins; absent on the last one. */
+            /** @description Cursor of the next page; absent on the last one. */
             next_cursor?: string;
         };
-        /** @description Whether a chain and the rows that it tells of are as they were written. */
+        /** @description Result of verifying a chain and the rows it has digests of. */
         AuditVerdict: {
-            /** @description Whether nothing was changed. */
+            /** @description True if nothing was changed. */
             intact: boolean;
             /**
              * Format: int64
-             * @description Where it is intact: entries of the chain.
+             * @description If intact: number of entries in the chain.
              */
             entries?: number;
             /**
-             * @description Where it is intact: `sha256` of the last entry. Absent of a job from before there were
-             *     entries that was not changed since.
+             * @description If intact: `sha256` of the last entry. Absent for a job that is older than the audit and has
+             *     not been changed since.
              */
             head?: string;
             /**
              * Format: int64
-             * @description Where it is not: the first entry at fault.
+             * @description If not intact: number of the first entry at fault.
              */
             number?: number;
-            /** @description Where it is not: what is at fault. */
+            /** @description If not intact: kind of fault. */
             what?: components["schemas"]["AuditFault"];
         };
         /**
-         * @description What the axes of nodes mean: `u`, `v` and `z` of a surface, `x` and `y` of a curve, `y` of a
-         *     measurement matrix.
+         * @description Quantities and units on the axes of nodes: `u`, `v` and `z` of a surface, `x` and `y` of a
+         *     curve, `y` of a measurement matrix.
          * @example {
          *       "u": {
          *         "quantity": "roll_length",
@@ -1986,7 +1989,7 @@ export interface components {
             /** @description Heights of a curve or of a measurement matrix. */
             y?: components["schemas"]["Axis"];
         };
-        /** @description What the numbers of an axis mean. */
+        /** @description Quantity and unit of the numbers on an axis. */
         Axis: {
             /**
              * @description `roll_length` (with the unit `deg` or `arcmin`: the roll angle), `diameter`, `face_width`,
@@ -2000,12 +2003,12 @@ export interface components {
              * @example um
              */
             unit: string;
-            /** @description Of heights: what a positive one means. Default `material_out`. */
+            /** @description For heights: meaning of a positive value. Default `material_out`. */
             positive?: components["schemas"]["PositiveHeight"];
             /**
-             * @description Of heights that were measured as traces, each with a zero of its own: how many nodes each
-             *     trace has, in the order of the nodes. A correction then leaves aside what the nodes of a
-             *     trace have in common. Left out where all heights count from one zero.
+             * @description For heights measured as traces with separate zeros: number of nodes of each trace, in the
+             *     order of the nodes. A correction then ignores the mean of each trace. Absent where all
+             *     heights have one zero.
              * @example [
              *       480,
              *       480,
@@ -2021,11 +2024,14 @@ export interface components {
              * @enum {string}
              */
             type: "b_spline";
-            /** @description Of the pieces, from 0 (steps) on. */
+            /** @description Degree of the pieces, from 0 (steps). */
             degree: number;
             /** @description The full knot vector, ascending: as many as control points, degree and 1 together. */
             knots: number[];
-            /** @description As many as knots less degree less 1: numbers for a graph, `[x, y]` or `[x, y, z]` otherwise. */
+            /**
+             * @description Their number is that of the knots minus the degree minus 1: numbers for a graph, `[x, y]` or
+             *     `[x, y, z]` otherwise.
+             */
             control_points: components["schemas"]["Point"][];
         };
         /** @description The B-spline through all points (Eqs. 6 to 8). */
@@ -2035,14 +2041,14 @@ export interface components {
              * @enum {string}
              */
             type: "b_spline";
-            /** @description Of the pieces; 3 gives continuous curvature. */
+            /** @description Degree of the pieces; 3 gives continuous curvature. */
             degree: number;
             /** @description The full knot vector; default averages of neighbouring parameters (The NURBS Book, 9.8). */
             knots?: number[];
         };
         /**
-         * @description The B-spline nearest to the points. Exactly one of `knots`, `spans`, `control_count` and
-         *     `tolerance` says where knots are.
+         * @description The least-squares B-spline. Exactly one of `knots`, `spans`, `control_count` and `tolerance`
+         *     sets the knots.
          */
         BSplineLeastSquaresCurveMethod: {
             /**
@@ -2050,26 +2056,29 @@ export interface components {
              * @enum {string}
              */
             type: "b_spline_least_squares";
-            /** @description Of the pieces; 3 gives continuous curvature. */
+            /** @description Degree of the pieces; 3 gives continuous curvature. */
             degree: number;
             /** @description The full knot vector. */
             knots?: number[];
             /** @description Equal spans. */
             spans?: number;
-            /** @description Knots placed by the points, so that every span holds some (The NURBS Book, 9.68 and 9.69). */
+            /**
+             * @description Number of control points; knots are placed so that every span has points (The NURBS Book,
+             *     9.68 and 9.69).
+             */
             control_count?: number;
             /**
              * Format: double
-             * @description Knots are inserted where a point lies further off than this, until none does or none can be
-             *     inserted.
+             * @description Largest distance of a point from the curve; knots are inserted until it is met or none can
+             *     be inserted.
              */
             tolerance?: number;
-            /** @description One for each point: what its squared residual counts. */
+            /** @description One weight for each point; it multiplies the squared residual. */
             weight?: number[];
         };
         /**
-         * @description The B-spline surface nearest to nodes. Exactly one of `knots`, `spans` and `placed_spans` says
-         *     where knots are.
+         * @description The least-squares B-spline surface. Exactly one of `knots`, `spans` and `placed_spans` sets the
+         *     knots.
          */
         BSplineLeastSquaresSurfaceMethod: {
             /**
@@ -2082,7 +2091,7 @@ export interface components {
             knots?: number[][];
             /** @description Spans of equal width. */
             spans?: components["schemas"]["Spans"];
-            /** @description For a grid: spans that hold about as many nodes each. */
+            /** @description For a grid: number of spans with about equal numbers of nodes. */
             placed_spans?: components["schemas"]["Spans"];
         };
         /** @description B-splines, or NURBS with `weights`; either `knots` or `spans`. */
@@ -2098,8 +2107,8 @@ export interface components {
             /** @description Equal spans over the domain. */
             spans?: components["schemas"]["Spans"];
             /**
-             * @description Of NURBS: one weight above 0 for each control point, for a surface in rows along u. They are
-             *     given, not fitted.
+             * @description For NURBS: one weight above 0 for each control point, for a surface in rows along u. They
+             *     are given, not fitted.
              */
             weights?: components["schemas"]["Weights"];
         };
@@ -2131,14 +2140,14 @@ export interface components {
             knots?: number[][];
         };
         /**
-         * @description A band: `confidence` is for the true height at each place by itself, `prediction` for a further
-         *     measurement of weight 1, `simultaneous` for the true heights of the whole domain (of a linear
-         *     model: of all rows asked for) at once. How often they hold is in docs/intervals.md. A fit of n
+         * @description A band: `confidence` holds for the true height at each single place, `prediction` for a further
+         *     measurement of weight 1, `simultaneous` for the true heights of the whole domain at once (with a
+         *     linear model: of all requested rows). Coverage is documented in docs/intervals.md. A fit of n
          *     coefficients takes 2,000,000/n places, at most 100,000; with a norm limit a sixteenth of that.
          * @enum {string}
          */
         Band: "confidence" | "prediction" | "simultaneous";
-        /** @description A fit of many coefficients: what a banded factorisation tells. */
+        /** @description Result of a fit of many coefficients by a banded factorisation. */
         BandedFit: {
             /** @description Nodes counted. */
             count: number;
@@ -2174,7 +2183,7 @@ export interface components {
             corrections: number;
             /**
              * Format: double
-             * @description Size of the last correction against that of the coefficients; 0 where there was none.
+             * @description Size of the last correction relative to the coefficients; 0 without a correction.
              */
             last_correction: number;
         };
@@ -2191,9 +2200,9 @@ export interface components {
              * @enum {string}
              */
             type: "bezier";
-            /** @description With `control_points`: one ≥ 0 for each, for a rational patch. */
+            /** @description With `control_points`: one weight ≥ 0 for each, for a rational patch. */
             weights?: number[][];
-            /** @description With `control_points`. Default [0, 1] both. */
+            /** @description With `control_points`: the domain. Default [0, 1] for both. */
             domain?: components["schemas"]["Domain"];
         };
         /** @description A tensor Bézier patch; its degrees are one less than the numbers of control points. */
@@ -2219,12 +2228,12 @@ export interface components {
             norm: number;
             /**
              * Format: double
-             * @description The least bound that holds for every coefficient vector within the norm limit.
+             * @description The smallest bound that holds for every coefficient vector within the norm limit.
              */
             sharp_bound: number;
             /**
              * Format: double
-             * @description Ineq. 51, where it holds.
+             * @description Bound by Ineq. 51, where it holds.
              */
             paper_bound?: number;
             /**
@@ -2236,10 +2245,10 @@ export interface components {
             coefficient_norm_limit_source: components["schemas"]["NormLimitSource"];
             /**
              * Format: double
-             * @description What the norm of the true coefficients stays below by least squares and its errors. An
-             *     expansion of first order, which holds less often than `level` says (at 0.95 in 86 % of
-             *     the draws of simulations at worst). There where r is the norm of the estimate and
-             *     something is regularised; no bound uses it.
+             * @description Upper confidence limit of the norm of the true coefficients, by least squares and its
+             *     errors. A first-order expansion, with a coverage below `level` (at 0.95 at worst 86 % of
+             *     the draws of simulations). Present where r is the norm of the estimate and the fit is
+             *     regularised; no bound uses it.
              */
             upper_confidence?: number;
             /**
@@ -2260,8 +2269,8 @@ export interface components {
             cross_derivatives?: components["schemas"]["Borders"];
             /**
              * Format: double
-             * @description How far apart two curves may be at their corner, in the caller's unit. Default 1e-6 of
-             *     the largest coordinate.
+             * @description Largest distance between two curves at their corner, in the unit of the request. Default
+             *     1e-6 of the largest coordinate.
              */
             tolerance?: number;
         };
@@ -2275,8 +2284,8 @@ export interface components {
             boundaries: components["schemas"]["Borders"];
             /**
              * Format: double
-             * @description How far apart two curves may be at their corner, in the caller's unit. Default 1e-6 of
-             *     the largest coordinate.
+             * @description Largest distance between two curves at their corner, in the unit of the request. Default
+             *     1e-6 of the largest coordinate.
              */
             tolerance?: number;
         };
@@ -2315,7 +2324,7 @@ export interface components {
         };
         /**
          * @description Curves along the borders of a patch: `u0` and `u1` run along v at the least and the greatest
-         *     u, `v0` and `v1` along u. Of points in space one may be missing: the patch then has three
+         *     u, `v0` and `v1` along u. For points in space one may be missing: the patch then has three
          *     sides.
          */
         Borders: {
@@ -2346,9 +2355,9 @@ export interface components {
         BuiltSurface: {
             surface: components["schemas"]["Surface"];
             domain: components["schemas"]["Domain"];
-            /** @description Of nodes on a grid: the parameters of its rows and columns. */
+            /** @description For nodes on a grid: the parameters of its rows and columns. */
             parameters?: components["schemas"]["NodeParameters"];
-            /** @description Of least squares near a whole grid: nodes. */
+            /** @description For least squares with a whole grid: number of nodes. */
             count?: number;
             /** @description Nodes less control points. */
             degrees_of_freedom?: number;
@@ -2368,23 +2377,23 @@ export interface components {
              *     left.
              */
             sigma?: number;
-            /** @description Of a mesh: the largest gap between curves that cross, and where. */
+            /** @description For a mesh: the largest gap between crossing curves, and its place. */
             gap?: components["schemas"]["Worst"];
             /**
-             * @description Of meshes, borders and patches with cubic borders: how far they are from the curves at
-             *     worst, and where.
+             * @description For meshes, borders and patches with cubic borders: the largest distance from the curves,
+             *     and its place.
              */
             deviation?: components["schemas"]["Worst"];
-            /** @description Of several patches: how they meet. */
+            /** @description For several patches: continuity across their common borders. */
             continuity?: components["schemas"]["Continuity"];
             /** @description Borders that are points: there the surface has three sides. */
             degenerate_borders?: components["schemas"]["DegenerateBorder"][];
             /**
-             * @description Of least squares with up to some hundred coefficients: the fit, as `POST /v1/fits` answers
-             *     it.
+             * @description For least squares with up to some hundred coefficients: the fit as in the answer of `POST
+             *     /v1/fits`.
              */
             fits?: components["schemas"]["CoordinateFit"][];
-            /** @description Of least squares with more of them. */
+            /** @description For least squares with more coefficients: the fit. */
             banded_fit?: components["schemas"]["BandedFit"];
             /** @description What to know about the answer; empty where there is nothing to say. */
             warnings: components["schemas"]["Warning"][];
@@ -2397,7 +2406,7 @@ export interface components {
         Candidate: {
             /** @description Degree of a curve or of a total degree, or `[p, q]`. */
             degree?: components["schemas"]["Degree"];
-            /** @description Its terms, named as in `coefficients`. */
+            /** @description Terms of the model, named as in `coefficients`. */
             terms?: string[];
             /** @description Number of coefficients n. */
             coefficients: number;
@@ -2437,8 +2446,8 @@ export interface components {
             blocked_cv?: number;
             /**
              * Format: double
-             * @description −2 ln of the marginal likelihood with Zellner's prior, less what all models have in
-             *     common; absent where `aic` is.
+             * @description −2 ln of the marginal likelihood with Zellner's prior, without the part that all models
+             *     have in common; absent where `aic` is.
              */
             reml?: number;
             /**
@@ -2452,7 +2461,7 @@ export interface components {
              */
             sigma?: number;
         };
-        /** @description What one criterion would choose. */
+        /** @description The choice of one criterion. */
         Choice: {
             criterion: components["schemas"]["ChosenBy"];
             /**
@@ -2486,11 +2495,11 @@ export interface components {
             rms: number;
         };
         /**
-         * @description What λ* was chosen by.
+         * @description Criterion that chose λ*.
          * @enum {string}
          */
         ChosenBy: "min_mse" | "min_condition" | "gcv" | "discrepancy" | "l_curve" | "hkb" | "hkb_1975" | "lawless_wang" | "optimal" | "reml" | "press" | "blocked_cv" | "sure" | "fixed" | "least_squares";
-        /** @description Which fit stands from now on. */
+        /** @description The fit to choose. */
         ChosenFit: {
             /**
              * Format: uuid
@@ -2510,7 +2519,7 @@ export interface components {
             start: components["schemas"]["Point"];
             end: components["schemas"]["Point"];
         };
-        /** @description What became of the machine. */
+        /** @description Result of the simulation. */
         ClosedLoop: {
             /**
              * Format: int64
@@ -2519,50 +2528,49 @@ export interface components {
             seed: number;
             /**
              * Format: double
-             * @description Condition of JᵀJ, as posted; left out where settings depend on each other exactly.
+             * @description Condition of JᵀJ, in the units of the request; absent where settings are linearly dependent.
              */
             condition?: number;
-            /** @description One for each way to correct, all from the same machine. */
+            /** @description One run for each correction method, all on the same machine. */
             runs: components["schemas"]["ClosedLoopRun"][];
         };
         /**
-         * @description A machine whose settings are off, and ways to correct it. Without a word it is the
-         *     ill-conditioned case: 5 × 9 nodes, six settings of which the sixth is nearly a mixture of two
-         *     others.
+         * @description A machine with wrong settings, and methods to correct it. By default the ill-conditioned case: 5
+         *     × 9 nodes and six settings, the sixth of which is nearly a combination of two others.
          */
         ClosedLoopRequest: {
             /**
              * Format: int64
-             * @description Of everything that is drawn. Default 0.
+             * @description Seed of all random numbers. Default 0.
              */
             seed?: number;
-            /** @description How often the machine is corrected. Default 2. */
+            /** @description Number of corrections. Default 2. */
             corrections?: number;
             /**
-             * @description Ways to correct. Default `spectral_uncertainty` (what corrections do by default) and
-             *     `least_squares`; further `spectral_min_mse`, `ridge_gcv` and so on.
+             * @description Correction methods. Default `spectral_uncertainty` (the default of corrections) and
+             *     `least_squares`; further ones are `spectral_min_mse`, `ridge_gcv` and so on.
              */
             strategies?: string[];
             /** @description Names of the settings, with `matrix`. */
             settings?: string[];
-            /** @description µm at each of the nodes for a unit of each setting: what corrections know of the machine. */
+            /** @description Sensitivity matrix: µm at each node per unit of each setting, as used by the corrections. */
             matrix?: number[][];
-            /** @description Of the nodes of `matrix`, which then are a grid over [-1, 1] × [-1, 1]: rows and columns. */
+            /** @description Rows and columns of the nodes of `matrix`, which then form a grid over [-1, 1] × [-1, 1]. */
             grid?: number[];
             /**
-             * @description Standard deviation of what each setting is off by at first. Default 12 µm in the
-             *     ill-conditioned case; needed with `matrix`.
+             * @description Standard deviation of the initial error of each setting, in its unit. Default 12 µm in the
+             *     ill-conditioned case; required with `matrix`.
              */
             setting_error?: number[];
             /**
              * Format: double
-             * @description By how much an entry of the true response differs from the matrix, relative to it (standard
-             *     deviation). Default 0.01.
+             * @description Relative standard deviation of the difference between the true response and the matrix,
+             *     entry by entry. Default 0.01.
              */
             response_noise?: number;
             /**
              * Format: double
-             * @description What corrections take it to be. Default 0.02.
+             * @description The value of `response_noise` that corrections assume. Default 0.02.
              */
             response_uncertainty?: number;
             /**
@@ -2577,7 +2585,7 @@ export interface components {
              */
             missing?: number;
             /**
-             * @description Whether each run is kept as a job with its iterations and corrections, all in one
+             * @description If true, each run is stored as a job with its iterations and corrections, all in one
              *     transaction. Default false.
              */
             store?: boolean;
@@ -2591,32 +2599,30 @@ export interface components {
             iteration: number;
             /**
              * Format: double
-             * @description Of the nodes that were measured.
+             * @description Root mean square of the measured deviations, µm.
              */
             rms_measured_um: number;
             /**
              * Format: double
-             * @description Without noise, over all nodes: only a simulation knows.
+             * @description Root mean square of the deviations without noise over all nodes, µm; known in a simulation
+             *     only.
              */
             rms_true_um: number;
             /**
              * Format: double
-             * @description What the correction promised; left out after the last measurement.
+             * @description Root mean square predicted by the correction, µm; absent after the last measurement.
              */
             rms_predicted_um?: number;
             /** @description The changes of the settings. */
             changes?: number[];
         };
-        /** @description One way to correct. */
+        /** @description One correction method. */
         ClosedLoopRun: {
-            /**
-             * @description How corrections were computed, such as `least_squares`, or the regularisation and its
-             *     criterion.
-             */
+            /** @description Method of the corrections, such as `least_squares`, or the regularisation and its criterion. */
             strategy: string;
             /**
              * Format: uuid
-             * @description Where it is kept.
+             * @description The stored job.
              */
             job_id?: string;
             /** @description Measurements: the first one, and one after each correction. */
@@ -2655,31 +2661,31 @@ export interface components {
             column?: number;
             /**
              * Format: double
-             * @description The estimator asked for, regularised: Â_B (Eq. 29). With a `prior` the mean of the
-             *     posterior; with `constraints` the best that meets them.
+             * @description The regularised estimate Â_B (Eq. 29) by the chosen estimator. With a `prior` the mean
+             *     of the posterior; with `constraints` the best estimate that meets them.
              */
             value: number;
             /**
              * Format: double
-             * @description A standard error that holds: of `value` where λ* was given or nothing is regularised,
-             *     of `least_squares` where the nodes chose λ*. In simulations of one flank the truth lay
-             *     within it about least squares in 66 to 70 % of the cases (docs/mathematics-notes.md).
-             *     Absent without degrees of freedom. With a `prior` the standard deviation of the
-             *     posterior, by `prior.sigma`. With `constraints` that of least squares with the
-             *     derivatives at the active places held at 0, as if these places had been known
-             *     beforehand: too small (docs/constraints.md).
+             * @description Standard error of `value` where λ* was given or the fit is not regularised, and of
+             *     `least_squares` where λ* was chosen from the nodes. In simulations of one flank the
+             *     truth lay within one standard error of least squares in 66 to 70 % of the cases
+             *     (docs/mathematics-notes.md). Absent without degrees of freedom. With a `prior` the
+             *     standard deviation of the posterior, by `prior.sigma`. With `constraints` that of least
+             *     squares with the derivatives at the active places held at 0, as if these places had been
+             *     known beforehand: too small (docs/constraints.md).
              */
             std_error?: number;
             /**
              * Format: double
-             * @description Standard error of `value` for the λ* used, as if it had not been chosen by the same
-             *     nodes; present where it was. It is too small and leaves the bias out: the truth lay
-             *     within it in 23 to 44 % of the cases, not 68 %.
+             * @description Standard error of `value` for the λ* used, as if λ* had not been chosen from the same
+             *     nodes; present where it was. It is too small and excludes the bias: the truth lay within
+             *     it in 23 to 44 % of the cases, not 68 %.
              */
             conditional_std_error?: number;
             /**
              * Format: double
-             * @description Plain least-squares estimate of the posted nodes, whatever the estimator.
+             * @description Plain least-squares estimate from the posted nodes, whatever the estimator.
              */
             least_squares: number;
             /**
@@ -2689,18 +2695,18 @@ export interface components {
             least_squares_std_error?: number;
             /**
              * Format: double
-             * @description Sharp bound on the bias |Â − Â_B| of this coefficient, given r; with a `prior` that of
-             *     the posterior's mean for coefficients that lie as far from the prior's as it says on
-             *     average (eᵀP⁻¹e ≤ n, P being its covariance). With `constraints` √n
-             *     standard errors of least squares, which bound the bias for every truth that meets them.
+             * @description Sharp bound on the bias |Â − Â_B| of this coefficient for norm limit r. With a `prior`
+             *     that of the posterior mean, for coefficients as far from the prior mean as its
+             *     covariance P implies on average (eᵀP⁻¹e ≤ n). With `constraints` √n standard errors of
+             *     least squares, which bound the bias for every truth that meets the constraints.
              */
             bias_bound: number;
             /**
-             * @description Confidence interval of the true coefficient at `level`, `[low, high]`. How often it
-             *     holds is in docs/intervals.md: for independent normal errors, at 0.95, in 0.94 to 0.96
-             *     on average; elsewhere as docs/errors.md, docs/prior.md and docs/selection.md have it.
-             *     The regularised `value` may lie outside. Absent without an estimate of the noise, and
-             *     where nothing limits the coefficient.
+             * @description Confidence interval of the true coefficient at `level`, `[low, high]`. Coverage at 0.95
+             *     is 0.94 to 0.96 on average for independent normal errors (docs/intervals.md); for other
+             *     cases see docs/errors.md, docs/prior.md and docs/selection.md. The regularised `value`
+             *     may lie outside. Absent without an estimate of the noise, and where the coefficient is
+             *     not bounded.
              */
             interval?: number[];
             interval_kind?: components["schemas"]["IntervalKind"];
@@ -2711,13 +2717,13 @@ export interface components {
             least_squares_interval?: number[];
             /**
              * Format: double
-             * @description What the norm limit (`coefficient_norm_limit`) or the `prior` that was given gained: the
-             *     width of `interval` as a share of that of Student's about least squares, above 0. 0.6 is
-             *     an interval shorter by 40 %; 1 gained nothing, and above 1 a prior made it wider.
+             * @description Effect of the given norm limit (`coefficient_norm_limit`) or `prior`: the width of
+             *     `interval` divided by that of Student's interval about least squares, above 0. 0.6 is an
+             *     interval shorter by 40 %; 1 is no gain, and above 1 the prior made it wider.
              */
             interval_gain?: number;
         };
-        /** @description How the columns depend on each other. */
+        /** @description Linear dependence of the columns. */
         Collinearity: {
             /** @description Each column against all others, in the order of the coefficients. */
             columns: components["schemas"]["ColumnCollinearity"][];
@@ -2804,8 +2810,8 @@ export interface components {
          */
         ConformityDecision: "conforms" | "does_not_conform" | "cannot_be_told";
         /**
-         * @description A condition on the shape of the fitted curve or surface, which holds at every place of its
-         *     domain, not at nodes alone.
+         * @description A condition on the shape of the fitted curve or surface. It holds everywhere in its domain, not
+         *     only at the nodes.
          * @example {
          *       "along": "v",
          *       "kind": "concave"
@@ -2819,18 +2825,18 @@ export interface components {
              */
             along?: components["schemas"]["FilterAxisName"];
             /**
-             * @description Where it does, within the domain of the fit; by default all over that. Opposite constraints
-             *     along an axis must not touch.
+             * @description Where the constraint applies, within the domain of the fit; default the whole domain.
+             *     Opposite constraints along an axis must not touch.
              */
             domain?: components["schemas"]["Domain"];
         };
         /**
-         * @description What the function does along the axis: `increasing` and `decreasing` limit the first derivative,
-         *     which may be 0, `convex` and `concave` the second.
+         * @description Shape along the axis: `increasing` and `decreasing` limit the first derivative, which may be 0;
+         *     `convex` and `concave` limit the second.
          * @enum {string}
          */
         ConstraintKind: "increasing" | "decreasing" | "convex" | "concave";
-        /** @description What one constraint came to. */
+        /** @description Result of one constraint. */
         ConstraintResult: {
             kind: components["schemas"]["ConstraintKind"];
             along: components["schemas"]["FilterAxisName"];
@@ -2847,14 +2853,14 @@ export interface components {
              * @description The same of plain least squares; below 0 where the constraint had something to do.
              */
             least_squares_least_value: number;
-            /** @description Where the constraint holds the function back. */
+            /** @description Places where the constraint is active. */
             active: components["schemas"]["ActivePlace"][];
         };
         /**
-         * @description The proof that the fitted function meets the constraints, and that none of the model that
-         *     does is much better. It is of the fitted function (`curve`, `surface`, `predictions`):
-         *     coefficients of raw powers, rounded to doubles, hold it as far as `numerics.correct_digits`
-         *     says.
+         * @description Proof that the fitted function meets the constraints, and that no function of the model that
+         *     meets them is much better. It applies to the fitted function (`curve`, `surface`,
+         *     `predictions`); rounded coefficients of raw powers meet the constraints to
+         *     `numerics.correct_digits`.
          */
         ConstraintsResult: {
             /** @description In the order of the request. */
@@ -2873,19 +2879,19 @@ export interface components {
             rss_bound: number;
             /**
              * Format: double
-             * @description Length of the gradient of the Lagrangian, over that of the heights as the columns see
-             *     them: 0 at the exact solution.
+             * @description Length of the gradient of the Lagrangian relative to that of the projected heights: 0 at
+             *     the exact solution.
              */
             stationarity: number;
             /**
-             * @description Rounds in which places were looked for where a constraint was violated; 0 where least
-             *     squares meets all of them.
+             * @description Number of rounds that searched for violated constraints; 0 where least squares meets all
+             *     of them.
              */
             rounds: number;
         };
         /** @description Share of gross errors, 1e-6 to 0.9, or `estimate`. */
         Contamination: "estimate" | number;
-        /** @description How patches meet. */
+        /** @description Continuity across common borders. */
         Continuity: {
             /** @description The worst class of all joints. */
             class: components["schemas"]["ContinuityClass"];
@@ -2893,8 +2899,8 @@ export interface components {
             joints: components["schemas"]["Joint"][];
         };
         /**
-         * @description How two patches meet, from worst to best: a gap; one line with an edge; one tangent plane; the
-         *     same first derivatives; the same second ones, hence one curvature.
+         * @description Continuity of two patches, from worst to best: a gap; a common line with an edge; a common
+         *     tangent plane; equal first derivatives; equal second derivatives, hence equal curvature.
          * @enum {string}
          */
         ContinuityClass: "apart" | "c0" | "g1" | "c1" | "c2";
@@ -2923,7 +2929,7 @@ export interface components {
         CoordinateFit: {
             /** @description `y` of a curve's graph, `z` of a surface's; else `x`, `y` or `z`. */
             coordinate: string;
-            /** @description As `POST /v1/fits` answers it, without the shape. */
+            /** @description The fit as in the answer of `POST /v1/fits`, without the shape. */
             result: components["schemas"]["FitResult"];
         };
         /**
@@ -2956,11 +2962,11 @@ export interface components {
              */
             sigma?: number;
             /**
-             * @description Of a surface of many coefficients without a penalty: the standard error of each control
-             *     point, in their rows.
+             * @description For a surface of many coefficients without a penalty: standard errors of the control points,
+             *     row by row.
              */
             std_errors?: number[][];
-            /** @description With `"include": ["residuals"]`: of the counted nodes, in the order posted. */
+            /** @description With `"include": ["residuals"]`: residuals of the counted nodes, in the order posted. */
             values?: number[];
         };
         /** @description The teeth whose mean a flank was corrected by. */
@@ -3216,24 +3222,24 @@ export interface components {
             twist_um?: components["schemas"]["CorrectionTargetFigure"];
         };
         /**
-         * @description How errors are correlated.
+         * @description Correlation of the errors.
          * @enum {string}
          */
         CorrelationName: "ar1" | "ar2" | "matern";
-        /** @description How many of the smallest eigenvalues are regularised: a number or `auto`. */
+        /** @description Number of smallest eigenvalues to regularise: a number or `auto`. */
         Count: "auto" | number;
         /**
          * @description Covariance matrices of the coefficients, in their order: the lower triangle by rows, row j
          *     having j + 1 numbers.
          */
         Covariance: {
-            /** @description Of the estimate, for the λ* used. */
+            /** @description Covariance of the estimate for the λ* used. */
             coefficients: number[][];
-            /** @description Of the estimate before it is regularised: least squares, or the robust estimate. */
+            /** @description Covariance of the unregularised estimate: least squares, or the robust estimate. */
             least_squares: number[][];
         };
         /**
-         * @description By what λ*, k or λ is chosen; `fixed` takes the caller's `value`.
+         * @description Criterion that chooses λ*, k or λ; `fixed` takes `value` of the request.
          * @enum {string}
          */
         CriterionName: "min_mse" | "min_condition" | "gcv" | "discrepancy" | "l_curve" | "hkb" | "hkb_1975" | "lawless_wang" | "optimal" | "reml" | "press" | "blocked_cv" | "sure" | "fixed";
@@ -3272,7 +3278,7 @@ export interface components {
         Curve: components["schemas"]["PolynomialCurve"] | components["schemas"]["PiecewisePolynomialCurve"] | components["schemas"]["BSplineCurve"] | components["schemas"]["NurbsCurve"];
         /** @description Closest points, everything in the order of the given ones. */
         CurveFeet: {
-            /** @description Where they lie on the curve. */
+            /** @description Parameters of the closest points on the curve. */
             parameters: number[];
             /** @description They themselves; of a graph (x, y). */
             points: number[][];
@@ -3285,31 +3291,31 @@ export interface components {
             signed_distances?: number[];
         };
         /**
-         * @description Files of curves: IGES (entity 126) and STEP AP242 hold the curve itself; OBJ, VTK and CSV a
-         *     chain of points on it.
+         * @description Files of curves: IGES (entity 126) and STEP AP242 contain the curve itself; OBJ, VTK and CSV a
+         *     polyline of points on it.
          * @enum {string}
          */
         CurveFormat: "iges" | "step" | "obj" | "vtk" | "csv";
         /**
-         * @description What is answered of a curve only when asked for: `arc_length` for at most 10,000 parameters.
+         * @description Optional parts of the answer: `arc_length` for at most 10,000 parameters.
          * @enum {string}
          */
         CurveInclude: "arc_length";
         /** @description Curves along the lines of a mesh, from two families of planes u = const and v = const. */
         CurveMesh: {
-            /** @description Where the curves over v stand, ascending. */
+            /** @description Positions of the curves over v, ascending. */
             u: number[];
-            /** @description Where the curves over u stand, ascending. */
+            /** @description Positions of the curves over u, ascending. */
             v: number[];
             /**
-             * @description For each u its curve over v. Of points in space the first or the last may be `null`: a
-             *     tip, where the patches have three sides.
+             * @description For each u its curve over v. For points in space the first or the last may be `null`:
+             *     the patches there are three-sided.
              */
             u_curves: (components["schemas"]["Curve"] | null)[];
             /** @description For each v its curve over u; `null` as above. */
             v_curves: (components["schemas"]["Curve"] | null)[];
         };
-        /** @description How a curve is led through points (all but the last three) or near them. */
+        /** @description Method of a curve through the points (all but the last three) or near them. */
         CurveMethod: components["schemas"]["LagrangeMethod"] | components["schemas"]["NewtonMethod"] | components["schemas"]["HermiteMethod"] | components["schemas"]["CubicHermiteMethod"] | components["schemas"]["CubicSplineMethod"] | components["schemas"]["BSplineCurveMethod"] | components["schemas"]["BSplineLeastSquaresCurveMethod"] | components["schemas"]["NurbsLeastSquaresCurveMethod"] | components["schemas"]["SmoothingSplineMethod"];
         /** @description One boundary curve y(x); abscissae in any order, repetitions are repeated measurements. */
         CurveNodes: {
@@ -3318,7 +3324,7 @@ export interface components {
              * @enum {string}
              */
             type: "curve";
-            /** @description Where the heights were measured, in any order. */
+            /** @description Abscissae of the heights, in any order. */
             x: number[];
             /** @description The height at each x. */
             y: number[];
@@ -3334,16 +3340,16 @@ export interface components {
         CurveRequest: {
             scaling?: components["schemas"]["ScalingName"];
             /**
-             * @description Of fits by default `first_order` with λ* by `min_mse`, or `none` with a prior; where a
-             *     curve, a surface or a flank is asked for, `none`.
+             * @description Default for fits: `first_order` with λ* by `min_mse`, or `none` with a prior. Default
+             *     for a curve, a surface or a flank: `none`.
              */
             regularization?: components["schemas"]["Regularization"];
             estimator?: components["schemas"]["Estimator"];
             /**
              * Format: double
-             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals, which
-             *     hold as far as it is true; by default estimated, and then for bounds alone. It is to be
-             *     known from elsewhere than these nodes (docs/intervals.md).
+             * @description Norm limit r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bias bounds and intervals;
+             *     they are valid only if it holds. Take it from a source other than these nodes
+             *     (docs/intervals.md). By default r is estimated, and used for bounds only.
              */
             coefficient_norm_limit?: number;
             /**
@@ -3361,7 +3367,7 @@ export interface components {
              * @example 0.95
              */
             level?: number;
-            /** @description Parts of the answer that come only when asked for. */
+            /** @description Optional parts of the answer. */
             include?: components["schemas"]["FitInclude"][];
             /** @description Applied to the heights before the fit, in this order. */
             filters?: components["schemas"]["Filter"][];
@@ -3375,13 +3381,14 @@ export interface components {
             /** @description By order: first derivatives, second ones, … */
             derivatives?: components["schemas"]["Point"][][];
             /**
-             * @description With two derivatives and more: 1/radius; of plane curves and graphs > 0 where the curve
-             *     turns left. Left out where the curve stands still at one of the parameters, with a warning.
+             * @description With two derivatives or more: 1/radius; for plane curves and graphs > 0 where the curve
+             *     turns left. Absent, with a warning, where the first derivative is 0 at one of the
+             *     parameters.
              */
             curvature?: number[];
             /**
-             * @description With three derivatives, of a curve in space that is nowhere straight at the parameters: how
-             *     fast it leaves its plane.
+             * @description With three derivatives: torsion of a space curve; absent where its curvature is 0 at one of
+             *     the parameters.
              */
             torsion?: number[];
             /**
@@ -3403,21 +3410,22 @@ export interface components {
             warnings: components["schemas"]["Warning"][];
         };
         /**
-         * @description What is done with the gear.
+         * @description Decision on the gear.
          * @enum {string}
          */
         DecisionName: "accept" | "remachine" | "reject";
         /** @description A border that is a point. */
         DegenerateBorder: {
             border: components["schemas"]["Border"];
-            /** @description Where all of the border lies. */
+            /** @description The point. */
             point: number[];
         };
         /** @description One degree for every axis, or one for each: `3` or `[p, q]`. */
         Degree: number | number[];
         /**
-         * @description Why columns nearly depend on each other: `basis`, in Legendre's over the domain they do not;
-         *     `nodes`, the nodes do not tell them apart in whatever basis, or there is no other.
+         * @description Cause of a near dependency: `basis`, the columns are independent in Legendre's basis over
+         *     the domain; `nodes`, the nodes cannot separate them in any basis, or there is no other
+         *     basis.
          * @enum {string}
          */
         DependencyCause: "basis" | "nodes";
@@ -3501,7 +3509,7 @@ export interface components {
             v?: number[];
         };
         /**
-         * @description How many entries of each list of a traced iteration stand before those listed, which are the
+         * @description For each list of a traced iteration: number of entries before the listed ones, which are the
          *     last hundred.
          */
         EarlierEntries: {
@@ -3570,7 +3578,7 @@ export interface components {
              */
             type: "end_relief";
         };
-        /** @description What holds at the ends of a cubic spline: the paper's (i) to (iv), and `periodic`. */
+        /** @description End conditions of a cubic spline: the paper's (i) to (iv), and `periodic`. */
         Ends: components["schemas"]["ClampedEnds"] | components["schemas"]["NaturalEnds"] | components["schemas"]["SecondDerivativeEnds"] | components["schemas"]["NotAKnotEnds"] | components["schemas"]["PeriodicEnds"];
         /** @description A tool's profile and how it rolls with the gear. */
         EnvelopeRequest: {
@@ -3581,24 +3589,24 @@ export interface components {
             /** @description Ascending: where the flank that is left is answered. */
             radii_mm?: number[];
         };
-        /** @description Parameters, told or estimated: `rho`, or `phi`, or `length` and `nugget`. */
+        /** @description Parameters of the correlation, given or estimated: `rho`, `phi`, or `length` and `nugget`. */
         ErrorParameters: {
             /**
              * Format: double
-             * @description Of `ar1`: the correlation of neighbours. Where it is 0.95 over a line of 60 nodes, 95 %
-             *     intervals hold in 0.92 only, those of the worst coefficient in 0.88 (docs/errors.md).
+             * @description For `ar1`: the correlation of neighbours. At 0.95 over a line of 60 nodes, 95 % intervals
+             *     have a coverage of 0.92 only, 0.88 for the worst coefficient (docs/errors.md).
              */
             rho?: number;
-            /** @description Of `ar2`: φ₁ and φ₂. */
+            /** @description For `ar2`: φ₁ and φ₂. */
             phi?: number[];
             /**
              * Format: double
-             * @description Of `matern`, in the unit of the abscissae.
+             * @description For `matern`: the correlation length in the unit of the abscissae.
              */
             length?: number;
             /**
              * Format: double
-             * @description Of `matern`: the white share of the variance.
+             * @description For `matern`: share of white noise in the variance.
              */
             nugget?: number;
             /**
@@ -3624,9 +3632,9 @@ export interface components {
          */
         Errors: components["schemas"]["IndependentErrors"] | components["schemas"]["Ar1Errors"] | components["schemas"]["Ar2Errors"] | components["schemas"]["MaternErrors"];
         /**
-         * @description Correlations of the errors along scan lines. Of `residuals`, `rss` and `sigma` are then those of
-         *     the white rows, sigma being the standard deviation of a height of weight 1; the others are those
-         *     of the heights.
+         * @description Correlations of the errors along scan lines. `rss` and `sigma` of `residuals` are then those of
+         *     the whitened rows, where sigma is the standard deviation of a height of weight 1; the other
+         *     residual figures are those of the heights.
          */
         ErrorsResult: {
             type: components["schemas"]["CorrelationName"];
@@ -3634,13 +3642,13 @@ export interface components {
             parameters: components["schemas"]["ErrorParameters"];
             /**
              * Format: double
-             * @description So many independent heights would tell as much of a mean.
+             * @description Number of independent heights that would determine a mean equally well.
              */
             effective_count: number;
             /**
-             * @description Durbin and Watson's d: the mean of (rᵢ − rᵢ₊₁)² over neighbours on one line over the mean of
-             *     r² over the nodes, about 2 for white residuals and any number of lines. Of plain least
-             *     squares, and of the white rows. Absent where no line has two nodes.
+             * @description Durbin and Watson's d: the mean of (rᵢ − rᵢ₊₁)² over neighbours on one line divided by the
+             *     mean of r² over the nodes, about 2 for white residuals and any number of lines. Given for
+             *     plain least squares and for the whitened rows. Absent where no line has two nodes.
              */
             durbin_watson?: number[];
             /**
@@ -3661,7 +3669,7 @@ export interface components {
          *     unregularised estimate.
          */
         EstimableSum: {
-            /** @description The terms whose coefficients cannot be told apart. */
+            /** @description The terms whose coefficients cannot be separated. */
             terms: string[];
             /** @description Weight of the coefficient of each of `terms`; 1 for the leading one. */
             weights: number[];
@@ -3681,8 +3689,8 @@ export interface components {
             interval?: number[];
             /**
              * Format: double
-             * @description How much worse the sum is determined than the best one of the same terms, in columns of
-             *     unit length: 1 to 30.
+             * @description Ratio of the standard error of the sum to that of the best determined sum of the same
+             *     terms, in columns of unit length: 1 to 30.
              */
             condition_index: number;
             /** @description The same in words. */
@@ -3725,7 +3733,7 @@ export interface components {
             exponent?: number;
         };
         /**
-         * @description How the coefficients are estimated; default `least_squares`. Weights of nodes multiply squared
+         * @description Estimator of the coefficients; default `least_squares`. Weights of nodes multiply squared
          *     residuals for every estimator: rows and heights are scaled by √weight.
          */
         Estimator: components["schemas"]["LeastSquaresEstimator"] | components["schemas"]["MEstimator"] | components["schemas"]["LeastAbsoluteDeviationsEstimator"] | components["schemas"]["LpEstimator"] | components["schemas"]["QuantileEstimator"] | components["schemas"]["LeastTrimmedSquaresEstimator"] | components["schemas"]["RankEstimator"] | components["schemas"]["LEstimator"] | components["schemas"]["MaximumLikelihoodEstimator"];
@@ -3947,7 +3955,7 @@ export interface components {
             k_bands?: components["schemas"]["KBand"][];
         };
         /**
-         * @description What an event is about.
+         * @description Subject of an event.
          * @enum {string}
          */
         EventName: "iteration" | "fit" | "decision" | "stream" | "operation" | "record" | "job" | "purged" | "reset";
@@ -3955,12 +3963,12 @@ export interface components {
         ExportCurve: {
             curve: components["schemas"]["Curve"];
             format: components["schemas"]["CurveFormat"];
-            /** @description What the file calls the curve. Default `curve`. */
+            /** @description Name of the curve in the file. Default `curve`. */
             name?: string;
             /**
              * Format: double
-             * @description Of `obj`, `vtk` and `csv`, which are chains of points: how far a chord may stray from
-             *     the curve. Default a thousandth of the curve's extent.
+             * @description For `obj`, `vtk` and `csv` (polylines): largest distance of a chord from the curve.
+             *     Default a thousandth of the curve's extent.
              */
             tolerance?: number;
         };
@@ -3968,18 +3976,19 @@ export interface components {
         ExportSurface: {
             surface: components["schemas"]["Surface"];
             format: components["schemas"]["SurfaceFormat"];
-            /** @description What the file calls the surface. Default `surface`. */
+            /** @description Name of the surface in the file. Default `surface`. */
             name?: string;
             /**
              * Format: double
-             * @description Of `iges` and `step`: how far a patch that no B-spline equals (Gregory, bicubic Coons of
-             *     rational curves) may be from the one written. Default a millionth of the surface's
-             *     extent. Of meshes: nodes on common borders no farther apart are one.
+             * @description For `iges` and `step`: largest distance between a patch that no B-spline equals
+             *     (Gregory, bicubic Coons of rational curves) and the one written. Default a millionth of
+             *     the surface's extent. For meshes: nodes on common borders within this distance become
+             *     one.
              */
             tolerance?: number;
             /**
-             * @description Of all others: quadrilaterals along u and along v on each smooth patch. Default 20 and
-             *     20.
+             * @description For all other formats: quadrilaterals along u and along v on each smooth patch. Default
+             *     20 and 20.
              */
             samples?: number[];
         };
@@ -4131,9 +4140,9 @@ export interface components {
          */
         FilterAxisName: "u" | "v";
         /**
-         * @description How the columns depend on each other before and after the filters, which smooth away what
-         *     tells terms apart. `after` is of the matrix that the filters make of X, removed nodes left
-         *     out, with peaks and robustness weights as the heights decided them; the fit itself is of the
+         * @description Linear dependence of the columns before and after the filters, which may smooth away the
+         *     difference between terms. `after` is that of the filtered matrix X without removed nodes,
+         *     with the peaks and robustness weights found from the heights; the fit itself relates the
          *     filtered heights to X.
          */
         FilterCollinearity: {
@@ -4145,12 +4154,12 @@ export interface components {
          * @enum {string}
          */
         FilterName: "hampel" | "gaussian" | "spline";
-        /** @description What one filter changed. */
+        /** @description Changes by one filter. */
         FilterResult: {
             type: components["schemas"]["FilterName"];
-            /** @description Nodes whose height is another one now, or that were removed. */
+            /** @description Number of nodes whose height was changed or that were removed. */
             changed: number;
-            /** @description Of them, those that count no more. */
+            /** @description Number of nodes removed. */
             removed: number;
             /**
              * Format: double
@@ -4170,7 +4179,7 @@ export interface components {
             node_indices?: number[];
             /** @description Rounds of the line that took the most; of a robust filter only. */
             iterations?: number;
-            /** @description Whether every line came to rest; of a robust filter only. */
+            /** @description True if the iteration converged on every line; for a robust filter only. */
             converged?: boolean;
         };
         /**
@@ -4224,28 +4233,28 @@ export interface components {
             spec: components["schemas"]["FitFormSpec"];
             /**
              * Format: binary
-             * @description A table of nodes of any form that `POST /v1/nodes/read` reads, such as CSV with a header
-             *     `u,v,z[,weight]` or `x,y[,weight]`; an empty height is a missing node. What it says of
-             *     flank, tooth and axes is taken where `spec` does not give them.
+             * @description A table of nodes in any form that `POST /v1/nodes/read` reads, such as CSV with a header
+             *     `u,v,z[,weight]` or `x,y[,weight]`; an empty height is a missing node. Its flank, tooth and
+             *     axes are used where `spec` has none.
              */
             nodes: string;
-            /** @description How the table is to be read. */
+            /** @description Mapping of the table. */
             mapping?: components["schemas"]["TableMapping"];
         };
         /** @description A fit request without nodes. */
         FitFormSpec: {
             scaling?: components["schemas"]["ScalingName"];
             /**
-             * @description Of fits by default `first_order` with λ* by `min_mse`, or `none` with a prior; where a
-             *     curve, a surface or a flank is asked for, `none`.
+             * @description Default for fits: `first_order` with λ* by `min_mse`, or `none` with a prior. Default
+             *     for a curve, a surface or a flank: `none`.
              */
             regularization?: components["schemas"]["Regularization"];
             estimator?: components["schemas"]["Estimator"];
             /**
              * Format: double
-             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals, which
-             *     hold as far as it is true; by default estimated, and then for bounds alone. It is to be
-             *     known from elsewhere than these nodes (docs/intervals.md).
+             * @description Norm limit r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bias bounds and intervals;
+             *     they are valid only if it holds. Take it from a source other than these nodes
+             *     (docs/intervals.md). By default r is estimated, and used for bounds only.
              */
             coefficient_norm_limit?: number;
             /**
@@ -4263,7 +4272,7 @@ export interface components {
              * @example 0.95
              */
             level?: number;
-            /** @description Parts of the answer that come only when asked for. */
+            /** @description Optional parts of the answer. */
             include?: components["schemas"]["FitInclude"][];
             /** @description Applied to the heights before the fit, in this order. */
             filters?: components["schemas"]["Filter"][];
@@ -4272,8 +4281,8 @@ export interface components {
             domain?: components["schemas"]["Domain"];
             prior?: components["schemas"]["Prior"];
             /**
-             * @description How the fitted curve or surface has to rise, fall or bend. Then `regularization` is
-             *     `none`, and the estimator `least_squares`.
+             * @description Conditions on slope or curvature of the fitted curve or surface. `regularization` must
+             *     then be `none`, and the estimator `least_squares`.
              */
             constraints?: components["schemas"]["Constraint"][];
             /** @description Heights, slopes and bands at places of the domain. */
@@ -4281,8 +4290,8 @@ export interface components {
             select?: components["schemas"]["Select"];
             folds?: components["schemas"]["Folds"];
             /**
-             * @description Nodes that are left out of the fit, as if they were missing; each is named once. They
-             *     stay in what is stored, and `spec` says that they were left out.
+             * @description Nodes that the fit treats as missing; each is named once. They remain in the stored
+             *     nodes, and `spec` lists them.
              * @example [
              *       {
              *         "column": 7,
@@ -4298,13 +4307,13 @@ export interface components {
              * @example 1
              */
             tooth?: string;
-            /** @description What the axes of the nodes mean. */
+            /** @description Quantities and units on the axes of the nodes. */
             axes?: components["schemas"]["Axes"];
         };
         /**
-         * @description What is answered only when asked for: whatever grows with the nodes or with the square of the
-         *     coefficients. Each name only adds to the answer; a name that stands twice counts once, one that
-         *     has nothing to add (`ridge_trace` without ridge) adds at most a warning that says so.
+         * @description Optional parts of the answer, which grow with the nodes or with the square of the coefficients.
+         *     A name may occur twice; one that does not apply (`ridge_trace` without ridge) adds at most a
+         *     warning.
          * @enum {string}
          */
         FitInclude: "residuals" | "fitted" | "collinearity" | "lambda_curve" | "matrix_b" | "ridge_trace" | "robust_weights" | "peaks" | "covariance" | "influence" | "shape" | "representative" | "intervals" | "predicted_mse";
@@ -4312,7 +4321,7 @@ export interface components {
         FitPage: {
             /** @description The fits of this page. */
             items: components["schemas"]["FitSummary"][];
-            /** @description Where the next page begins; absent on the last one. */
+            /** @description Cursor of the next page; absent on the last one. */
             next_cursor?: string;
         };
         /** @description A fit request. */
@@ -4320,16 +4329,16 @@ export interface components {
             nodes: components["schemas"]["Nodes"];
             scaling?: components["schemas"]["ScalingName"];
             /**
-             * @description Of fits by default `first_order` with λ* by `min_mse`, or `none` with a prior; where a
-             *     curve, a surface or a flank is asked for, `none`.
+             * @description Default for fits: `first_order` with λ* by `min_mse`, or `none` with a prior. Default
+             *     for a curve, a surface or a flank: `none`.
              */
             regularization?: components["schemas"]["Regularization"];
             estimator?: components["schemas"]["Estimator"];
             /**
              * Format: double
-             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals, which
-             *     hold as far as it is true; by default estimated, and then for bounds alone. It is to be
-             *     known from elsewhere than these nodes (docs/intervals.md).
+             * @description Norm limit r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bias bounds and intervals;
+             *     they are valid only if it holds. Take it from a source other than these nodes
+             *     (docs/intervals.md). By default r is estimated, and used for bounds only.
              */
             coefficient_norm_limit?: number;
             /**
@@ -4347,7 +4356,7 @@ export interface components {
              * @example 0.95
              */
             level?: number;
-            /** @description Parts of the answer that come only when asked for. */
+            /** @description Optional parts of the answer. */
             include?: components["schemas"]["FitInclude"][];
             /** @description Applied to the heights before the fit, in this order. */
             filters?: components["schemas"]["Filter"][];
@@ -4356,8 +4365,8 @@ export interface components {
             domain?: components["schemas"]["Domain"];
             prior?: components["schemas"]["Prior"];
             /**
-             * @description How the fitted curve or surface has to rise, fall or bend. Then `regularization` is
-             *     `none`, and the estimator `least_squares`.
+             * @description Conditions on slope or curvature of the fitted curve or surface. `regularization` must
+             *     then be `none`, and the estimator `least_squares`.
              */
             constraints?: components["schemas"]["Constraint"][];
             /** @description Heights, slopes and bands at places of the domain. */
@@ -4365,8 +4374,8 @@ export interface components {
             select?: components["schemas"]["Select"];
             folds?: components["schemas"]["Folds"];
             /**
-             * @description Nodes that are left out of the fit, as if they were missing; each is named once. They
-             *     stay in what is stored, and `spec` says that they were left out.
+             * @description Nodes that the fit treats as missing; each is named once. They remain in the stored
+             *     nodes, and `spec` lists them.
              * @example [
              *       {
              *         "column": 7,
@@ -4382,7 +4391,7 @@ export interface components {
              * @example 1
              */
             tooth?: string;
-            /** @description What the axes of the nodes mean. */
+            /** @description Quantities and units on the axes of the nodes. */
             axes?: components["schemas"]["Axes"];
         };
         /** @description The answer to a fit. */
@@ -4415,20 +4424,20 @@ export interface components {
             /** @description Condition, bias and error along λ*; present when `lambda_curve` was included. */
             lambda_curve?: components["schemas"]["LambdaCurvePoint"][];
             /**
-             * @description The coefficients along k, ascending from 0; present when `ridge_trace` was included and
-             *     ridge asked for.
+             * @description The coefficients along k, ascending from 0; present with `include` of `ridge_trace` and
+             *     ridge.
              */
             ridge_trace?: components["schemas"]["RidgeTracePoint"][];
             /** @description The rows of B in the caller's columns; present when `matrix_b` was included. */
             matrix_b?: number[][];
-            /** @description What each filter changed, in the order applied; present when there were filters. */
+            /** @description Changes by each filter, in the order applied; present with filters. */
             filters?: components["schemas"]["FilterResult"][];
             /** @description B as a product; present with `matrix_b`. */
             matrix_b_factors?: components["schemas"]["MatrixBFactors"];
             /**
-             * @description What of this fit is used for others: V, λ* and L, as `regularization` of type
-             *     `representative` takes them. Present when `representative` was included and `spectral`
-             *     raised an eigenvalue.
+             * @description The data that other fits need: V, λ* and L, as `regularization` of type `representative`
+             *     takes them. Present with `include` of `representative`, if `spectral` raised an
+             *     eigenvalue.
              */
             representative?: components["schemas"]["RepresentativePiece"];
             /**
@@ -4444,7 +4453,7 @@ export interface components {
             constraints?: components["schemas"]["ConstraintsResult"];
             /** @description Present when `covariance` was included. */
             covariance?: components["schemas"]["Covariance"];
-            /** @description Present when heights were asked for (`predict`). */
+            /** @description Present with `predict`. */
             predictions?: components["schemas"]["Predictions"];
             /** @description Present when `influence` was included and the nodes determine the coefficients. */
             influence?: components["schemas"]["Influence"];
@@ -4461,8 +4470,8 @@ export interface components {
             warnings: components["schemas"]["Warning"][];
             provenance: components["schemas"]["Provenance"];
             /**
-             * @description What was fitted, with every default filled in: a request of its own, but for the nodes.
-             *     Of `POST /v1/fits`; a fit that is kept has it beside its result.
+             * @description The fit request without nodes, with every default filled in. For `POST /v1/fits`; a
+             *     stored fit has it next to its result.
              */
             spec?: components["schemas"]["FitSpec"];
         };
@@ -4470,16 +4479,16 @@ export interface components {
         FitSpec: {
             scaling?: components["schemas"]["ScalingName"];
             /**
-             * @description Of fits by default `first_order` with λ* by `min_mse`, or `none` with a prior; where a
-             *     curve, a surface or a flank is asked for, `none`.
+             * @description Default for fits: `first_order` with λ* by `min_mse`, or `none` with a prior. Default
+             *     for a curve, a surface or a flank: `none`.
              */
             regularization?: components["schemas"]["Regularization"];
             estimator?: components["schemas"]["Estimator"];
             /**
              * Format: double
-             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals, which
-             *     hold as far as it is true; by default estimated, and then for bounds alone. It is to be
-             *     known from elsewhere than these nodes (docs/intervals.md).
+             * @description Norm limit r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bias bounds and intervals;
+             *     they are valid only if it holds. Take it from a source other than these nodes
+             *     (docs/intervals.md). By default r is estimated, and used for bounds only.
              */
             coefficient_norm_limit?: number;
             /**
@@ -4497,7 +4506,7 @@ export interface components {
              * @example 0.95
              */
             level?: number;
-            /** @description Parts of the answer that come only when asked for. */
+            /** @description Optional parts of the answer. */
             include?: components["schemas"]["FitInclude"][];
             /** @description Applied to the heights before the fit, in this order. */
             filters?: components["schemas"]["Filter"][];
@@ -4506,8 +4515,8 @@ export interface components {
             domain?: components["schemas"]["Domain"];
             prior?: components["schemas"]["Prior"];
             /**
-             * @description How the fitted curve or surface has to rise, fall or bend. Then `regularization` is
-             *     `none`, and the estimator `least_squares`.
+             * @description Conditions on slope or curvature of the fitted curve or surface. `regularization` must
+             *     then be `none`, and the estimator `least_squares`.
              */
             constraints?: components["schemas"]["Constraint"][];
             /** @description Heights, slopes and bands at places of the domain. */
@@ -4515,8 +4524,8 @@ export interface components {
             select?: components["schemas"]["Select"];
             folds?: components["schemas"]["Folds"];
             /**
-             * @description Nodes that are left out of the fit, as if they were missing; each is named once. They
-             *     stay in what is stored, and `spec` says that they were left out.
+             * @description Nodes that the fit treats as missing; each is named once. They remain in the stored
+             *     nodes, and `spec` lists them.
              * @example [
              *       {
              *         "column": 7,
@@ -4526,22 +4535,16 @@ export interface components {
              */
             exclude?: components["schemas"]["NodeAt"][];
         };
-        /**
-         * @description A fit by the figures by which λ* choices are told apart at a glance. A figure that does not
-         *     exist is left out.
-         */
+        /** @description Figures of a fit for comparing λ* choices. A figure that does not exist is absent. */
         FitSummary: {
             /**
              * Format: uuid
              * @description UUIDv7.
              */
             id: string;
-            /** @description Whether this fit stands. */
+            /** @description True for the chosen fit. */
             chosen: boolean;
-            /**
-             * @description Of the fit that stands, who chose it: the actor of the caller; absent where no key was asked
-             *     for.
-             */
+            /** @description For the chosen fit: actor of the caller who chose it; absent where no key was required. */
             chosen_by?: string;
             /**
              * Format: double
@@ -4572,7 +4575,7 @@ export interface components {
             bias_norm?: number;
             /**
              * Format: double
-             * @description The least bound of the bias that holds within the norm limit.
+             * @description The smallest bias bound that holds within the norm limit.
              */
             bias_sharp_bound?: number;
             /**
@@ -4586,8 +4589,9 @@ export interface components {
              */
             max_abs?: number;
             /**
-             * @description Slopes, crownings and twist, of the fit that stands (each tells its own where it is answered
-             *     whole); absent where `axes` do not tell u, v and z, and of fits from before there were any.
+             * @description Slopes, crownings and twist of the chosen fit (every fit has its own where it is returned in
+             *     full); absent where `axes` do not give u, v and z, and for fits that are older than these
+             *     figures.
              */
             figures?: components["schemas"]["FitFigures"];
             /**
@@ -4595,7 +4599,7 @@ export interface components {
              * @description When it was stored.
              */
             created_at: string;
-            /** @description Who made it: the actor of the caller; absent where no key was asked for. */
+            /** @description Actor of the caller who made it; absent where no key was required. */
             by?: string;
             /** @description Why it was made, as it was posted. */
             reason?: string;
@@ -4963,16 +4967,16 @@ export interface components {
         FlankSurfaceRequest: {
             scaling?: components["schemas"]["ScalingName"];
             /**
-             * @description Of fits by default `first_order` with λ* by `min_mse`, or `none` with a prior; where a
-             *     curve, a surface or a flank is asked for, `none`.
+             * @description Default for fits: `first_order` with λ* by `min_mse`, or `none` with a prior. Default
+             *     for a curve, a surface or a flank: `none`.
              */
             regularization?: components["schemas"]["Regularization"];
             estimator?: components["schemas"]["Estimator"];
             /**
              * Format: double
-             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals, which
-             *     hold as far as it is true; by default estimated, and then for bounds alone. It is to be
-             *     known from elsewhere than these nodes (docs/intervals.md).
+             * @description Norm limit r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bias bounds and intervals;
+             *     they are valid only if it holds. Take it from a source other than these nodes
+             *     (docs/intervals.md). By default r is estimated, and used for bounds only.
              */
             coefficient_norm_limit?: number;
             /**
@@ -4990,7 +4994,7 @@ export interface components {
              * @example 0.95
              */
             level?: number;
-            /** @description Parts of the answer that come only when asked for. */
+            /** @description Optional parts of the answer. */
             include?: components["schemas"]["FitInclude"][];
             /** @description Applied to the heights before the fit, in this order. */
             filters?: components["schemas"]["Filter"][];
@@ -5047,7 +5051,7 @@ export interface components {
          *     }
          */
         Folds: {
-            /** @description What is never torn apart. */
+            /** @description Nodes that are left out together. */
             by: components["schemas"]["FoldsBy"];
             /**
              * @description Number of blocks, each of neighbouring rows (columns, lines): at least 2, at most one for
@@ -5055,14 +5059,14 @@ export interface components {
              */
             count?: number;
             /**
-             * @description With `lines` and only then: the number of the scan line of each node, in the order posted
-             *     (of a grid row by row); −2⁶³ to 2⁶³ − 1.
+             * @description With `lines` only, and required there: number of the scan line of each node, in the order
+             *     posted (a grid row by row); −2⁶³ to 2⁶³ − 1.
              */
             line?: number[];
         };
         /**
-         * @description What is left out as a whole. `rows`: nodes of one u (of one x on a curve), or single rows of a
-         *     measurement matrix; `columns`: nodes of one v; `lines`: nodes of one scan line.
+         * @description Blocks that are left out as a whole. `rows`: nodes of one u (of one x on a curve), or single
+         *     rows of a measurement matrix; `columns`: nodes of one v; `lines`: nodes of one scan line.
          * @enum {string}
          */
         FoldsBy: "rows" | "columns" | "lines";
@@ -5207,16 +5211,16 @@ export interface components {
         GearDeviationsRequest: {
             scaling?: components["schemas"]["ScalingName"];
             /**
-             * @description Of fits by default `first_order` with λ* by `min_mse`, or `none` with a prior; where a
-             *     curve, a surface or a flank is asked for, `none`.
+             * @description Default for fits: `first_order` with λ* by `min_mse`, or `none` with a prior. Default
+             *     for a curve, a surface or a flank: `none`.
              */
             regularization?: components["schemas"]["Regularization"];
             estimator?: components["schemas"]["Estimator"];
             /**
              * Format: double
-             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals, which
-             *     hold as far as it is true; by default estimated, and then for bounds alone. It is to be
-             *     known from elsewhere than these nodes (docs/intervals.md).
+             * @description Norm limit r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bias bounds and intervals;
+             *     they are valid only if it holds. Take it from a source other than these nodes
+             *     (docs/intervals.md). By default r is estimated, and used for bounds only.
              */
             coefficient_norm_limit?: number;
             /**
@@ -5234,7 +5238,7 @@ export interface components {
              * @example 0.95
              */
             level?: number;
-            /** @description Parts of the answer that come only when asked for. */
+            /** @description Optional parts of the answer. */
             include?: components["schemas"]["FitInclude"][];
             /** @description Applied to the heights before the fit, in this order. */
             filters?: components["schemas"]["Filter"][];
@@ -5781,8 +5785,8 @@ export interface components {
             y: number[];
         };
         /**
-         * @description Gregory patches: tangent planes continuous across the lines of a mesh, whatever the twists;
-         *     borders become cubics. Of `control_points` with `inner_points`: the patch itself.
+         * @description Gregory patches: continuous tangent planes across the lines of a mesh for any twists;
+         *     borders become cubics. With `control_points` and `inner_points`: the patch itself.
          */
         GregoryMethod: {
             /**
@@ -5795,7 +5799,7 @@ export interface components {
              *     estimated.
              */
             cross_derivatives?: components["schemas"]["Borders"];
-            /** @description With `control_points`: 2 × 2, the inner points that are felt along u0 and u1. */
+            /** @description With `control_points`: 2 × 2, the inner points next to u0 and u1. */
             inner_points?: components["schemas"]["Point"][][];
         };
         /** @description Gregory's rational bicubic patch of 20 control points. */
@@ -5849,7 +5853,7 @@ export interface components {
         GroupSigma: {
             /**
              * Format: int64
-             * @description Its name in the request.
+             * @description Name of the group in the request.
              */
             group: number;
             /**
@@ -5880,7 +5884,7 @@ export interface components {
              * @default 3
              */
             threshold: number;
-            /** @description What becomes of a peak. Default `replace`. */
+            /** @description Treatment of a peak. Default `replace`. */
             action?: components["schemas"]["PeakAction"];
             /** @description On a grid, the axis along which windows lie; a square of both axes when not given. */
             axis?: components["schemas"]["FilterAxisName"];
@@ -5907,7 +5911,7 @@ export interface components {
              * @description Longest body of a request in bytes, after decompression.
              */
             body_limit_bytes: number;
-            /** @description Whether requests to `/v1/…` need an API key. */
+            /** @description True if requests to `/v1/…` need an API key. */
             key_required: boolean;
         };
         /** @description A grid of nodes: heights z(u, v) over two axes. */
@@ -5959,13 +5963,10 @@ export interface components {
              * @enum {string}
              */
             type: "hermite";
-            /**
-             * @description For each point its derivatives from the first on; as many as are known there, which may be
-             *     none.
-             */
+            /** @description For each point its known derivatives, from the first order; the list may be empty. */
             derivatives: components["schemas"]["Point"][][];
         };
-        /** @description A file, and what is said of it. */
+        /** @description A file and its description. */
         ImportForm: {
             /**
              * Format: binary
@@ -6029,17 +6030,16 @@ export interface components {
             sentence: string;
         };
         /**
-         * @description How much each counted node has a say in the fit, in the order of `residuals.values`; null
-         *     where a figure does not exist: without a node of leverage 1 the others do not determine the
-         *     fit there (warning `full_leverage`), and figures that divide by a σ̂ need some noise
-         *     (warning `no_noise_without`). A regularised fit is looked at with its penalty held as all
-         *     nodes made it: λ* is not chosen anew without a node. Sizes count √weight where nodes carry
-         *     weights.
+         * @description Influence of each counted node on the fit, in the order of `residuals.values`; null where a
+         *     figure does not exist: without a node of leverage 1 the other nodes do not determine the fit
+         *     (warning `full_leverage`), and figures that are divided by σ̂ need noise (warning
+         *     `no_noise_without`). For a regularised fit the penalty of all nodes is held fixed: λ* is not
+         *     chosen again without a node. Residuals include √weight where nodes have weights.
          */
         Influence: {
             /**
-             * @description hᵢ, from 0 to 1: the share of the node's own height in what is fitted there. Their sum
-             *     is the number of coefficients, or what regularisation leaves of it.
+             * @description hᵢ, from 0 to 1: derivative of the fitted height with respect to the node's own height.
+             *     The sum over the nodes is the effective number of coefficients.
              */
             leverage: number[];
             /**
@@ -6048,9 +6048,9 @@ export interface components {
              */
             internally_studentized?: (number | null)[];
             /**
-             * @description The same with the σ̂ of least squares on the other nodes: where errors are normal and
-             *     nothing is regularised, Student's t of m − n − 1 degrees of freedom; null where the
-             *     other nodes are fitted exactly: this one stands out of nothing. Absent without these.
+             * @description The same with the σ̂ of least squares without the node: for normal errors and no
+             *     regularisation, Student's t with m − n − 1 degrees of freedom; null where the other
+             *     nodes are fitted exactly. Absent without these degrees of freedom.
              */
             externally_studentized?: (number | null)[];
             /**
@@ -6064,8 +6064,8 @@ export interface components {
              */
             dffits?: (number | null)[];
             /**
-             * @description rᵢ/(1 − hᵢ), in the unit of the heights: the height less what the fit to the other nodes
-             *     says there.
+             * @description rᵢ/(1 − hᵢ), in the unit of the heights: the height minus the prediction by a fit to the
+             *     other nodes.
              */
             press_residual: (number | null)[];
             /**
@@ -6081,16 +6081,14 @@ export interface components {
             node_indices?: number[];
         };
         /**
-         * @description What an interval rests on: `student`, Student's t about the estimate; `least_squares`,
-         *     Student's t about the estimate before it is regularised (least squares, or the robust
-         *     estimate), as nothing limits the bias of the regularised one (where `noise_sigma` is told,
-         *     t is the normal quantile in all of these: Student's with endless degrees of freedom);
-         *     `bias_aware`, the shortest interval about a filtered estimate that holds for all
-         *     coefficients within the norm limit that was given, and for no others; `posterior`,
-         *     Student's t about the mean of the posterior, which takes what was given for known, or,
-         *     where moves are estimated, an interval that is shorter where the earlier iterations predict
-         *     well. For a known σ it holds whatever the flank did, and is the same where the prior is let
-         *     go (docs/prior.md).
+         * @description Basis of an interval. `student`: Student's t about the estimate. `least_squares`: Student's
+         *     t about the unregularised estimate (least squares, or the robust estimate), where the bias
+         *     of the regularised one is unbounded. (With `noise_sigma`, t is the normal quantile in all of
+         *     these.) `bias_aware`: the shortest interval about a filtered estimate that holds for all
+         *     coefficients within the given norm limit, and for no others. `posterior`: Student's t about
+         *     the mean of the posterior, if the prior is given; if moves are estimated, an interval that
+         *     is shorter where the earlier iterations predict well. With a known σ its coverage holds for
+         *     any flank, and it is the same after a prior is dropped (docs/prior.md).
          * @enum {string}
          */
         IntervalKind: "student" | "least_squares" | "bias_aware" | "posterior";
@@ -6103,7 +6101,7 @@ export interface components {
              * @example 1
              */
             tooth?: string;
-            /** @description What the axes of the nodes mean. */
+            /** @description Quantities and units on the axes of the nodes. */
             axes?: components["schemas"]["Axes"];
             /**
              * Format: int32
@@ -6120,18 +6118,18 @@ export interface components {
              * @description The job that it belongs to.
              */
             job_id: string;
-            /** @description Whether the units were said to be right, however implausible; left out where they were not. */
+            /** @description True if the units were confirmed although the values are implausible; absent otherwise. */
             accept_units?: boolean;
             /**
              * Format: date-time
              * @description When the nodes were measured, as it was posted.
              */
             measured_at?: string;
-            /** @description What they were measured with. */
+            /** @description Measuring instrument. */
             instrument?: string;
-            /** @description Who measured them. */
+            /** @description Operator who measured the nodes. */
             operator?: string;
-            /** @description What else was said of the measurement. */
+            /** @description Note on the measurement. */
             note?: string;
             /**
              * Format: date-time
@@ -6145,7 +6143,7 @@ export interface components {
             node_count: number;
             /** @description The latest decision; absent before the first. */
             decision?: components["schemas"]["DecisionName"];
-            /** @description Who decided so: the actor of the caller; absent where no key was asked for. */
+            /** @description Actor of the caller who decided; absent where no key was required. */
             decided_by?: string;
             /**
              * @description The last hundred fits in the order in which they were made; `GET …/fits/{fit_id}` has each
@@ -6154,7 +6152,7 @@ export interface components {
             fits: components["schemas"]["FitSummary"][];
             /**
              * Format: int64
-             * @description How many fits were made before those; `GET …/fits` lists all.
+             * @description Number of fits before the listed ones; `GET …/fits` lists all.
              */
             earlier_fits?: number;
             /**
@@ -6162,7 +6160,7 @@ export interface components {
              * @description When its nodes, results, texts and names were taken away; absent where they are there.
              */
             purged_at?: string;
-            /** @description What the figures of the chosen fit warn of, each with `at`. */
+            /** @description Warnings of the chosen fit's figures, each with `at`. */
             warnings: components["schemas"]["GearWarning"][];
         };
         /** @description A fit of an iteration's nodes. */
@@ -6172,20 +6170,20 @@ export interface components {
              * @description UUIDv7.
              */
             id: string;
-            /** @description Whether this fit stands. */
+            /** @description True for the chosen fit. */
             chosen: boolean;
             /**
              * Format: date-time
              * @description When it was stored.
              */
             created_at: string;
-            /** @description Who made it: the actor of the caller; absent where no key was asked for. */
+            /** @description Actor of the caller who made it; absent where no key was required. */
             by?: string;
             /** @description Why it was made, as it was posted. */
             reason?: string;
             /**
-             * @description What was fitted, with every default filled in: a request of its own for a refit, or with
-             *     nodes for a new fit.
+             * @description The fit request without nodes, with every default filled in. It can be sent as a refit, or
+             *     with nodes as a new fit.
              */
             spec: components["schemas"]["FitSpec"];
             /**
@@ -6194,7 +6192,7 @@ export interface components {
              */
             figures?: components["schemas"]["FitFigures"];
             result: components["schemas"]["FitResult"];
-            /** @description Of a fit that is answered by itself: what result and figures warn of, each with `at`. */
+            /** @description Warnings of result and figures, each with `at`; in the answer for a single fit. */
             warnings?: components["schemas"]["GearWarning"][];
         };
         /** @description An iteration request as a form (`multipart/form-data`). */
@@ -6203,28 +6201,28 @@ export interface components {
             spec: components["schemas"]["IterationFormSpec"];
             /**
              * Format: binary
-             * @description A table of nodes of any form that `POST /v1/nodes/read` reads, such as CSV with a header
-             *     `u,v,z[,weight]` or `x,y[,weight]`; an empty height is a missing node. What it says of
-             *     flank, tooth and axes is taken where `spec` does not give them.
+             * @description A table of nodes in any form that `POST /v1/nodes/read` reads, such as CSV with a header
+             *     `u,v,z[,weight]` or `x,y[,weight]`; an empty height is a missing node. Its flank, tooth and
+             *     axes are used where `spec` has none.
              */
             nodes: string;
-            /** @description How the table is to be read. */
+            /** @description Mapping of the table. */
             mapping?: components["schemas"]["TableMapping"];
         };
         /** @description An iteration request without nodes. */
         IterationFormSpec: {
             scaling?: components["schemas"]["ScalingName"];
             /**
-             * @description Of fits by default `first_order` with λ* by `min_mse`, or `none` with a prior; where a
-             *     curve, a surface or a flank is asked for, `none`.
+             * @description Default for fits: `first_order` with λ* by `min_mse`, or `none` with a prior. Default
+             *     for a curve, a surface or a flank: `none`.
              */
             regularization?: components["schemas"]["Regularization"];
             estimator?: components["schemas"]["Estimator"];
             /**
              * Format: double
-             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals, which
-             *     hold as far as it is true; by default estimated, and then for bounds alone. It is to be
-             *     known from elsewhere than these nodes (docs/intervals.md).
+             * @description Norm limit r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bias bounds and intervals;
+             *     they are valid only if it holds. Take it from a source other than these nodes
+             *     (docs/intervals.md). By default r is estimated, and used for bounds only.
              */
             coefficient_norm_limit?: number;
             /**
@@ -6242,7 +6240,7 @@ export interface components {
              * @example 0.95
              */
             level?: number;
-            /** @description Parts of the answer that come only when asked for. */
+            /** @description Optional parts of the answer. */
             include?: components["schemas"]["FitInclude"][];
             /** @description Applied to the heights before the fit, in this order. */
             filters?: components["schemas"]["Filter"][];
@@ -6251,8 +6249,8 @@ export interface components {
             domain?: components["schemas"]["Domain"];
             prior?: components["schemas"]["Prior"];
             /**
-             * @description How the fitted curve or surface has to rise, fall or bend. Then `regularization` is
-             *     `none`, and the estimator `least_squares`.
+             * @description Conditions on slope or curvature of the fitted curve or surface. `regularization` must
+             *     then be `none`, and the estimator `least_squares`.
              */
             constraints?: components["schemas"]["Constraint"][];
             /** @description Heights, slopes and bands at places of the domain. */
@@ -6260,8 +6258,8 @@ export interface components {
             select?: components["schemas"]["Select"];
             folds?: components["schemas"]["Folds"];
             /**
-             * @description Nodes that are left out of the fit, as if they were missing; each is named once. They
-             *     stay in what is stored, and `spec` says that they were left out.
+             * @description Nodes that the fit treats as missing; each is named once. They remain in the stored
+             *     nodes, and `spec` lists them.
              * @example [
              *       {
              *         "column": 7,
@@ -6277,7 +6275,7 @@ export interface components {
              * @example 1
              */
             tooth?: string;
-            /** @description What the axes of the nodes mean. */
+            /** @description Quantities and units on the axes of the nodes. */
             axes?: components["schemas"]["Axes"];
             /**
              * Format: date-time
@@ -6286,19 +6284,20 @@ export interface components {
              */
             measured_at?: string;
             /**
-             * @description What the nodes were measured with.
+             * @description Measuring instrument.
              * @example P40
              */
             instrument?: string;
-            /** @description Who measured them. */
+            /** @description Operator who measured the nodes. */
             operator?: string;
-            /** @description What else is to be known of the measurement; may have line breaks. */
+            /** @description Note on the measurement; may have line breaks. */
             note?: string;
             /** @description That the units are right, however implausible (warning `implausible_unit`). */
             accept_units?: boolean;
             /**
-             * @description What was entered on the machine before this measurement, as `POST …/correction/applied`
-             *     takes it: after the newest correction of the flank's iteration before this one.
+             * @description Changes that were entered on the machine before this measurement, as in `POST
+             *     …/correction/applied`. They belong to the newest correction of an earlier iteration of
+             *     the flank.
              */
             applied?: components["schemas"]["AppliedRequest"];
         };
@@ -6306,11 +6305,12 @@ export interface components {
         IterationPage: {
             /** @description The iterations of this page. */
             items: components["schemas"]["IterationSummary"][];
-            /** @description Where the next page begins; absent on the last one. */
+            /** @description Cursor of the next page; absent on the last one. */
             next_cursor?: string;
         };
         /**
-         * @description What is done with the gear, and what its nodes are of. What is left out stays as it is.
+         * @description A decision on the gear, and changes of the nodes' description. Fields that are left out stay
+         *     unchanged.
          * @example {
          *       "decision": "remachine",
          *       "reason": "profile slope out of tolerance"
@@ -6329,27 +6329,27 @@ export interface components {
              * @example 1
              */
             tooth?: string;
-            /** @description What the axes of the nodes mean. An axis that is not given stays as it is. */
+            /** @description Quantities and units on the axes of the nodes. An axis that is left out stays unchanged. */
             axes?: components["schemas"]["Axes"];
             /** @description That the units are right, however implausible (`implausible_unit`). */
             accept_units?: boolean;
             /** @description Kept in the trace. */
             reason?: string;
         };
-        /** @description A fit request with what is known of the measurement. */
+        /** @description A fit request with details of the measurement. */
         IterationRequest: {
             scaling?: components["schemas"]["ScalingName"];
             /**
-             * @description Of fits by default `first_order` with λ* by `min_mse`, or `none` with a prior; where a
-             *     curve, a surface or a flank is asked for, `none`.
+             * @description Default for fits: `first_order` with λ* by `min_mse`, or `none` with a prior. Default
+             *     for a curve, a surface or a flank: `none`.
              */
             regularization?: components["schemas"]["Regularization"];
             estimator?: components["schemas"]["Estimator"];
             /**
              * Format: double
-             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals, which
-             *     hold as far as it is true; by default estimated, and then for bounds alone. It is to be
-             *     known from elsewhere than these nodes (docs/intervals.md).
+             * @description Norm limit r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bias bounds and intervals;
+             *     they are valid only if it holds. Take it from a source other than these nodes
+             *     (docs/intervals.md). By default r is estimated, and used for bounds only.
              */
             coefficient_norm_limit?: number;
             /**
@@ -6367,7 +6367,7 @@ export interface components {
              * @example 0.95
              */
             level?: number;
-            /** @description Parts of the answer that come only when asked for. */
+            /** @description Optional parts of the answer. */
             include?: components["schemas"]["FitInclude"][];
             /** @description Applied to the heights before the fit, in this order. */
             filters?: components["schemas"]["Filter"][];
@@ -6376,8 +6376,8 @@ export interface components {
             domain?: components["schemas"]["Domain"];
             prior?: components["schemas"]["Prior"];
             /**
-             * @description How the fitted curve or surface has to rise, fall or bend. Then `regularization` is
-             *     `none`, and the estimator `least_squares`.
+             * @description Conditions on slope or curvature of the fitted curve or surface. `regularization` must
+             *     then be `none`, and the estimator `least_squares`.
              */
             constraints?: components["schemas"]["Constraint"][];
             /** @description Heights, slopes and bands at places of the domain. */
@@ -6385,8 +6385,8 @@ export interface components {
             select?: components["schemas"]["Select"];
             folds?: components["schemas"]["Folds"];
             /**
-             * @description Nodes that are left out of the fit, as if they were missing; each is named once. They
-             *     stay in what is stored, and `spec` says that they were left out.
+             * @description Nodes that the fit treats as missing; each is named once. They remain in the stored
+             *     nodes, and `spec` lists them.
              * @example [
              *       {
              *         "column": 7,
@@ -6402,7 +6402,7 @@ export interface components {
              * @example 1
              */
             tooth?: string;
-            /** @description What the axes of the nodes mean. */
+            /** @description Quantities and units on the axes of the nodes. */
             axes?: components["schemas"]["Axes"];
             /**
              * Format: date-time
@@ -6411,24 +6411,25 @@ export interface components {
              */
             measured_at?: string;
             /**
-             * @description What the nodes were measured with.
+             * @description Measuring instrument.
              * @example P40
              */
             instrument?: string;
-            /** @description Who measured them. */
+            /** @description Operator who measured the nodes. */
             operator?: string;
-            /** @description What else is to be known of the measurement; may have line breaks. */
+            /** @description Note on the measurement; may have line breaks. */
             note?: string;
             /** @description That the units are right, however implausible (warning `implausible_unit`). */
             accept_units?: boolean;
             /**
-             * @description What was entered on the machine before this measurement, as `POST …/correction/applied`
-             *     takes it: after the newest correction of the flank's iteration before this one.
+             * @description Changes that were entered on the machine before this measurement, as in `POST
+             *     …/correction/applied`. They belong to the newest correction of an earlier iteration of
+             *     the flank.
              */
             applied?: components["schemas"]["AppliedRequest"];
             nodes: components["schemas"]["Nodes"];
         };
-        /** @description An iteration with the fit that stands. */
+        /** @description An iteration with its chosen fit. */
         IterationSummary: {
             /** @description The flank that was measured. */
             flank?: components["schemas"]["FlankSide"];
@@ -6437,7 +6438,7 @@ export interface components {
              * @example 1
              */
             tooth?: string;
-            /** @description What the axes of the nodes mean. */
+            /** @description Quantities and units on the axes of the nodes. */
             axes?: components["schemas"]["Axes"];
             /**
              * Format: int32
@@ -6449,16 +6450,16 @@ export interface components {
              * @description UUIDv7.
              */
             id: string;
-            /** @description Whether the units were said to be right, however implausible; left out where they were not. */
+            /** @description True if the units were confirmed although the values are implausible; absent otherwise. */
             accept_units?: boolean;
             /**
              * Format: date-time
              * @description When the nodes were measured, as it was posted.
              */
             measured_at?: string;
-            /** @description What they were measured with. */
+            /** @description Measuring instrument. */
             instrument?: string;
-            /** @description Who measured them. */
+            /** @description Operator who measured the nodes. */
             operator?: string;
             /**
              * Format: date-time
@@ -6467,9 +6468,9 @@ export interface components {
             created_at: string;
             /** @description The latest decision; absent before the first. */
             decision?: components["schemas"]["DecisionName"];
-            /** @description Who decided so: the actor of the caller; absent where no key was asked for. */
+            /** @description Actor of the caller who decided; absent where no key was required. */
             decided_by?: string;
-            /** @description The fit that stands. */
+            /** @description The chosen fit. */
             chosen_fit: components["schemas"]["FitSummary"];
         };
         /** @description James–Stein: T + c (Â − T) with a factor c that the data give. */
@@ -6482,21 +6483,21 @@ export interface components {
             /** @description Which factor; without it that of James and Stein, 1 − (p−2) RSS/((ν+2) Q). */
             variant?: components["schemas"]["JamesSteinVariant"];
             /**
-             * @description The factor is not let below 0. Default true, but false with the variants `hoerl_kennard` and
-             *     `efron_morris`, which name a factor as it is.
+             * @description If true, the factor is at least 0. Default true, but false with the variants `hoerl_kennard`
+             *     and `efron_morris`, which define the factor without this limit.
              */
             positive_part?: boolean;
             /**
-             * @description T, in the order of the coefficients; default 0, for `efron_morris` the grand mean. With
-             *     `standardized` the entry of the constant takes no part.
+             * @description Target T, in the order of the coefficients; default 0, for `efron_morris` the grand mean.
+             *     With `standardized` the constant's entry is ignored.
              */
             target?: number[];
         };
         /**
-         * @description Factors c of James–Stein; Q = ‖X(Â − T)‖², p directions, ν degrees of freedom, s² = RSS/ν (σ² of
-         *     `noise_sigma` in its place where it is given). `hoerl_kennard`: 1 − (p−2) s²/Q. `efron_morris`:
-         *     1 − (p−2) RSS/((ν+2) Q), without a target toward the grand mean, which takes one direction
-         *     (p−3). `positive_part`: max(0, 1 − (p−2) RSS/((ν+2) Q)).
+         * @description Factors c of James–Stein; Q = ‖X(Â − T)‖², p directions, ν degrees of freedom, s² = RSS/ν (or σ²
+         *     of `noise_sigma` if it is given). `hoerl_kennard`: 1 − (p−2) s²/Q. `efron_morris`: 1 − (p−2)
+         *     RSS/((ν+2) Q), without a target toward the grand mean, which uses one direction (p−3).
+         *     `positive_part`: max(0, 1 − (p−2) RSS/((ν+2) Q)).
          * @enum {string}
          */
         JamesSteinVariant: "hoerl_kennard" | "efron_morris" | "positive_part";
@@ -6507,16 +6508,16 @@ export interface components {
              * @description UUIDv7: ids in ascending order are jobs in order of creation.
              */
             id: string;
-            /** @description As the cell calls the job. */
+            /** @description Name of the job. */
             name: string;
-            /** @description Of the gear's drawing. */
+            /** @description Part number on the drawing. */
             part_number?: string;
-            /** @description Of this gear. */
+            /** @description Serial number of this gear. */
             serial_number?: string;
             /** @description The machine that it is made on. */
             machine?: string;
             gear?: components["schemas"]["Gear"];
-            /** @description What its flanks must be like. */
+            /** @description Limits and design of its flanks. */
             requirements?: components["schemas"]["Requirements"];
             /** @description Names and values by which the job can be found again. */
             tags: {
@@ -6575,7 +6576,7 @@ export interface components {
             iteration_number?: number;
             /**
              * Format: uuid
-             * @description Of the iteration, a UUIDv7.
+             * @description Id of the iteration, a UUIDv7.
              */
             iteration_id?: string;
             /**
@@ -6583,21 +6584,21 @@ export interface components {
              * @description The first fit of a new iteration, a new fit, or the one chosen.
              */
             fit_id?: string;
-            /** @description Of a fit: whether it stands from now on, or was only added. */
+            /** @description For a fit: true if it was chosen, false if it was only added. */
             chosen?: boolean;
             decision?: components["schemas"]["DecisionName"];
-            /** @description Of a decision, a choice, a new fit or a purge, as it was posted. */
+            /** @description Reason of a decision, a choice, a new fit or a purge, as posted. */
             reason?: string;
             /**
              * Format: uuid
-             * @description Of the stream that something happened to.
+             * @description The stream, for an event of a stream.
              */
             stream_id?: string;
-            /** @description What happened to a stream. */
+            /** @description Change of the stream's state. */
             state?: components["schemas"]["StreamEventName"];
             /**
              * Format: int64
-             * @description Of a stream's last block.
+             * @description Number of the stream's last block.
              */
             sequence?: number;
             /**
@@ -6607,22 +6608,22 @@ export interface components {
             node_count?: number;
             /**
              * Format: uuid
-             * @description Of the operation (`Prefer: respond-async`) that was begun or has ended.
+             * @description The operation (`Prefer: respond-async`) that began or ended.
              */
             operation_id?: string;
             /** @description `queued` for an operation that was begun, else how it has ended. */
             operation_state?: components["schemas"]["OperationState"];
             /**
              * Format: uuid
-             * @description Of a record that was kept with the iteration.
+             * @description The record that was stored with the iteration.
              */
             record_id?: string;
             record_kind?: components["schemas"]["RecordKind"];
-            /** @description What became of the job itself. */
+            /** @description Change of the job itself. */
             job_state?: components["schemas"]["JobEventState"];
         };
         /**
-         * @description What became of a job itself.
+         * @description Change of a job itself.
          * @enum {string}
          */
         JobEventState: "created" | "changed" | "deleted";
@@ -6631,15 +6632,15 @@ export interface components {
          * @enum {string}
          */
         JobOptionalField: "part_number" | "serial_number" | "machine" | "gear" | "requirements";
-        /** @description Some jobs, in the order that was asked for. */
+        /** @description A page of jobs in the requested order. */
         JobPage: {
             /** @description The jobs of this page. */
             items: components["schemas"]["ListedJob"][];
-            /** @description Where the next page begins; absent on the last one. */
+            /** @description Cursor of the next page; absent on the last one. */
             next_cursor?: string;
         };
         /**
-         * @description Changes of a job. A field that is left out stays as it is.
+         * @description Changes of a job. Fields that are left out stay unchanged.
          * @example {
          *       "clear": [
          *         "serial_number"
@@ -6662,23 +6663,20 @@ export interface components {
             /** @description The new gear, which replaces the old one as a whole. */
             gear?: components["schemas"]["Gear"];
             /**
-             * @description The new requirements, which replace the old ones as a whole. What was answered before keeps
-             *     what it was held against.
+             * @description The new requirements, which replace the old ones as a whole. Earlier answers keep the
+             *     requirements they were compared with.
              */
             requirements?: components["schemas"]["Requirements"];
             /** @description The new tags, which replace the old ones as a whole; `{}` leaves none. */
             tags?: {
                 [key: string]: string;
             };
-            /**
-             * @description What the job shall no longer have. A field that stands here cannot be given a value at the
-             *     same time.
-             */
+            /** @description Fields to remove. A field listed here cannot be given a value in the same request. */
             clear?: components["schemas"]["JobOptionalField"][];
         };
         /**
-         * @description What is kept with an iteration: a curve, a surface, deviations, an evaluation, pitches, a
-         *     correction, the changes that were made of one, or a change of what its nodes are of.
+         * @description A record of an iteration: a curve, a surface, deviations, an evaluation, pitches, a correction,
+         *     its entered changes, or a change of the nodes' description.
          */
         JobRecord: {
             /**
@@ -6687,44 +6685,44 @@ export interface components {
              */
             id: string;
             kind: components["schemas"]["RecordKind"];
-            /** @description How it was made, in the words of the request. */
+            /** @description Method, as named in the request. */
             method: string;
             /**
              * Format: date-time
              * @description When it was stored.
              */
             created_at: string;
-            /** @description Who had it made: the actor of the caller; absent where no key was asked for. */
+            /** @description Actor of the caller; absent where no key was required. */
             by?: string;
             /**
-             * @description Of deviations, evaluations, pitches and corrections: the gear that the job had then. It may
-             *     be changed later, and a `gear` of the request goes before it.
+             * @description For deviations, evaluations, pitches and corrections: the job's gear at that time. It may
+             *     have changed since; a `gear` in the request has precedence.
              */
             gear?: components["schemas"]["Gear"];
             /**
-             * @description The request as it was posted. Where it has no points or nodes of its own, those of the
-             *     iteration were taken. Of an import `file` (its name), `file_sha256`, `file_bytes` and
-             *     `spec`; of an imported evaluation also `gear`, `traces` (all of the file, with the signs of
-             *     DIN) and `evaluation`, with which `POST /v1/gears/evaluate` answers the same; of imported
-             *     pitches likewise what `POST /v1/gears/pitch` takes.
+             * @description The request as posted. If it has no points or nodes, those of the iteration were used. For
+             *     an import: `file` (its name), `file_sha256`, `file_bytes` and `spec`. For an imported
+             *     evaluation also `gear`, `traces` (all of the file, with the signs of DIN) and `evaluation`,
+             *     with which `POST /v1/gears/evaluate` gives the same answer; for imported pitches likewise
+             *     the request of `POST /v1/gears/pitch`.
              */
             request: Record<string, never>;
             /**
-             * @description What was answered; of a correction `nodes` and `result` only when included. Of a curve for
-             *     example what `POST /v1/curves` answers to the request.
+             * @description The answer, for example that of `POST /v1/curves`; for a correction `nodes` and `result`
+             *     only with `include`.
              */
             result: Record<string, never>;
-            /** @description What the answer and its parts warn of, each with `at`. */
+            /** @description Warnings of the answer and its parts, each with `at`. */
             warnings: components["schemas"]["GearWarning"][];
         };
         /**
-         * @description How far a flank or a job has come. A flank (of a tooth) has the status of the latest decision on
-         *     its newest iteration, `open` without one. A job has the first that occurs over its measured
-         *     flanks of `rejected`, `remachine`, `open` and `accepted`; `new` without iterations.
+         * @description Status of a flank or a job. A flank (of a tooth) has the status of the latest decision on its
+         *     newest iteration, `open` without a decision. A job has the first of `rejected`, `remachine`,
+         *     `open` and `accepted` that one of its measured flanks has; `new` without iterations.
          * @enum {string}
          */
         JobStatus: "new" | "open" | "remachine" | "accepted" | "rejected";
-        /** @description How many jobs there are. */
+        /** @description Numbers of jobs. */
         JobSummary: {
             /**
              * Format: int64
@@ -6759,7 +6757,7 @@ export interface components {
             constant: components["schemas"]["SurfaceAxis"];
             /**
              * Format: double
-             * @description Its value there.
+             * @description Value of the coordinate there.
              */
             at: number;
             /** @description The range of the other one. */
@@ -6767,13 +6765,13 @@ export interface components {
             class: components["schemas"]["ContinuityClass"];
             /** @description Distance of the two sides. */
             gap: components["schemas"]["Worst"];
-            /** @description Angle between the two normals, in degrees; left out where there are none. */
+            /** @description Angle between the two normals, in degrees; absent where a normal does not exist. */
             normal_angle_deg?: components["schemas"]["Worst"];
             /** @description Jump of S_u or S_v. */
             first_derivative: components["schemas"]["Worst"];
             /** @description Jump of S_uu, S_uv or S_vv. */
             second_derivative: components["schemas"]["Worst"];
-            /** @description Jump of a principal curvature; left out where there are none. */
+            /** @description Jump of a principal curvature; absent where it does not exist. */
             curvature?: components["schemas"]["Worst"];
         };
         /**
@@ -6899,16 +6897,16 @@ export interface components {
         KeptCurveRequest: {
             scaling?: components["schemas"]["ScalingName"];
             /**
-             * @description Of fits by default `first_order` with λ* by `min_mse`, or `none` with a prior; where a
-             *     curve, a surface or a flank is asked for, `none`.
+             * @description Default for fits: `first_order` with λ* by `min_mse`, or `none` with a prior. Default
+             *     for a curve, a surface or a flank: `none`.
              */
             regularization?: components["schemas"]["Regularization"];
             estimator?: components["schemas"]["Estimator"];
             /**
              * Format: double
-             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals, which
-             *     hold as far as it is true; by default estimated, and then for bounds alone. It is to be
-             *     known from elsewhere than these nodes (docs/intervals.md).
+             * @description Norm limit r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bias bounds and intervals;
+             *     they are valid only if it holds. Take it from a source other than these nodes
+             *     (docs/intervals.md). By default r is estimated, and used for bounds only.
              */
             coefficient_norm_limit?: number;
             /**
@@ -6926,28 +6924,28 @@ export interface components {
              * @example 0.95
              */
             level?: number;
-            /** @description Parts of the answer that come only when asked for. */
+            /** @description Optional parts of the answer. */
             include?: components["schemas"]["FitInclude"][];
             /** @description Applied to the heights before the fit, in this order. */
             filters?: components["schemas"]["Filter"][];
-            /** @description By default the iteration's own nodes with their weights, which must be of type `curve`. */
+            /** @description By default the iteration's nodes with their weights, which must be of type `curve`. */
             points?: components["schemas"]["CurvePoints"];
             method: components["schemas"]["CurveMethod"];
         };
         /** @description A key. */
         Key: {
-            /** @description 16 hexadecimal digits, which are no secret: they stand in the key behind `ffk_`. */
+            /** @description 16 hexadecimal digits, not secret: the part of the key after `ffk_`. */
             id: string;
             /** @description Whose it is; absent of a key of no tenant. */
             tenant?: string;
-            /** @description Who or what holds the key. */
+            /** @description Name of the key's holder, a person or a program. */
             name: string;
             /** @description Absent where scopes were named one by one. */
             role?: components["schemas"]["Role"];
-            /** @description What it allows. */
+            /** @description Scopes of the key. */
             scopes: components["schemas"]["Scope"][];
             kind: components["schemas"]["KeyKind"];
-            /** @description Of a certificate: the name in it. */
+            /** @description For a certificate: its subject alternative name. */
             san?: string;
             /**
              * Format: date-time
@@ -6962,7 +6960,7 @@ export interface components {
             expires_at?: string;
             /**
              * Format: date-time
-             * @description When it let somebody in last, give or take a minute; absent before the first time.
+             * @description Time of the last accepted request, within a minute; absent before the first.
              */
             last_used_at?: string;
             /**
@@ -6973,15 +6971,15 @@ export interface components {
             /** @description The key that took its place when it was rotated. */
             replaced_by?: string;
             /**
-             * @description The key itself, in the answer to the request that made it and nowhere else: nobody can tell
-             *     it again.
+             * @description The key itself, only in the answer to the request that made it. It cannot be retrieved
+             *     later.
              */
             key?: string;
-            /** @description What follows from making it. */
+            /** @description Consequences of making the key. */
             warnings?: components["schemas"]["Warning"][];
         };
         /**
-         * @description What proves a key: a secret that is sent, or a client's certificate.
+         * @description Proof of a key: a secret that is sent, or a client certificate.
          * @enum {string}
          */
         KeyKind: "secret" | "certificate";
@@ -6989,11 +6987,11 @@ export interface components {
         KeyPage: {
             /** @description The keys of this page. */
             items: components["schemas"]["Key"][];
-            /** @description Where the next page begins; absent on the last one. */
+            /** @description Cursor of the next page; absent on the last one. */
             next_cursor?: string;
         };
         /**
-         * @description Changes of a key. A field that is left out stays as it is.
+         * @description Changes of a key. Fields that are left out stay unchanged.
          * @example {
          *       "name": "grinder 4"
          *     }
@@ -7017,12 +7015,12 @@ export interface components {
         KeyRotation: {
             /**
              * Format: int32
-             * @description How long the key before goes on, so that there is time to hand over the new one; 0 ends it
-             *     now.
+             * @description Seconds for which the old key stays valid, so that the new one can be distributed; 0 ends it
+             *     at once.
              */
             overlap_seconds: number;
         };
-        /** @description How knots were inserted. */
+        /** @description Report on the insertion of knots. */
         KnotInsertion: {
             /** @description Why it ended. */
             stop: components["schemas"]["KnotInsertionStop"];
@@ -7045,14 +7043,14 @@ export interface components {
             rms: number;
         };
         /**
-         * @description Why no more knots were inserted: the tolerance is met; no span that misses it holds enough
-         *     points for another knot; the most knots or rounds are reached.
+         * @description Reason why the insertion ended: the tolerance is met; no span that misses it has enough points
+         *     for another knot; the limit of knots or rounds is reached.
          * @enum {string}
          */
         KnotInsertionStop: "tolerance_met" | "no_room" | "limit_reached";
         /** @description Full knot vectors, ascending: one for a curve, `[knots of u, knots of v]` for a surface. */
         Knots: number[] | number[][];
-        /** @description What was known of an iteration's nodes. */
+        /** @description Description of an iteration's nodes. */
         KnownMeasurand: {
             flank?: components["schemas"]["FlankSide"];
             /**
@@ -7061,7 +7059,7 @@ export interface components {
              */
             tooth?: string;
             axes?: components["schemas"]["Axes"];
-            /** @description Whether the units were said to be right, however implausible. */
+            /** @description True if the units were confirmed although the values are implausible. */
             accept_units?: boolean;
         };
         /** @description Linear combinations of order statistics, by regression quantiles (Koenker and Bassett). */
@@ -7074,11 +7072,11 @@ export interface components {
             form: components["schemas"]["LEstimatorForm"];
             /**
              * Format: double
-             * @description Of `trimmed` and `winsorized`: share of the nodes at either end. Default 0.1.
+             * @description For `trimmed` and `winsorized`: share of the nodes at either end. Default 0.1.
              */
             share?: number;
             /**
-             * @description Of `quantiles`: τ of each, ascending; needed there.
+             * @description For `quantiles`, required there: τ of each, ascending.
              * @example [
              *       0.25,
              *       0.5,
@@ -7087,7 +7085,7 @@ export interface components {
              */
             quantiles?: number[];
             /**
-             * @description Of `quantiles`: the weight of each, together 1; needed there.
+             * @description For `quantiles`, required there: the weight of each, summing to 1.
              * @example [
              *       0.25,
              *       0.5,
@@ -7110,11 +7108,11 @@ export interface components {
              */
             type: "lagrange";
         };
-        /** @description What a value of λ* would give. */
+        /** @description Figures for one value of λ*. */
         LambdaCurvePoint: {
             /**
              * Format: double
-             * @description Where on the curve, as an eigenvalue of the scaled Fisher information matrix.
+             * @description λ*, as an eigenvalue of the scaled Fisher information matrix.
              */
             lambda_star: number;
             /**
@@ -7129,7 +7127,7 @@ export interface components {
             bias_norm: number;
             /**
              * Format: double
-             * @description As in `choices`.
+             * @description Same as in `choices`.
              */
             predicted_mse?: number;
             /**
@@ -7178,7 +7176,7 @@ export interface components {
             coverage?: number;
             /**
              * Format: int64
-             * @description Of the random starts; the same seed gives the same answer. Default 0.
+             * @description Seed of the random starts; the same seed gives the same answer. Default 0.
              */
             seed?: number;
         };
@@ -7197,7 +7195,7 @@ export interface components {
             shape?: number;
             /**
              * Format: double
-             * @description Of an estimated shape, asymptotic; absent at an end of its range.
+             * @description Asymptotic standard error of an estimated shape; absent at an end of its range.
              */
             shape_std_error?: number;
             /**
@@ -7207,7 +7205,7 @@ export interface components {
             log_likelihood: number;
         };
         /**
-         * @description Where a number came from.
+         * @description Source of the limit.
          * @enum {string}
          */
         LimitSource: "estimate" | "request";
@@ -7219,23 +7217,23 @@ export interface components {
              */
             type: "linear";
         };
-        /** @description A job with what became of its last iteration. */
+        /** @description A job with the status of its last iteration. */
         ListedJob: {
             /**
              * Format: uuid
              * @description UUIDv7: ids in ascending order are jobs in order of creation.
              */
             id: string;
-            /** @description As the cell calls the job. */
+            /** @description Name of the job. */
             name: string;
-            /** @description Of the gear's drawing. */
+            /** @description Part number on the drawing. */
             part_number?: string;
-            /** @description Of this gear. */
+            /** @description Serial number of this gear. */
             serial_number?: string;
             /** @description The machine that it is made on. */
             machine?: string;
             gear?: components["schemas"]["Gear"];
-            /** @description What its flanks must be like. */
+            /** @description Limits and design of its flanks. */
             requirements?: components["schemas"]["Requirements"];
             /** @description Names and values by which the job can be found again. */
             tags: {
@@ -7261,7 +7259,7 @@ export interface components {
             status: components["schemas"]["JobStatus"];
             /**
              * Format: int32
-             * @description How many iterations it has.
+             * @description Number of iterations.
              */
             iteration_count: number;
             /**
@@ -7279,10 +7277,7 @@ export interface components {
             last_measured_at?: string;
             /** @description The flank that the last iteration is of. */
             flank?: components["schemas"]["FlankSide"];
-            /**
-             * @description How far the left flanks have come: as `status`, over them alone. Left out where none was
-             *     measured.
-             */
+            /** @description Status of the left flanks alone, defined as `status`. Absent where none was measured. */
             left_status?: components["schemas"]["JobStatus"];
             /** @description The same of the right flanks. */
             right_status?: components["schemas"]["JobStatus"];
@@ -7300,12 +7295,12 @@ export interface components {
              *     infinite.
              */
             condition?: number;
-            /** @description Slopes, crownings and twist by that fit; absent where it tells none. */
+            /** @description Slopes, crownings and twist by that fit; absent where the fit has none. */
             figures?: components["schemas"]["ShortFigures"];
             /**
              * Format: int32
-             * @description The class of ISO 1328-1, 1 to 11, that the evaluation found that was kept last; absent where
-             *     it found none, or something beyond 11.
+             * @description Class of ISO 1328-1, 1 to 11, in the latest evaluation; absent where the evaluation has
+             *     none, or where a figure is beyond 11.
              */
             class?: number;
         };
@@ -7318,7 +7313,7 @@ export interface components {
              * @example 1
              */
             tooth?: string;
-            /** @description What the axes of the nodes mean. */
+            /** @description Quantities and units on the axes of the nodes. */
             axes?: components["schemas"]["Axes"];
             /**
              * Format: uuid
@@ -7328,7 +7323,7 @@ export interface components {
             state: components["schemas"]["StreamStateName"];
             /**
              * Format: int64
-             * @description Of the last block; 0 before the first.
+             * @description Number of the last block; 0 before the first.
              */
             sequence: number;
             /**
@@ -7367,8 +7362,7 @@ export interface components {
             type: "lp";
             /**
              * Format: double
-             * @description The power of the residuals whose sum is made least: 1 least absolute deviations, 2 least
-             *     squares.
+             * @description Power p of the minimised sum Σ|r|^p: 1 is least absolute deviations, 2 least squares.
              */
             p: number;
         };
@@ -7392,9 +7386,9 @@ export interface components {
              */
             tuning?: number[];
             /**
-             * @description Of `huber`, instead of `tuning`: the share ε of gross errors, whose minimax k is taken (Eq.
-             *     10), or `estimate`: the ε in whose least favourable distribution the residuals are
-             *     likeliest.
+             * @description For `huber`, instead of `tuning`: the share ε of gross errors, which gives the minimax k
+             *     (Eq. 10), or `estimate`: the ε of the least favourable distribution that maximises the
+             *     likelihood of the residuals.
              */
             contamination?: components["schemas"]["Contamination"];
             scale?: components["schemas"]["ResidualScale"];
@@ -7521,11 +7515,11 @@ export interface components {
         };
         /** @description Jobs on one machine. */
         MachineCount: {
-            /** @description As the jobs name it. */
+            /** @description Name of the machine in the jobs. */
             machine: string;
             /**
              * Format: int64
-             * @description How many jobs name it.
+             * @description Number of jobs on it.
              */
             count: number;
         };
@@ -7535,9 +7529,9 @@ export interface components {
          */
         MachineVerdict: "as_predicted" | "weaker" | "stronger" | "different" | "undecided";
         /**
-         * @description Matérn's correlation (1 + x) exp(−x) with x = √3 · distance / length (smoothness 3/2),
-         *     beside a white share of the variance. To be estimated it takes three nodes with two others
-         *     before them on their line, or neighbours at different distances.
+         * @description Matérn's correlation (1 + x) exp(−x) with x = √3 · distance / length (smoothness 3/2), plus
+         *     a share of white noise in the variance. Estimating it takes three nodes with two
+         *     predecessors on their line, or neighbours at different distances.
          */
         MaternErrors: {
             /**
@@ -7545,7 +7539,7 @@ export interface components {
              * @enum {string}
              */
             type: "matern";
-            /** @description Which way scan lines run. Needed for a grid; default `order`. */
+            /** @description Direction of scan lines. Required for a grid; default `order`. */
             along?: components["schemas"]["AlongName"];
             /**
              * @description The line of each node as posted, any whole number; of scattered nodes and rows of a
@@ -7556,7 +7550,7 @@ export interface components {
             estimate?: boolean;
             parameters?: components["schemas"]["MaternParameters"];
         };
-        /** @description Of Matérn's correlation. */
+        /** @description Parameters of Matérn's correlation. */
         MaternParameters: {
             /**
              * Format: double
@@ -7628,8 +7622,8 @@ export interface components {
             distribution: components["schemas"]["DistributionName"];
             /**
              * Format: double
-             * @description ν of `student`, 0.5 to 200; p of `generalized_normal`, 1 to 8. Estimated when not given.
-             *     `laplace` takes none.
+             * @description ν of `student`, 0.5 to 200; p of `generalized_normal`, 1 to 8. Estimated by default.
+             *     `laplace` has no shape.
              */
             shape?: number;
         };
@@ -7638,7 +7632,7 @@ export interface components {
          * @enum {string}
          */
         MeanCurve: "line" | "parabola";
-        /** @description What is known of an iteration's nodes from a change on, and what was before. */
+        /** @description A change of the nodes' description: the values before and after it. */
         MeasurandChange: {
             flank?: components["schemas"]["FlankSide"];
             /**
@@ -7647,7 +7641,7 @@ export interface components {
              */
             tooth?: string;
             axes?: components["schemas"]["Axes"];
-            /** @description Whether the units were said to be right, however implausible. */
+            /** @description True if the units were confirmed although the values are implausible. */
             accept_units?: boolean;
             before: components["schemas"]["KnownMeasurand"];
         };
@@ -7658,7 +7652,7 @@ export interface components {
              * @description ε.
              */
             contamination: number;
-            /** @description Whether ε was estimated. */
+            /** @description True if ε was estimated. */
             estimated: boolean;
             /**
              * Format: double
@@ -7672,10 +7666,10 @@ export interface components {
              */
             variance: number;
         };
-        /** @description The functions whose mixture is fitted. */
+        /** @description The basis functions of the fit. */
         Model: components["schemas"]["PolynomialModel"] | components["schemas"]["BSplineModel"] | components["schemas"]["LinearModel"];
         /**
-         * @description What the model that is chosen makes least; the number of parameters k counts the coefficients
+         * @description Criterion that the chosen model minimises; the number of parameters k counts the coefficients
          *     and σ². `aicc`: −2 ln L + 2k + 2k(k + 1)/(m − k − 1); `bic`: −2 ln L + k ln m; `press`: Σ w
          *     r²/(1 − h)²; `blocked_cv`: Σ w r² of nodes that are left out in blocks (`folds`); `reml`: −2 ln
          *     of the marginal likelihood with Zellner's prior of the coefficients.
@@ -7705,11 +7699,11 @@ export interface components {
              */
             type: "natural";
         };
-        /** @description Columns that nearly depend on each other. */
+        /** @description A near linear dependency of columns. */
         NearDependency: {
             /**
              * Format: double
-             * @description Of the scaled Fisher information matrix.
+             * @description Eigenvalue of the scaled Fisher information matrix.
              */
             eigenvalue: number;
             /**
@@ -7719,11 +7713,11 @@ export interface components {
              */
             condition_index?: number;
             /**
-             * @description The eigenvector: how much of each column takes part. Present when `collinearity` was
-             *     included.
+             * @description The eigenvector, with one entry for each column. Present with `include` of
+             *     `collinearity`.
              */
             weights?: number[];
-            /** @description The terms that take part. */
+            /** @description The terms in the dependency. */
             terms: string[];
             /**
              * Format: double
@@ -7732,7 +7726,7 @@ export interface components {
             cosine?: number;
             /**
              * Format: double
-             * @description What Eq. 26 says the cosine tends to, where there are two terms.
+             * @description For two terms: the limit of the cosine by Eq. 26.
              */
             weight_ratio?: number;
             /**
@@ -7753,7 +7747,7 @@ export interface components {
              * @example 1
              */
             tooth?: string;
-            /** @description What the axes of the nodes mean. */
+            /** @description Quantities and units on the axes of the nodes. */
             axes?: components["schemas"]["Axes"];
             /**
              * Format: int32
@@ -7770,18 +7764,18 @@ export interface components {
              * @description The job that it belongs to.
              */
             job_id: string;
-            /** @description Whether the units were said to be right, however implausible; left out where they were not. */
+            /** @description True if the units were confirmed although the values are implausible; absent otherwise. */
             accept_units?: boolean;
             /**
              * Format: date-time
              * @description When the nodes were measured, as it was posted.
              */
             measured_at?: string;
-            /** @description What they were measured with. */
+            /** @description Measuring instrument. */
             instrument?: string;
-            /** @description Who measured them. */
+            /** @description Operator who measured the nodes. */
             operator?: string;
-            /** @description What else was said of the measurement. */
+            /** @description Note on the measurement. */
             note?: string;
             /**
              * Format: date-time
@@ -7795,7 +7789,7 @@ export interface components {
             node_count: number;
             /** @description One, which is chosen until another one is. */
             fits: components["schemas"]["IterationFit"][];
-            /** @description What its fit and the figures warn of, each with `at`. */
+            /** @description Warnings of the fit and its figures, each with `at`. */
             warnings: components["schemas"]["GearWarning"][];
         };
         /**
@@ -7819,17 +7813,17 @@ export interface components {
          *     }
          */
         NewJob: {
-            /** @description As the cell calls the job. */
+            /** @description Name of the job. */
             name: string;
-            /** @description Of the gear's drawing. */
+            /** @description Part number on the drawing. */
             part_number?: string;
-            /** @description Of this gear. */
+            /** @description Serial number of this gear. */
             serial_number?: string;
             /** @description The machine that it is made on. */
             machine?: string;
-            /** @description What corrections and evaluations of the job's iterations refer to. */
+            /** @description The gear that corrections and evaluations of the job's iterations refer to. */
             gear?: components["schemas"]["Gear"];
-            /** @description What its flanks must be like. */
+            /** @description Limits and design of its flanks. */
             requirements?: components["schemas"]["Requirements"];
             /** @description At most 50, for finding the job again. */
             tags?: {
@@ -7845,14 +7839,14 @@ export interface components {
          *     }
          */
         NewKey: {
-            /** @description Who or what holds the key. */
+            /** @description Name of the key's holder, a person or a program. */
             name: string;
             /**
-             * @description What it allows: a role, whose scopes go together. Either this or `scopes`.
+             * @description Role of the key: a set of scopes. Either this or `scopes`.
              * @enum {string}
              */
             role?: "reader" | "operator" | "engineer" | "auditor" | "admin";
-            /** @description What it allows, one by one. Either this or `role`. */
+            /** @description Scopes of the key. Either this or `role`. */
             scopes?: ("read" | "compute" | "measure" | "judge" | "audit" | "admin")[];
             /**
              * Format: date-time
@@ -7861,7 +7855,7 @@ export interface components {
             expires_at?: string;
             /** @description A secret if it is left out. */
             kind?: components["schemas"]["KeyKind"];
-            /** @description Of a certificate: the name of a host (DNS) or the URI among its subject alternative names. */
+            /** @description For a certificate: a subject alternative name, either a host name (DNS) or a URI. */
             san?: string;
         };
         /**
@@ -7871,16 +7865,16 @@ export interface components {
         NewStream: {
             scaling?: components["schemas"]["ScalingName"];
             /**
-             * @description Of fits by default `first_order` with λ* by `min_mse`, or `none` with a prior; where a
-             *     curve, a surface or a flank is asked for, `none`.
+             * @description Default for fits: `first_order` with λ* by `min_mse`, or `none` with a prior. Default
+             *     for a curve, a surface or a flank: `none`.
              */
             regularization?: components["schemas"]["Regularization"];
             estimator?: components["schemas"]["Estimator"];
             /**
              * Format: double
-             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals, which
-             *     hold as far as it is true; by default estimated, and then for bounds alone. It is to be
-             *     known from elsewhere than these nodes (docs/intervals.md).
+             * @description Norm limit r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bias bounds and intervals;
+             *     they are valid only if it holds. Take it from a source other than these nodes
+             *     (docs/intervals.md). By default r is estimated, and used for bounds only.
              */
             coefficient_norm_limit?: number;
             /**
@@ -7898,7 +7892,7 @@ export interface components {
              * @example 0.95
              */
             level?: number;
-            /** @description Parts of the answer that come only when asked for. */
+            /** @description Optional parts of the answer. */
             include?: components["schemas"]["FitInclude"][];
             /** @description Applied to the heights before the fit, in this order. */
             filters?: components["schemas"]["Filter"][];
@@ -7907,8 +7901,8 @@ export interface components {
             domain?: components["schemas"]["Domain"];
             prior?: components["schemas"]["Prior"];
             /**
-             * @description How the fitted curve or surface has to rise, fall or bend. Then `regularization` is
-             *     `none`, and the estimator `least_squares`.
+             * @description Conditions on slope or curvature of the fitted curve or surface. `regularization` must
+             *     then be `none`, and the estimator `least_squares`.
              */
             constraints?: components["schemas"]["Constraint"][];
             /** @description Heights, slopes and bands at places of the domain. */
@@ -7916,8 +7910,8 @@ export interface components {
             select?: components["schemas"]["Select"];
             folds?: components["schemas"]["Folds"];
             /**
-             * @description Nodes that are left out of the fit, as if they were missing; each is named once. They
-             *     stay in what is stored, and `spec` says that they were left out.
+             * @description Nodes that the fit treats as missing; each is named once. They remain in the stored
+             *     nodes, and `spec` lists them.
              * @example [
              *       {
              *         "column": 7,
@@ -7939,7 +7933,7 @@ export interface components {
              * @example 1
              */
             tooth?: string;
-            /** @description What the axes of the nodes mean. */
+            /** @description Quantities and units on the axes of the nodes. */
             axes?: components["schemas"]["Axes"];
         };
         /**
@@ -8001,25 +7995,25 @@ export interface components {
         NodeUncertainty: {
             /**
              * Format: double
-             * @description Of each abscissa (of each entry for a measurement matrix).
+             * @description Standard uncertainty of each abscissa (of each entry of a measurement matrix).
              */
             position: number;
             /**
              * Format: double
-             * @description Of the height.
+             * @description Standard uncertainty of the height.
              */
             height: number;
             /**
-             * @description What is off where `position` is not 0; default `measured`, but for what takes positions as
-             *     exact (robust estimators, measurement matrices, streams, shapes near points, `height` 0),
-             *     where a warning says so and a kind is refused.
+             * @description Kind of the uncertainty where `position` is not 0; default `measured`. Robust estimators,
+             *     measurement matrices, streams, shapes near points and `height` 0 treat positions as exact:
+             *     there a warning says so, and a kind is refused.
              */
             position_kind?: components["schemas"]["PositionKind"];
         };
         /** @description Measured nodes, in the caller's own length unit. */
         Nodes: components["schemas"]["CurveNodes"] | components["schemas"]["ScatteredNodes"] | components["schemas"]["GridNodes"] | components["schemas"]["MatrixNodes"];
         /**
-         * @description Where r came from.
+         * @description Source of r.
          * @enum {string}
          */
         NormLimitSource: "estimate" | "request" | "heights" | "limits" | "prior";
@@ -8031,7 +8025,7 @@ export interface components {
              */
             type: "not_a_knot";
         };
-        /** @description How the numbers were computed. */
+        /** @description Numerical accuracy of the answer. */
         Numerics: {
             arithmetic: components["schemas"]["ArithmeticName"];
             /**
@@ -8048,11 +8042,14 @@ export interface components {
              * @enum {string}
              */
             type: "nurbs";
-            /** @description Of the pieces, from 0 (steps) on. */
+            /** @description Degree of the pieces, from 0 (steps). */
             degree: number;
             /** @description The full knot vector, ascending: as many as control points, degree and 1 together. */
             knots: number[];
-            /** @description As many as knots less degree less 1: numbers for a graph, `[x, y]` or `[x, y, z]` otherwise. */
+            /**
+             * @description Their number is that of the knots minus the degree minus 1: numbers for a graph, `[x, y]` or
+             *     `[x, y, z]` otherwise.
+             */
             control_points: components["schemas"]["Point"][];
             /** @description One ≥ 0 for each control point; somewhere on every span one above 0. */
             weights: number[];
@@ -8064,13 +8061,13 @@ export interface components {
              * @enum {string}
              */
             type: "nurbs_least_squares";
-            /** @description Of the pieces. */
+            /** @description Degree of the pieces. */
             degree: number;
             /** @description The full knot vector. */
             knots: number[];
             /** @description One above 0 for each control point. */
             weights: number[];
-            /** @description One for each point: what its squared residual counts. */
+            /** @description One weight for each point; it multiplies the squared residual. */
             weight?: number[];
         };
         /** @description Σ wᵢⱼ aᵢⱼ Nᵢ(u) Nⱼ(v) / Σ wᵢⱼ Nᵢ(u) Nⱼ(v). */
@@ -8123,28 +8120,28 @@ export interface components {
             id: string;
             /** @description Method and path of the request. */
             request: string;
-            /** @description What the request asked its caller for, and whoever asks after it. */
+            /** @description Scope that the request requires, and that reading the operation requires. */
             scope: string;
             /**
              * Format: uuid
-             * @description Of the job that the request is of.
+             * @description Job of the request.
              */
             job_id?: string;
             state: components["schemas"]["OperationState"];
             /**
              * Format: double
-             * @description How much is done, from 0 to 1, as far as the computation tells; a few seconds old where
-             *     another server does it.
+             * @description Completed share, from 0 to 1, as far as the computation reports it; a few seconds old if
+             *     another server computes it.
              */
             progress: number;
             /**
              * Format: double
-             * @description Seconds until it will have ended if it goes on as before; absent while nobody can tell.
+             * @description Estimated seconds until its end; absent where no estimate exists.
              */
             remaining_seconds?: number;
             /**
              * Format: int32
-             * @description How often it was begun: more than once where a server was lost.
+             * @description Number of starts: more than one after the loss of a server.
              */
             attempts: number;
             /**
@@ -8174,11 +8171,11 @@ export interface components {
         OperationPage: {
             /** @description Newest first. */
             items: components["schemas"]["Operation"][];
-            /** @description Where the next page begins; absent on the last one. */
+            /** @description Cursor of the next page; absent on the last one. */
             next_cursor?: string;
         };
         /**
-         * @description Where an operation stands.
+         * @description State of an operation.
          * @enum {string}
          */
         OperationState: "queued" | "running" | "succeeded" | "failed" | "cancelled";
@@ -8202,12 +8199,12 @@ export interface components {
         OtherMachines: {
             /**
              * Format: int64
-             * @description How many there are.
+             * @description Number of these machines.
              */
             machines: number;
             /**
              * Format: int64
-             * @description How many jobs name one of them.
+             * @description Number of jobs on them.
              */
             count: number;
         };
@@ -8250,7 +8247,7 @@ export interface components {
             amount: number;
             /**
              * Format: double
-             * @description As a part of the range that this coordinate has over all points.
+             * @description Relative to the range of this coordinate over all points.
              */
             relative?: number;
             /**
@@ -8263,7 +8260,7 @@ export interface components {
             /** @description The two points between which it is reached, by their numbers from 0 on. */
             between: number[];
         };
-        /** @description How λ* (spectral), k (ridge, attraction) or λ (Tikhonov) is chosen. */
+        /** @description Choice of λ* (spectral), k (ridge, attraction) or λ (Tikhonov). */
         Parameter: {
             criterion: components["schemas"]["CriterionName"];
             /**
@@ -8280,8 +8277,8 @@ export interface components {
             v: number[];
         };
         /**
-         * @description How the parameter grows from point to point, from 0 to 1: evenly, by distance, or by its square
-         *     root (calmest in sharp bends).
+         * @description Parameter of the points, from 0 to 1: uniform, by distance, or by the square root of the
+         *     distance (least overshoot in sharp bends).
          * @enum {string}
          */
         Parametrization: "uniform" | "chord_length" | "centripetal";
@@ -8325,18 +8322,18 @@ export interface components {
              * @enum {string}
              */
             type: "patchwork";
-            /** @description Where patches meet, both ends included, ascending. */
+            /** @description Parameters of the patch borders, both ends included, ascending. */
             u: number[];
-            /** @description Where patches meet, both ends included, ascending. */
+            /** @description Parameters of the patch borders, both ends included, ascending. */
             v: number[];
             /**
-             * @description For each interval of u a row, for each of v a patch over that rectangle; none a
-             *     patchwork itself.
+             * @description A row for each interval of u, in it a patch for each interval of v. A patch cannot be a
+             *     patchwork.
              */
             patches: components["schemas"]["Surface"][][];
         };
         /**
-         * @description A peak takes the median of its window, or counts as missing from there on.
+         * @description A peak is replaced by the median of its window, or counts as missing.
          * @enum {string}
          */
         PeakAction: "replace" | "remove";
@@ -8344,15 +8341,15 @@ export interface components {
         Penalty: {
             /**
              * Format: double
-             * @description λ, by which the penalty is multiplied beside the sum of squares.
+             * @description Factor λ of the penalty that is added to the sum of squares.
              */
             lambda: number;
             /** @description Left out where λ was given. */
             criterion?: components["schemas"]["CriterionName"];
-            /** @description Whether the criterion is met within the range of λ. */
+            /** @description True if the criterion is met within the range of λ. */
             reached: boolean;
         };
-        /** @description The last point repeats the first, and the curve goes on there as it begins. */
+        /** @description Periodic: the last point repeats the first, and slope and curvature are continuous there. */
         PeriodicEnds: {
             /**
              * @description The variant. (enum property replaced by openapi-typescript)
@@ -8369,7 +8366,7 @@ export interface components {
         PerturbationBounds: {
             /**
              * Format: double
-             * @description Ineq. 22; absent where it does not hold.
+             * @description Bound by Ineq. 22; absent where the inequality does not apply.
              */
             square_bound?: number;
             /**
@@ -8612,7 +8609,7 @@ export interface components {
              */
             type: "polynomial";
             form: components["schemas"]["PolynomialForm"];
-            /** @description Where the polynomial was interpolated. */
+            /** @description Abscissae of the interpolation. */
             nodes: number[];
             /**
              * @description Barycentric: Σ wᵢ yᵢ/(x − xᵢ) / Σ wᵢ/(x − xᵢ). They follow from the nodes and may be left
@@ -8623,14 +8620,11 @@ export interface components {
             values?: components["schemas"]["Point"][];
             /** @description Newton: divided differences c₀ + c₁(x − x₀) + c₂(x − x₀)(x − x₁) + …. */
             coefficients?: components["schemas"]["Point"][];
-            /**
-             * @description Newton: what the doubles of `coefficients` leave of the differences; without them a few
-             *     digits fewer.
-             */
+            /** @description Newton form: rounding remainders of `coefficients`; without them a few digits are lost. */
             coefficient_remainders?: components["schemas"]["Point"][];
         };
         /**
-         * @description How a polynomial is written.
+         * @description Form of a polynomial.
          * @enum {string}
          */
         PolynomialForm: "barycentric" | "newton";
@@ -8647,13 +8641,13 @@ export interface components {
             /** @description Default `tensor`. */
             terms?: components["schemas"]["PolynomialTerms"];
         };
-        /** @description `tensor`: every product up to the degree of each axis; `total`: those whose degrees add up to at most the degree; or the products of a surface one by one, as degrees along u and v within `degree`, each with all that divide it: `[[0, 0], [1, 0], [0, 1]]`. */
+        /** @description `tensor`: every product up to the degree of each axis; `total`: those whose degrees add up to at most the degree; or a list of products of a surface, as degrees along u and v within `degree`, each with all its divisors: `[[0, 0], [1, 0], [0, 1]]`. */
         PolynomialTerms: ("tensor" | "total") | number[][];
         /**
-         * @description What is off: `measured`, the place that was read (orthogonal distance regression: the true
-         *     places are estimated with the coefficients); `nominal`, the place that was reached instead of
-         *     the one given (effective variance: steep places weigh less). Either way a node has the variance
-         *     height²/weight + slope² position², up to a factor that `sigma` follows from.
+         * @description Kind of position errors. `measured`: the reading is wrong (orthogonal distance regression: the
+         *     true positions are estimated with the coefficients). `nominal`: the position reached differs
+         *     from the given one (effective variance: steep places weigh less). In both cases a node has the
+         *     variance height²/weight + slope² position², up to a factor that follows from `sigma`.
          * @enum {string}
          */
         PositionKind: "measured" | "nominal";
@@ -8668,24 +8662,24 @@ export interface components {
             rounds: number;
             /**
              * Format: double
-             * @description The share of positions in the variance of what is left of the heights, on average, 0 to 1.
+             * @description Mean share of positions in the variance of the residual heights, 0 to 1.
              */
             variance_share: number;
             /**
              * Format: double
-             * @description How far from where it was read the likeliest position of a node lies at most, in the unit of
+             * @description Largest distance between the measured and the estimated position of a node, in the unit of
              *     the abscissae; 0 for `nominal`.
              */
             largest_shift: number;
             /**
              * Format: double
-             * @description `sigma` over the `height` that was told: far from 1 where the uncertainties do not fit the
-             *     residuals. Intervals go by `sigma`.
+             * @description `sigma` divided by the given `height`: far from 1 where the uncertainties do not match the
+             *     residuals. Intervals use `sigma`.
              */
             sigma_ratio?: number;
         };
         /**
-         * @description What a positive height means.
+         * @description Meaning of a positive height.
          * @enum {string}
          */
         PositiveHeight: "material_out" | "material_in";
@@ -8731,7 +8725,7 @@ export interface components {
             level?: number;
             /** @description Which bands; default `["confidence"]`. */
             kinds?: components["schemas"]["Band"][];
-            /** @description Slopes with their intervals beside the heights; default false. */
+            /** @description If true, slopes with their intervals are included; default false. */
             slopes?: boolean;
         };
         /**
@@ -8776,8 +8770,8 @@ export interface components {
          */
         Predictions: {
             /**
-             * @description The place (from 0, as asked for) of each entry; present when some were left out because
-             *     their figures leave the range of double precision (warning `beyond_double`).
+             * @description Index (from 0, in the requested order) of the place of each entry; present when some
+             *     were left out because their figures exceed double precision (warning `beyond_double`).
              */
             place_indices?: number[];
             /**
@@ -8788,8 +8782,8 @@ export interface components {
             /** @description Heights of the estimate. */
             value: number[];
             /**
-             * @description Their standard errors, of least squares where the nodes chose λ*; absent without an
-             *     estimate of the noise.
+             * @description Standard errors, those of least squares where λ* was chosen from the nodes; absent
+             *     without an estimate of the noise.
              */
             std_error?: number[];
             /**
@@ -8803,15 +8797,15 @@ export interface components {
              */
             confidence?: number[][];
             /**
-             * @description `[low, high]` of a further measurement of weight 1 at each place by itself. Of robust
-             *     fits by their own residuals, outliers included; of a quantile there is none.
+             * @description `[low, high]` of a further measurement of weight 1 at each single place. For robust fits
+             *     by their own residuals, outliers included; absent for a quantile.
              */
             prediction?: number[][];
             /**
-             * @description `[low, high]` of the true heights of the whole domain at once, at each place; of a
-             *     linear model of all rows asked for at once. About least squares; where a norm limit was
-             *     given, and λ* does not follow from the heights, about the estimate if that band is
-             *     narrower on the whole.
+             * @description `[low, high]` of the true heights of the whole domain at once, at each place; with a
+             *     linear model of all requested rows at once. About least squares; with a norm limit, and
+             *     a λ* that does not depend on the heights, about the estimate if that band is narrower on
+             *     average.
              */
             simultaneous?: number[][];
             simultaneous_method?: components["schemas"]["SimultaneousMethod"];
@@ -8830,20 +8824,20 @@ export interface components {
             /** @description Slopes by v. */
             slope_v?: components["schemas"]["Slopes"];
         };
-        /** @description A fit request without nodes: what a fit of the stored ones would be. */
+        /** @description A fit request without nodes: the stored nodes are fitted. */
         PreviewRequest: {
             scaling?: components["schemas"]["ScalingName"];
             /**
-             * @description Of fits by default `first_order` with λ* by `min_mse`, or `none` with a prior; where a
-             *     curve, a surface or a flank is asked for, `none`.
+             * @description Default for fits: `first_order` with λ* by `min_mse`, or `none` with a prior. Default
+             *     for a curve, a surface or a flank: `none`.
              */
             regularization?: components["schemas"]["Regularization"];
             estimator?: components["schemas"]["Estimator"];
             /**
              * Format: double
-             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals, which
-             *     hold as far as it is true; by default estimated, and then for bounds alone. It is to be
-             *     known from elsewhere than these nodes (docs/intervals.md).
+             * @description Norm limit r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bias bounds and intervals;
+             *     they are valid only if it holds. Take it from a source other than these nodes
+             *     (docs/intervals.md). By default r is estimated, and used for bounds only.
              */
             coefficient_norm_limit?: number;
             /**
@@ -8861,7 +8855,7 @@ export interface components {
              * @example 0.95
              */
             level?: number;
-            /** @description Parts of the answer that come only when asked for. */
+            /** @description Optional parts of the answer. */
             include?: components["schemas"]["FitInclude"][];
             /** @description Applied to the heights before the fit, in this order. */
             filters?: components["schemas"]["Filter"][];
@@ -8870,8 +8864,8 @@ export interface components {
             domain?: components["schemas"]["Domain"];
             prior?: components["schemas"]["Prior"];
             /**
-             * @description How the fitted curve or surface has to rise, fall or bend. Then `regularization` is
-             *     `none`, and the estimator `least_squares`.
+             * @description Conditions on slope or curvature of the fitted curve or surface. `regularization` must
+             *     then be `none`, and the estimator `least_squares`.
              */
             constraints?: components["schemas"]["Constraint"][];
             /** @description Heights, slopes and bands at places of the domain. */
@@ -8879,8 +8873,8 @@ export interface components {
             select?: components["schemas"]["Select"];
             folds?: components["schemas"]["Folds"];
             /**
-             * @description Nodes that are left out of the fit, as if they were missing; each is named once. They
-             *     stay in what is stored, and `spec` says that they were left out.
+             * @description Nodes that the fit treats as missing; each is named once. They remain in the stored
+             *     nodes, and `spec` lists them.
              * @example [
              *       {
              *         "column": 7,
@@ -8891,10 +8885,9 @@ export interface components {
             exclude?: components["schemas"]["NodeAt"][];
         };
         /**
-         * @description What was known of the coefficients before the nodes were measured: `mean` with `std_error` or
-         *     `covariance`; or, of iterations and their further fits, `iterations`. Then `value` of a
-         *     coefficient is the mean of the posterior and `std_error` its standard deviation, and nothing is
-         *     regularised beside: `regularization` is `none`.
+         * @description Prior knowledge of the coefficients: `mean` with `std_error` or `covariance`; or, for iterations
+         *     and their further fits, `iterations`. `value` of a coefficient is then the mean of the posterior
+         *     and `std_error` its standard deviation; `regularization` must be `none`.
          * @example {
          *       "correction": true,
          *       "iterations": "previous",
@@ -8913,46 +8906,49 @@ export interface components {
             covariance?: number[][];
             /** @description Which earlier iterations of the job. */
             iterations?: components["schemas"]["PriorIterations"];
-            /** @description How far the flank moves from one iteration to the next. Default `estimated`. */
+            /**
+             * @description Standard deviation of the flank's change from one iteration to the next. Default
+             *     `estimated`.
+             */
             move?: components["schemas"]["PriorMove"];
             /**
-             * @description Whether the change that a correction predicted which was kept with an earlier iteration is
-             *     taken to have come. Default true.
+             * @description If true, the change predicted by a correction of an earlier iteration is added to the prior.
+             *     Default true.
              */
             correction?: boolean;
         };
-        /** @description How far the nodes lie from what the prior predicts. */
+        /** @description Distance between the nodes and the prediction of the prior. */
         PriorConflict: {
             /**
              * Format: double
-             * @description `eᵀS⁻¹e/n`, e the distance from the prediction and S its covariance: about 1 where the
-             *     prior holds.
+             * @description `eᵀS⁻¹e/n`, where e is the distance from the prediction and S its covariance: about 1 if
+             *     the prior is correct.
              */
             statistic: number;
             /**
              * Format: double
-             * @description Probability of as much or more where the prior holds.
+             * @description Probability of this value or a larger one if the prior is correct.
              */
             p: number;
             /**
-             * @description Whether p is below 1e-4: the prior was let go and least squares of these nodes is
-             *     answered (warning `prior_conflict`). Where moves are estimated the intervals are made as
-             *     without a conflict: they hold whatever the flank did.
+             * @description True if p is below 1e-4: the prior is dropped, and least squares of these nodes is
+             *     returned (warning `prior_conflict`). Where moves are estimated the intervals are the
+             *     same as without a conflict: their coverage holds for any flank.
              */
             let_go: boolean;
         };
         /** @description `previous`, all earlier iterations of the same flank and tooth (the last 100 of them); or their numbers, ascending. Flanks and teeth that are not given count as equal. */
         PriorIterations: "previous" | number[];
-        /** @description `estimated`, by how far the iterations lie from each other; or the standard deviation of the move of each coefficient, above 0, in the order and unit of the answer. */
+        /** @description `estimated` from the differences between the iterations; or the standard deviation of the move of each coefficient, above 0, in the order and unit of the answer. */
         PriorMove: "estimated" | number[];
         /**
-         * @description What became of what was known before. `spectrum.eigenvalues` are those of the nodes alone,
+         * @description Effect of the prior. `spectrum.eigenvalues` are those of the nodes alone,
          *     `spectrum.regularized` those of nodes and prior together.
          */
         PriorResult: {
             /**
-             * @description The earlier iterations, oldest first; absent with `mean`. Where there was none the nodes
-             *     stand by themselves.
+             * @description The earlier iterations, oldest first; absent with `mean`. If the list is empty, the
+             *     nodes alone are used.
              */
             iterations?: number[];
             /**
@@ -8960,7 +8956,7 @@ export interface components {
              *     fit's own spec.
              */
             fit_ids?: string[];
-            /** @description The kept corrections whose predicted changes were taken to have come, in their order. */
+            /** @description Corrections whose predicted changes were added to the prior, in their order. */
             corrections: components["schemas"]["UsedCorrection"][];
             /** @description Standard deviation of the move of each coefficient from one iteration to the next. */
             move?: number[];
@@ -8971,21 +8967,21 @@ export interface components {
              */
             move_ratio?: number;
             /**
-             * @description Whether the nodes contradict what was known; absent before that can be told (of
-             *     iterations with an estimated move from the third on; from the second where the move is
-             *     beyond 1,000 standard errors, the largest step that is allowed for).
+             * @description Test of the nodes against the prior; absent where it is not available (with iterations
+             *     and an estimated move, before the third iteration; available from the second if the move
+             *     exceeds 1,000 standard errors, the largest step allowed).
              */
             conflict?: components["schemas"]["PriorConflict"];
             /**
-             * @description Of each coefficient the share of the information that comes from the prior: 1 less its
-             *     variance over that of least squares, both for `sigma`.
+             * @description For each coefficient the share of the prior in the information: 1 minus the ratio of its
+             *     variance to that of least squares, both for `sigma`.
              */
             share: number[];
             /**
              * Format: double
-             * @description Standard deviation of a height of weight 1, by the residuals of all iterations together,
-             *     or as given. The errors of the coefficients rest on it, unless a prior with a `move` or
-             *     `mean` that was told is let go.
+             * @description Standard deviation of a height of weight 1, from the residuals of all iterations
+             *     together, or as given. Errors of the coefficients use it, unless a prior with a given
+             *     `move` or `mean` is dropped.
              */
             sigma?: number;
             /** @description Degrees of freedom of `sigma`; absent where it was given. */
@@ -9001,7 +8997,7 @@ export interface components {
             type: string;
             /**
              * @description The kind of problem in words; the same for every occurrence.
-             * @example The request holds what cannot be accepted
+             * @example The request is invalid
              */
             title: string;
             /**
@@ -9016,8 +9012,8 @@ export interface components {
              */
             code: string;
             /**
-             * @description What is wrong this time and what to do about it. Of faults in the request: the first with
-             *     its place, and how many more there are.
+             * @description What is wrong and how to correct it. For faults in the request: the first with its pointer,
+             *     and the number of further ones.
              */
             detail: string;
             /** @description Every fault found in the request (the first 100), by its place. */
@@ -9032,7 +9028,7 @@ export interface components {
              * @example /nodes/z/3/7
              */
             pointer: string;
-            /** @description What is wrong there. */
+            /** @description What is wrong there and how to correct it. */
             detail: string;
         };
         /** @description One product QSᵀ of B. */
@@ -9120,11 +9116,11 @@ export interface components {
             root: number;
         };
         /**
-         * @description What lets somebody in.
+         * @description Kind of credential.
          * @enum {string}
          */
         Proof: "secret" | "certificate" | "token";
-        /** @description What made the answer out of what. */
+        /** @description Engine, versions and digest of the input of the answer. */
         Provenance: {
             /**
              * @description Program and version that computed the answer.
@@ -9132,8 +9128,8 @@ export interface components {
              */
             engine: string;
             /**
-             * @description SHA-256 of the canonical form of nodes and spec: the same request gives the same digest
-             *     whatever its white space or key order.
+             * @description SHA-256 of the canonical form of nodes and spec, independent of white space and key
+             *     order.
              */
             input_sha256: string;
         };
@@ -9141,7 +9137,7 @@ export interface components {
         Purge: {
             /**
              * Format: uuid
-             * @description The job, whose row, numbers and audit stay.
+             * @description The job; its row, numbers and audit are kept.
              */
             job_id: string;
             /**
@@ -9151,18 +9147,21 @@ export interface components {
             purged_at: string;
             /** @description Why, as it was posted. */
             reason: string;
-            /** @description SHA-256 of the archive that has what was taken away, in 64 lower-case hexadecimal digits. */
+            /** @description SHA-256 of the archive with the removed data, in 64 lower-case hexadecimal digits. */
             archive_sha256: string;
         };
         /**
-         * @description What is to be purged, and why.
+         * @description Reason and archive digest of the purge.
          * @example {
          *       "archive_sha256": "4355a46b19d348dc2f57c046f8ef63d4538ebb936000f3c9ee954a27460dd865",
          *       "reason": "The operator asked for it"
          *     }
          */
         PurgeRequest: {
-            /** @description Why. It is kept and told to whoever asks for what was purged: name no person here. */
+            /**
+             * @description Reason of the purge. It is stored and returned with later requests for the removed data: do
+             *     not name persons here.
+             */
             reason: string;
             /**
              * @description `archive-sha256` of the archive that is kept: 64 hexadecimal digits. It must be that of the
@@ -9214,15 +9213,15 @@ export interface components {
              */
             type: "rack";
         };
-        /** @description What is randomised: either `x`, or `nodes` with `model`. */
+        /** @description The matrix to randomise: either `x`, or `nodes` with `model`. */
         RandomizationRequest: {
             /** @description Rows of the measurement matrix. */
             x?: number[][];
             /** @description Nodes at which `model` is evaluated. */
             nodes?: components["schemas"]["Nodes"];
-            /** @description With `nodes`. */
+            /** @description With `nodes`: the model. */
             model?: components["schemas"]["Model"];
-            /** @description With `nodes`: the box on which mapped bases live. */
+            /** @description With `nodes`: the box of the mapped basis functions. */
             domain?: components["schemas"]["Domain"];
             /**
              * @description The true A, one for each column; with `nodes` the least-squares estimate of their
@@ -9239,25 +9238,25 @@ export interface components {
              *     itself.
              */
             levels: number[];
-            /** @description Random matrices for each level. More give smoother figures and take longer. */
+            /** @description Number of random matrices for each level. More give smoother figures and take longer. */
             repetitions: number;
             /**
              * Format: int64
              * @description Equal seeds give equal studies. Default 0.
              */
             seed?: number;
-            /** @description Columns in which norms and eigenvalues are understood. Default `none`, as they are. */
+            /** @description Scaling of the columns for norms and eigenvalues. Default `none`. */
             scaling?: components["schemas"]["StudyScaling"];
         };
-        /** @description What randomising the measurement matrix does, beside what regularising does. */
+        /** @description Comparison of randomising the measurement matrix with regularising. */
         RandomizationResult: {
             /** @description Rows of the measurement matrix. */
             count: number;
-            /** @description Its columns, in order. */
+            /** @description Names of the columns, in order. */
             terms: string[];
             /** @description A, from the request or estimated from the nodes' heights. */
             coefficients: number[];
-            /** @description Where A came from. */
+            /** @description Source of A. */
             coefficients_source: components["schemas"]["LimitSource"];
             /**
              * Format: double
@@ -9273,7 +9272,7 @@ export interface components {
              * @description The seed that was used: the same one gives the same answer.
              */
             seed: number;
-            /** @description Of XᵀX, ascending. */
+            /** @description Eigenvalues of XᵀX, ascending. */
             eigenvalues: number[];
             /**
              * Format: double
@@ -9296,7 +9295,7 @@ export interface components {
              * @description ‖A‖² in the columns of the study, by which an estimate of 0 errs.
              */
             coefficient_norm_squared: number;
-            /** @description What that means for reading the rest. */
+            /** @description Note on reading the figures. */
             remark: string;
             /** @description Figures of each level, in ascending order. */
             levels: components["schemas"]["StudyLevel"][];
@@ -9306,7 +9305,7 @@ export interface components {
             /** @description What to know about the answer; empty where there is nothing to say. */
             warnings: components["schemas"]["Warning"][];
             /**
-             * @description Who computed this.
+             * @description Version of the engine.
              * @example flankfit 0.1.0
              */
             engine: string;
@@ -9330,12 +9329,12 @@ export interface components {
             /** @description Default `wilcoxon`. */
             scores?: components["schemas"]["ScoresName"];
         };
-        /** @description How the rank of a truncated singular value decomposition is chosen. */
+        /** @description Choice of the rank of a truncated singular value decomposition. */
         RankParameter: {
             criterion: components["schemas"]["RankCriterion"];
         };
         /**
-         * @description What a record is.
+         * @description Kind of a record.
          * @enum {string}
          */
         RecordKind: "curve" | "surface" | "deviations" | "evaluation" | "pitch" | "correction" | "gear_correction" | "measurand" | "applied";
@@ -9343,7 +9342,7 @@ export interface components {
         RecordPage: {
             /** @description The records of this page. */
             items: components["schemas"]["RecordSummary"][];
-            /** @description Where the next page begins; absent on the last one. */
+            /** @description Cursor of the next page; absent on the last one. */
             next_cursor?: string;
         };
         /** @description A record in a list. */
@@ -9354,32 +9353,32 @@ export interface components {
              */
             id: string;
             kind: components["schemas"]["RecordKind"];
-            /** @description How it was made, in the words of the request. */
+            /** @description Method, as named in the request. */
             method: string;
             /**
              * Format: date-time
              * @description When it was stored.
              */
             created_at: string;
-            /** @description Who had it made: the actor of the caller; absent where no key was asked for. */
+            /** @description Actor of the caller; absent where no key was required. */
             by?: string;
-            /** @description Of a change of what the nodes are of: what is known from then on, and what was before. */
+            /** @description For a change of the nodes' description: the values before and after it. */
             measurand?: components["schemas"]["MeasurandChange"];
         };
         /** @description A fit request without nodes: the stored ones are fitted again. */
         RefitRequest: {
             scaling?: components["schemas"]["ScalingName"];
             /**
-             * @description Of fits by default `first_order` with λ* by `min_mse`, or `none` with a prior; where a
-             *     curve, a surface or a flank is asked for, `none`.
+             * @description Default for fits: `first_order` with λ* by `min_mse`, or `none` with a prior. Default
+             *     for a curve, a surface or a flank: `none`.
              */
             regularization?: components["schemas"]["Regularization"];
             estimator?: components["schemas"]["Estimator"];
             /**
              * Format: double
-             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals, which
-             *     hold as far as it is true; by default estimated, and then for bounds alone. It is to be
-             *     known from elsewhere than these nodes (docs/intervals.md).
+             * @description Norm limit r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bias bounds and intervals;
+             *     they are valid only if it holds. Take it from a source other than these nodes
+             *     (docs/intervals.md). By default r is estimated, and used for bounds only.
              */
             coefficient_norm_limit?: number;
             /**
@@ -9397,7 +9396,7 @@ export interface components {
              * @example 0.95
              */
             level?: number;
-            /** @description Parts of the answer that come only when asked for. */
+            /** @description Optional parts of the answer. */
             include?: components["schemas"]["FitInclude"][];
             /** @description Applied to the heights before the fit, in this order. */
             filters?: components["schemas"]["Filter"][];
@@ -9406,8 +9405,8 @@ export interface components {
             domain?: components["schemas"]["Domain"];
             prior?: components["schemas"]["Prior"];
             /**
-             * @description How the fitted curve or surface has to rise, fall or bend. Then `regularization` is
-             *     `none`, and the estimator `least_squares`.
+             * @description Conditions on slope or curvature of the fitted curve or surface. `regularization` must
+             *     then be `none`, and the estimator `least_squares`.
              */
             constraints?: components["schemas"]["Constraint"][];
             /** @description Heights, slopes and bands at places of the domain. */
@@ -9415,8 +9414,8 @@ export interface components {
             select?: components["schemas"]["Select"];
             folds?: components["schemas"]["Folds"];
             /**
-             * @description Nodes that are left out of the fit, as if they were missing; each is named once. They
-             *     stay in what is stored, and `spec` says that they were left out.
+             * @description Nodes that the fit treats as missing; each is named once. They remain in the stored
+             *     nodes, and `spec` lists them.
              * @example [
              *       {
              *         "column": 7,
@@ -9441,11 +9440,11 @@ export interface components {
         /** @description Regularisation; default spectral with its defaults. */
         Regularization: components["schemas"]["NoRegularization"] | components["schemas"]["SpectralRegularization"] | components["schemas"]["RidgeRegularization"] | components["schemas"]["TikhonovRegularization"] | components["schemas"]["TruncatedSvdRegularization"] | components["schemas"]["JamesSteinRegularization"] | components["schemas"]["AttractionRegularization"] | components["schemas"]["RepresentativeRegularization"];
         /**
-         * @description How the estimate was regularised.
+         * @description Type of the regularisation.
          * @enum {string}
          */
         RegularizationName: "none" | "spectral" | "ridge" | "tikhonov" | "truncated_svd" | "james_stein" | "attraction" | "representative";
-        /** @description The regularisation that was applied, and what every criterion would have chosen. */
+        /** @description The applied regularisation, and the choices of all criteria. */
         RegularizationResult: {
             type: components["schemas"]["RegularizationName"];
             scheme?: components["schemas"]["SchemeName"];
@@ -9453,8 +9452,8 @@ export interface components {
             count?: number;
             /**
              * Format: double
-             * @description λ* of the spectral schemes, k of ridge and attraction, λ of Tikhonov; absent when
-             *     nothing was regularised and where there is none (truncated SVD, James–Stein, an
+             * @description λ* of the spectral schemes, k of ridge and attraction, λ of Tikhonov; absent without
+             *     regularisation and for methods without such a parameter (truncated SVD, James–Stein, an
              *     attraction of infinite weight).
              */
             lambda_star?: number;
@@ -9462,7 +9461,7 @@ export interface components {
             rank?: number;
             /**
              * Format: double
-             * @description c of James–Stein and attraction: what is left of Â − T.
+             * @description c of James–Stein and attraction: the factor of Â − T.
              */
             shrinkage_factor?: number;
             /** @description The plateau of minimisers of Eq. 49, where there is one: [lo, hi]. */
@@ -9474,11 +9473,12 @@ export interface components {
             gamma?: number;
             criterion?: components["schemas"]["ChosenBy"];
             /**
-             * @description What is left of each direction: 1 is all. In the order of `spectrum.eigenvalues`; for
-             *     Tikhonov the directions are those of matrix and penalty together, the most penalised
-             *     first. With a `prior` the share of the nodes along each direction in which nodes and
-             *     prior are independent, that of the prior being the rest, the least first. With
-             *     `constraints` 0 for each direction that active places hold, first, and 1 for the others.
+             * @description Factor of each direction: 1 is not regularised. In the order of `spectrum.eigenvalues`;
+             *     for Tikhonov the directions are those of matrix and penalty together, the most penalised
+             *     first. With a `prior` the share of the nodes in the information along each direction in
+             *     which nodes and prior are independent, the smallest first; the rest is the prior's. With
+             *     `constraints` first a 0 for each direction that active places hold, then 1 for the
+             *     others.
              */
             filter_factors: number[];
             /**
@@ -9493,22 +9493,22 @@ export interface components {
             largest_eigenvalue_bound?: number;
             /**
              * Format: double
-             * @description Mean squared error of the coefficients in the scaled columns: the `predicted_mse` of the
-             *     choice that stands, corrected by simulation for that choice having been made by the same
-             *     nodes. With `min_mse` of the matrix B and ridge its mean is 0.78 to 1.22 times the true
-             *     error in 144 simulated cases with three degrees of freedom or more, where that of the
-             *     uncorrected one is 0.28 to 1.03 times it (docs/choosing-lambda.md). A single figure
-             *     scatters by once to twice itself; of other criteria, and of Tikhonov, nothing was
-             *     simulated. Present when `predicted_mse` was included; not with `press`, `blocked_cv`,
-             *     truncated SVD, James–Stein and attraction.
+             * @description Mean squared error of the coefficients in the scaled columns: `predicted_mse` of the
+             *     applied choice, corrected by simulation for having been chosen from the same nodes. With
+             *     `min_mse` of the matrix B and ridge its mean is 0.78 to 1.22 times the true error in 144
+             *     simulated cases with three degrees of freedom or more; the uncorrected figure is 0.28 to
+             *     1.03 times it (docs/choosing-lambda.md). A single figure scatters by once to twice its
+             *     size; other criteria, and Tikhonov, were not simulated. Present with `include` of
+             *     `predicted_mse`; not with `press`, `blocked_cv`, truncated SVD, James–Stein and
+             *     attraction.
              */
             predicted_mse_corrected?: number;
             /** @description Present for `representative`. */
             representative?: components["schemas"]["RepresentativeResult"];
             /**
-             * @description Least squares, the criterion asked for and those that cost nothing, side by side. Of
-             *     Tikhonov with more than 64 coefficients `min_condition` stands here only where it was
-             *     asked for, or with `lambda_curve`.
+             * @description Least squares, the requested criterion and the criteria that are cheap to compute, for
+             *     comparison. For Tikhonov with more than 64 coefficients `min_condition` is included only
+             *     on request, or with `lambda_curve`.
              */
             choices: components["schemas"]["Choice"][];
         };
@@ -9518,8 +9518,8 @@ export interface components {
          */
         RegularizedReference: {
             /**
-             * @description Condition of the matrix that is inverted: X̃ᵀX̃ of a level, XᵀX of least squares, what
-             *     regularisation makes of it.
+             * @description Condition of the inverted matrix: X̃ᵀX̃ of a level, XᵀX of least squares, or the regularised
+             *     matrix.
              */
             condition?: components["schemas"]["Quartiles"];
             /** @description log₁₀ of its determinant. */
@@ -9531,8 +9531,8 @@ export interface components {
             /** @description λ* of the spectral schemes, k of ridge. */
             lambda_star?: components["schemas"]["Quartiles"];
             /**
-             * @description σ_B/σ_X of the spectral schemes: how large B is beside the columns that it is added to, on
-             *     the scale of the levels.
+             * @description σ_B/σ_X of the spectral schemes: size of B relative to the columns it is added to, on the
+             *     scale of the levels.
              */
             noise_to_signal?: components["schemas"]["Quartiles"];
             /** @description L of the spectral schemes. */
@@ -9542,7 +9542,7 @@ export interface components {
         };
         /** @description After regularisation, in the order of the directions that the eigenvalues came from. */
         RegularizedSpectrum: {
-            /** @description What each eigenvalue has become. */
+            /** @description Eigenvalues after the regularisation. */
             eigenvalues: number[];
             /**
              * Format: double
@@ -9566,13 +9566,13 @@ export interface components {
          */
         ReliefInterpolation: "bilinear" | "b_spline";
         /**
-         * @description Whether a fit, computed again from what is stored, gives the stored answer bit by bit.
+         * @description Comparison of a stored fit with the same fit computed again from the stored nodes.
          * @example {
          *       "identical": true
          *     }
          */
         Replay: {
-            /** @description Whether the two answers are the same bit by bit. */
+            /** @description True if the two answers are identical bit by bit. */
             identical: boolean;
             /**
              * Format: double
@@ -9580,16 +9580,16 @@ export interface components {
              *     identical, or do not line up.
              */
             max_relative_difference?: number;
-            /** @description Who computed the stored answer; absent when the answers are identical. */
+            /** @description Engine of the stored answer; absent when the answers are identical. */
             stored_engine?: string;
-            /** @description Who computed it now; absent when the answers are identical. */
+            /** @description Engine of the new answer; absent when the answers are identical. */
             replay_engine?: string;
         };
-        /** @description What of a regularised fit is used for others. */
+        /** @description The data of a regularised fit that other fits use. */
         RepresentativePiece: {
             /** @description The model that was fitted. */
             model: components["schemas"]["Model"];
-            /** @description Its domain; absent for a measurement matrix. */
+            /** @description Domain of the fit; absent for a measurement matrix. */
             domain?: components["schemas"]["Domain"];
             /** @description Default `first_order`. */
             scheme?: components["schemas"]["SchemeName"];
@@ -9605,7 +9605,7 @@ export interface components {
              *     columns.
              */
             directions: number[][];
-            /** @description What each column of the piece was divided by, above 0. */
+            /** @description Divisor of each column of the piece, above 0. */
             scale: number[];
         };
         /**
@@ -9627,16 +9627,16 @@ export interface components {
             iteration?: number;
             /**
              * Format: uuid
-             * @description Which of its fits; by default the one that stands. It has to be regularised by `spectral`.
+             * @description Fit of the iteration; default its chosen fit. It must be regularised by `spectral`.
              */
             fit_id?: string;
             /**
-             * @description What of the piece is used, as it is answered with `include: ["representative"]`. Found, and
-             *     kept with the fit, where `iteration` is given.
+             * @description Data of the piece, as answered with `include: ["representative"]`. Looked up, and stored
+             *     with the fit, where `iteration` is given.
              */
             piece?: components["schemas"]["RepresentativePiece"];
         };
-        /** @description How the matrix B of a representative piece suits these nodes. */
+        /** @description Fit of the matrix B of a representative piece to these nodes. */
         RepresentativeResult: {
             /** @description The iteration of the job that the piece is; absent where it was posted. */
             iteration?: number;
@@ -9644,10 +9644,10 @@ export interface components {
             fit_id?: string;
             /**
              * Format: double
-             * @description Cosine of the largest angle between the directions of the piece and as many of these
-             *     nodes' own, those with the smallest eigenvalues: 1 where both are alike, as they are
-             *     where the nodes lie at the same places. Below 0.95 the warning
-             *     `representative_misaligned` says that much of the error stays.
+             * @description Cosine of the largest angle between the regularised directions of the piece and as many
+             *     directions of these nodes, those with the smallest eigenvalues: 1 where they agree, as
+             *     for nodes at the same places. Below 0.95 the warning `representative_misaligned` gives
+             *     the share of the error that remains.
              */
             alignment: number;
         };
@@ -9816,19 +9816,19 @@ export interface components {
              * @description The constant added to the eigenvalues of the scaled Fisher information matrix.
              */
             k: number;
-            /** @description In the caller's terms, in the order of the answer's `coefficients`. */
+            /** @description In the terms of the request, in the order of the answer's `coefficients`. */
             coefficients: number[];
         };
         /**
-         * @description How a robust estimate was reached. Lengths are in the unit of the heights (times √weight,
-         *     where nodes carry weights).
+         * @description Report on a robust estimate. Lengths are in the unit of the heights (times √weight, where
+         *     nodes have weights).
          *
          *     With `m_estimator`, `least_trimmed_squares` and `trimmed` the spectrum, regularisation, bias
          *     and collinearity of the answer are those of the matrix weighted with node weights times
          *     `weights`; with the other estimators those of the matrix with node weights alone.
          */
         Robust: {
-            /** @description Whether the iteration ended by its own criterion. */
+            /** @description True if the iteration met its own criterion. */
             converged: boolean;
             /**
              * @description Reweightings (`m_estimator`, `student`), Newton's steps (`lp`), fits of subsets
@@ -9844,9 +9844,8 @@ export interface components {
             /**
              * Format: double
              * @description Scale of the residuals (`m_estimator`, `least_trimmed_squares`; s, b or a of
-             *     `maximum_likelihood`; MAD for `lp`), or
-             *     `dispersion` (the others); 0 for an exact fit of most nodes, absent where too few nodes
-             *     lie off the surface to tell it.
+             *     `maximum_likelihood`; MAD for `lp`), or `dispersion` (the others); 0 for an exact fit of
+             *     most nodes, absent where too few nodes have a residual.
              */
             scale?: number;
             /**
@@ -9857,8 +9856,8 @@ export interface components {
             dispersion?: number;
             /**
              * Format: double
-             * @description What is least: Σρ(r/s), Σ|r|, Σ|r|^p, Σρ_τ(r), the sum of the h smallest r², Jaeckel's
-             *     dispersion, the squares of trimmed or winsorized nodes, or −ln L.
+             * @description Minimum of the objective: Σρ(r/s), Σ|r|, Σ|r|^p, Σρ_τ(r), the sum of the h smallest r²,
+             *     Jaeckel's dispersion, the squares of trimmed or winsorized nodes, or −ln L.
              */
             objective: number;
             /**
@@ -9868,7 +9867,7 @@ export interface components {
              *     the matrix). Present when `robust_weights` was included.
              */
             weights?: number[];
-            /** @description How many nodes were given no weight. */
+            /** @description Number of nodes with weight 0. */
             rejected_count: number;
             /**
              * @description Posted nodes (from 0, grids row by row) that were given no weight. Present when
@@ -9881,13 +9880,13 @@ export interface components {
              *     better.
              */
             certificate?: number;
-            /** @description Whether no other coefficients do as well; where this is known. */
+            /** @description True if the minimum has no other coefficients; present where this is known. */
             unique?: boolean;
             /** @description Posted nodes that determine the surface, which passes through them. */
             vertex?: number[];
             /** @description h, the number of nodes in the trimmed sum. */
             subset_size?: number;
-            /** @description Where the iteration started. */
+            /** @description Start of the iteration. */
             start?: components["schemas"]["StartName"];
             /** @description Which solution was reached. */
             solution: components["schemas"]["SolutionName"];
@@ -9929,7 +9928,7 @@ export interface components {
          */
         ScaleRuleName: "mad_0_6745" | "mad" | "proposal2" | "fixed";
         /**
-         * @description Of X's columns before the eigen analysis; default `unit_length`, `none` is the paper's.
+         * @description Scaling of X's columns before the eigen analysis; default `unit_length`, `none` is the paper's.
          * @enum {string}
          */
         ScalingName: "unit_length" | "none" | "standardized";
@@ -9950,12 +9949,12 @@ export interface components {
             weight?: number[];
         };
         /**
-         * @description What the scheme makes of an eigenvalue: near λ* (the paper's first order) or λ* exactly.
+         * @description New value of a regularised eigenvalue: near λ* (the paper's first order) or λ* exactly.
          * @enum {string}
          */
         SchemeName: "first_order" | "exact";
         /**
-         * @description What an operation asks its caller for.
+         * @description Scope that an operation requires.
          * @enum {string}
          */
         Scope: "read" | "compute" | "measure" | "judge" | "audit" | "admin" | "tenants";
@@ -9978,7 +9977,7 @@ export interface components {
         Section: {
             /**
              * Format: double
-             * @description Of the plane, in the caller's unit.
+             * @description Offset of the plane, in the unit of the request.
              */
             offset: number;
             /** @description Curves without corners, in no particular order. */
@@ -9988,22 +9987,22 @@ export interface components {
             /** @description `[x, y, z]` where the plane touches the surface in a point. */
             contact_points?: number[][];
             /**
-             * @description `[x, y, z]` of places about which the section could not be told, at most 1,000; there is a
-             *     warning then.
+             * @description `[x, y, z]` of places where the section could not be determined, at most 1,000; a warning is
+             *     included.
              */
             unresolved_points?: number[][];
-            /** @description Whether a part of the surface lies in the plane; it is no part of the curves. */
+            /** @description True if a part of the surface lies in the plane; the curves exclude it. */
             coincident: boolean;
         };
         /** @description A curve of a section. */
         SectionCurve: {
-            /** @description In space, its parameter the length; of the form `b_spline`. */
+            /** @description Curve in space with arc length as parameter; in the form `b_spline`. */
             curve?: components["schemas"]["Curve"];
             /** @description `[x, y, z]` each, of a closed curve the first one again at the end; of the form `polyline`. */
             points?: number[][];
-            /** @description Whether it ends where it begins, smoothly. */
+            /** @description True if it is closed and smooth at the joint. */
             closed: boolean;
-            /** @description Whether the plane touches the surface along it. */
+            /** @description True if the plane is tangent to the surface along the curve. */
             tangential: boolean;
             /**
              * Format: double
@@ -10012,8 +10011,8 @@ export interface components {
             length: number;
             /**
              * Format: double
-             * @description How far the curve, or its chords, was found from the section at worst, with rounding, in the
-             *     caller's unit.
+             * @description Largest distance found between the curve, or its chords, and the section, rounding included,
+             *     in the unit of the request.
              */
             error: number;
         };
@@ -10023,17 +10022,18 @@ export interface components {
             sections: components["schemas"]["Section"][];
         };
         /**
-         * @description How curves of sections are described.
+         * @description Form of the curves of sections.
          * @enum {string}
          */
         SectionForm: "b_spline" | "polyline";
         /** @description Sections in the order of the planes. */
         Sections: {
-            /** @description As they were asked for. */
+            /** @description In the order of the request. */
             families: components["schemas"]["SectionFamily"][];
             /**
-             * @description Where it was asked for: heights along the third vector of `mesh_frame` over distances from
-             *     the origin along the first and the second. `mesh` of `POST /v1/surfaces` takes it as it is.
+             * @description With `mesh` of the request: heights along the third vector of `mesh_frame` over distances
+             *     from the origin along the first and the second. `mesh` of `POST /v1/surfaces` takes it
+             *     unchanged.
              */
             mesh?: components["schemas"]["CurveMesh"];
             /**
@@ -10059,15 +10059,16 @@ export interface components {
             form?: components["schemas"]["SectionForm"];
             /**
              * Format: double
-             * @description How far curves or chords may be from the section, in the caller's unit. Points of
-             *     polylines lie on it to rounding. Default 1e-9 for splines and 0.001 for polylines.
+             * @description Largest distance of curves or chords from the section, in the unit of the request.
+             *     Points of polylines lie on it up to rounding. Default 1e-9 for splines and 0.001 for
+             *     polylines.
              */
             tolerance?: number;
             /**
-             * @description Whether two families at right angles are answered as a mesh of curves too: heights over
-             *     the frame of their normals, as `mesh` of `POST /v1/surfaces` takes them. Every plane
-             *     must then cut the surface in one curve that reaches over all planes of the other family.
-             *     Default false.
+             * @description If true, two families at right angles are also answered as a mesh of curves: heights
+             *     over the frame of their normals, as `mesh` of `POST /v1/surfaces` takes them. Every
+             *     plane must then cut the surface in one curve that crosses all planes of the other
+             *     family. Default false.
              */
             mesh?: boolean;
         };
@@ -10093,37 +10094,38 @@ export interface components {
             terms?: components["schemas"]["TermSearch"];
             /**
              * Format: double
-             * @description With `elastic_net` and only then: the share of the absolute values in its penalty, above 0
-             *     and at most 1 (the lasso). Default 0.5.
+             * @description With `elastic_net` only: share of the absolute values in its penalty, above 0 and at most 1
+             *     (the lasso). Default 0.5.
              */
             alpha?: number;
-            /** @description By what. */
+            /** @description Criterion of the selection. */
             criterion: components["schemas"]["ModelCriterion"];
             /**
-             * @description A product of powers never stands without those that divide it. Default true, and only the
-             *     columns of a linear model may be asked for otherwise.
+             * @description If true, a product of powers is included only with all its divisors. Default true; false is
+             *     allowed only for the columns of a linear model.
              */
             hierarchical?: boolean;
         };
         /**
-         * @description What the model that was chosen makes least.
+         * @description Criterion that the chosen model minimises.
          * @enum {string}
          */
         SelectedBy: "aicc" | "bic" | "press" | "blocked_cv" | "reml";
-        /** @description Which of several models was fitted, and what spoke for each. */
+        /** @description Selection of one of several models, with the figures of each. */
         Selection: {
-            /** @description By what the model was chosen. */
+            /** @description Criterion of the selection. */
             criterion: components["schemas"]["SelectedBy"];
             /**
-             * @description Every model that was looked at: degrees ascending, that along v running fastest; terms
-             *     in the order in which they were let go (`backward`), or came in (`elastic_net`).
+             * @description All models compared: degrees ascending, that along v fastest; terms in the order in
+             *     which they were removed (`backward`) or added (`elastic_net`).
              */
             candidates: components["schemas"]["Candidate"][];
             /** @description Which of `candidates` was fitted, from 0. */
             chosen: number;
             /**
-             * @description The model was chosen by the nodes that it is fitted to: intervals and standard errors
-             *     take it for given and hold less often than they say (docs/selection.md). Always true.
+             * @description The model was chosen from the nodes it is fitted to: intervals and standard errors
+             *     ignore this choice, and their coverage is lower than stated (docs/selection.md). Always
+             *     true.
              */
             post_selection: boolean;
         };
@@ -10349,9 +10351,9 @@ export interface components {
             right?: components["schemas"]["CorrectedTeeth"];
         };
         /**
-         * @description Where the factor of a simultaneous band comes from: Scheffé's method, or, where that is
-         *     narrower, the volume of a tube (Naiman; Sun and Loader; curves and surfaces) or Student's t
-         *     at the level divided by the number of rows (Bonferroni; rows of a measurement matrix).
+         * @description Method for the factor of a simultaneous band: Scheffé's, or, where that is narrower, the
+         *     volume of a tube (Naiman; Sun and Loader; curves and surfaces) or Student's t at the level
+         *     divided by the number of rows (Bonferroni; rows of a measurement matrix).
          * @enum {string}
          */
         SimultaneousMethod: "scheffe" | "tube" | "bonferroni";
@@ -10370,7 +10372,7 @@ export interface components {
         Slopes: {
             /** @description Slopes of the estimate. */
             value: number[];
-            /** @description Their standard errors. */
+            /** @description Standard errors of the slopes. */
             std_error?: number[];
             /** @description `[low, high]` of the true slope at each place by itself. */
             confidence?: number[][];
@@ -10384,7 +10386,7 @@ export interface components {
             lambda: number;
             /** @description Left out where λ or the degrees of freedom were given. */
             criterion?: components["schemas"]["CriterionName"];
-            /** @description Whether what was asked for is reached within the range of λ. */
+            /** @description True if the criterion is met within the range of λ. */
             reached: boolean;
             /**
              * Format: double
@@ -10418,7 +10420,7 @@ export interface components {
              *     less than the number of points (the interpolant).
              */
             degrees_of_freedom?: number;
-            /** @description One for each point: what its squared residual counts. */
+            /** @description One weight for each point; it multiplies the squared residual. */
             weight?: number[];
         };
         /** @description Into how many elements each part goes; at most two million nodes in all. */
@@ -10564,7 +10566,7 @@ export interface components {
              * @description Sum of the decimal logarithms of the eigenvalues; left out where one is 0.
              */
             log10_determinant?: number;
-            /** @description Singular values that the arithmetic tells from 0. */
+            /** @description Number of singular values above rounding error. */
             rank: number;
             regularized: components["schemas"]["RegularizedSpectrum"];
         };
@@ -10604,13 +10606,13 @@ export interface components {
             worst_tooth: string;
         };
         /**
-         * @description How far a curve through points can be trusted between them: the paper's warnings about
-         *     oscillation, as figures. A figure that does not exist is left out, and a warning says why.
+         * @description Stability of a curve through points: the paper's warnings about oscillation, as figures. A
+         *     figure that does not exist is absent, and a warning says why.
          */
         Stability: {
             /**
              * Format: double
-             * @description By how much errors of the values can grow anywhere on the curve.
+             * @description Largest factor by which errors of the values grow anywhere on the curve.
              */
             lebesgue_constant?: number;
             /**
@@ -10635,7 +10637,7 @@ export interface components {
             interpolation_error: number;
         };
         /**
-         * @description Where an iteration starts; trimmed squares of half the nodes withstand gross errors of
+         * @description Start of an iteration; least trimmed squares of half the nodes tolerates gross errors in
          *     nearly half of them.
          * @enum {string}
          */
@@ -10645,7 +10647,7 @@ export interface components {
             status: components["schemas"]["JobStatus"];
             /**
              * Format: int64
-             * @description How many jobs have it.
+             * @description Number of jobs with this status.
              */
             count: number;
         };
@@ -10670,7 +10672,7 @@ export interface components {
              * @example 1
              */
             tooth?: string;
-            /** @description What the axes of the nodes mean. */
+            /** @description Quantities and units on the axes of the nodes. */
             axes?: components["schemas"]["Axes"];
             /**
              * Format: uuid
@@ -10685,7 +10687,7 @@ export interface components {
             state: components["schemas"]["StreamStateName"];
             /**
              * Format: int64
-             * @description Of the last block; 0 before the first.
+             * @description Number of the last block; 0 before the first.
              */
             sequence: number;
             /**
@@ -10695,10 +10697,10 @@ export interface components {
             node_count: number;
             /**
              * Format: double
-             * @description By which the weights of earlier nodes are multiplied at every node; 1 forgets nothing.
+             * @description Factor of the weights of all earlier nodes at every node; 1 keeps them.
              */
             forgetting_factor: number;
-            /** @description What is fitted, with every default filled in. */
+            /** @description The fit request without nodes, with every default filled in. */
             spec: components["schemas"]["FitSpec"];
             /**
              * Format: int32
@@ -10717,7 +10719,7 @@ export interface components {
             updated_at: string;
             /** @description The estimate after the last block, as its answer had it. */
             result?: components["schemas"]["FitResult"];
-            /** @description Why an open stream has no result yet, or what the result warns of. */
+            /** @description Reason why an open stream has no result yet, or warnings of the result. */
             warnings?: components["schemas"]["Warning"][];
         };
         /** @description A block of nodes. */
@@ -10747,23 +10749,20 @@ export interface components {
              */
             node_count: number;
             /**
-             * @description The fit of all nodes so far, but for what needs the nodes themselves (`max_abs`, single
-             *     residuals, B). Absent, with a warning that says why, while there are too few nodes or they
-             *     do not determine the model.
+             * @description The fit of all nodes so far, except the parts that need the nodes themselves (`max_abs`,
+             *     single residuals, B). Absent, with a warning that gives the reason, while the nodes do not
+             *     determine the model.
              */
             result?: components["schemas"]["FitResult"];
-            /** @description Why there is no result yet, or what the result warns of. */
+            /** @description Reason why there is no result yet, or warnings of the result. */
             warnings?: components["schemas"]["Warning"][];
         };
         /**
-         * @description What happened to a stream.
+         * @description Change of the stream's state.
          * @enum {string}
          */
         StreamEventName: "open" | "block" | "finished" | "deleted";
-        /**
-         * @description What is known of a measurement whose nodes came as a stream. All of it may be left out, and
-         *     the body with it.
-         */
+        /** @description Details of the measurement of a stream. All of them are optional, and so is the body. */
         StreamFinish: {
             /**
              * Format: date-time
@@ -10772,26 +10771,26 @@ export interface components {
              */
             measured_at?: string;
             /**
-             * @description What the nodes were measured with.
+             * @description Measuring instrument.
              * @example P40
              */
             instrument?: string;
-            /** @description Who measured them. */
+            /** @description Operator who measured the nodes. */
             operator?: string;
-            /** @description What else is to be known of the measurement; may have line breaks. */
+            /** @description Note on the measurement; may have line breaks. */
             note?: string;
         };
         /** @description Blocks of a stream, in order. */
         StreamNodes: {
             /**
-             * @description Some blocks after `after`; empty where there are none, and of a finished stream, whose nodes
-             *     are those of its iteration.
+             * @description Blocks after `after`; empty where there are none, and for a finished stream, whose nodes are
+             *     those of its iteration.
              */
             items: components["schemas"]["PostedStreamBlock"][];
             /**
              * Format: int64
-             * @description Of the last block that the stream has. While it is greater than that of the last item, ask
-             *     again after that item.
+             * @description Number of the stream's last block. While it is greater than that of the last item, request
+             *     the blocks after that item.
              */
             sequence: number;
             state: components["schemas"]["StreamStateName"];
@@ -10805,19 +10804,19 @@ export interface components {
         StreamPage: {
             /** @description The streams of this page. */
             items: components["schemas"]["ListedStream"][];
-            /** @description Where the next page begins; absent on the last one. */
+            /** @description Cursor of the next page; absent on the last one. */
             next_cursor?: string;
         };
         /**
-         * @description Whether a stream takes nodes.
+         * @description State of a stream.
          * @enum {string}
          */
         StreamStateName: "open" | "finished";
         /** @description One criterion for λ* or k, applied in every repetition with the study's σ. */
         StudyChoice: {
             /**
-             * @description Condition of the matrix that is inverted: X̃ᵀX̃ of a level, XᵀX of least squares, what
-             *     regularisation makes of it.
+             * @description Condition of the inverted matrix: X̃ᵀX̃ of a level, XᵀX of least squares, or the regularised
+             *     matrix.
              */
             condition?: components["schemas"]["Quartiles"];
             /** @description log₁₀ of its determinant. */
@@ -10829,17 +10828,17 @@ export interface components {
             /** @description λ* of the spectral schemes, k of ridge. */
             lambda_star?: components["schemas"]["Quartiles"];
             /**
-             * @description σ_B/σ_X of the spectral schemes: how large B is beside the columns that it is added to, on
-             *     the scale of the levels.
+             * @description σ_B/σ_X of the spectral schemes: size of B relative to the columns it is added to, on the
+             *     scale of the levels.
              */
             noise_to_signal?: components["schemas"]["Quartiles"];
             criterion: components["schemas"]["ChosenBy"];
         };
-        /** @description What one way of estimating comes to; figures that do not exist in every repetition are absent. */
+        /** @description Figures of one estimation method; those that do not exist in every repetition are absent. */
         StudyFigures: {
             /**
-             * @description Condition of the matrix that is inverted: X̃ᵀX̃ of a level, XᵀX of least squares, what
-             *     regularisation makes of it.
+             * @description Condition of the inverted matrix: X̃ᵀX̃ of a level, XᵀX of least squares, or the regularised
+             *     matrix.
              */
             condition?: components["schemas"]["Quartiles"];
             /** @description log₁₀ of its determinant. */
@@ -10852,8 +10851,8 @@ export interface components {
         /** @description One level of randomisation. */
         StudyLevel: {
             /**
-             * @description Condition of the matrix that is inverted: X̃ᵀX̃ of a level, XᵀX of least squares, what
-             *     regularisation makes of it.
+             * @description Condition of the inverted matrix: X̃ᵀX̃ of a level, XᵀX of least squares, or the regularised
+             *     matrix.
              */
             condition?: components["schemas"]["Quartiles"];
             /** @description log₁₀ of its determinant. */
@@ -10867,11 +10866,11 @@ export interface components {
              * @description k, the level: how strongly the matrices are perturbed.
              */
             level: number;
-            /** @description ‖y − X̃ Â_R‖², what the randomised fit itself sees. */
+            /** @description ‖y − X̃ Â_R‖², the residual sum of squares in the randomised matrix. */
             fitted_rss?: components["schemas"]["Quartiles"];
             /**
              * @description The regularising matrix B of Eq. 40 of the same level, σ_B/σ_X = k; absent where no λ* up to
-             *     the largest eigenvalue has it, and where the columns depend on each other.
+             *     the largest eigenvalue gives this level, and where the columns are linearly dependent.
              */
             matrix_b?: components["schemas"]["StudyLevelOfB"];
         };
@@ -10881,8 +10880,8 @@ export interface components {
          */
         StudyLevelOfB: {
             /**
-             * @description Condition of the matrix that is inverted: X̃ᵀX̃ of a level, XᵀX of least squares, what
-             *     regularisation makes of it.
+             * @description Condition of the inverted matrix: X̃ᵀX̃ of a level, XᵀX of least squares, or the regularised
+             *     matrix.
              */
             condition?: components["schemas"]["Quartiles"];
             /** @description log₁₀ of its determinant. */
@@ -10927,7 +10926,7 @@ export interface components {
              */
             least_condition: components["schemas"]["StudyRatios"];
         };
-        /** @description One level beside least squares, by medians. */
+        /** @description Medians of one level relative to least squares. */
         StudyRatios: {
             /**
              * Format: double
@@ -10953,9 +10952,9 @@ export interface components {
         /** @description The same heights, estimated with X as it is. */
         StudyReferences: {
             least_squares: components["schemas"]["StudyFigures"];
-            /** @description Absent where the columns depend on each other. */
+            /** @description Absent where the columns are linearly dependent. */
             spectral_first_order?: components["schemas"]["RegularizedReference"];
-            /** @description Absent where the columns depend on each other. */
+            /** @description Absent where the columns are linearly dependent. */
             spectral_exact?: components["schemas"]["RegularizedReference"];
             ridge: components["schemas"]["RegularizedReference"];
         };
@@ -10999,47 +10998,47 @@ export interface components {
              */
             signed_distances?: number[];
             /**
-             * @description Whether the connection stands at right angles on the surface; where not, the closest point
+             * @description True if the connecting line is perpendicular to the surface; otherwise the closest point
              *     lies on a border or an edge.
              */
             orthogonal: boolean[];
         };
         /**
-         * @description Files of surfaces: IGES (entity 128) and STEP AP242 hold the surface itself; OBJ, STL and VTK
-         *     facets for looking; CSV, Abaqus and ADINA a mesh of quadrilaterals for finite elements.
+         * @description Files of surfaces: IGES (entity 128) and STEP AP242 contain the surface itself; OBJ, STL and VTK
+         *     facets for display; CSV, Abaqus and ADINA a mesh of quadrilaterals for finite elements.
          * @enum {string}
          */
         SurfaceFormat: "iges" | "step" | "obj" | "stl" | "stl_text" | "vtk" | "csv_nodes" | "csv_elements" | "abaqus" | "adina";
         /**
-         * @description What is answered of a surface only when asked for. `normals` come with one derivative,
-         *     `curvatures` with two without asking.
+         * @description Optional parts of the answer. `normals` are always included with one derivative, `curvatures`
+         *     with two.
          * @enum {string}
          */
         SurfaceInclude: "fundamental_forms" | "area";
         /**
-         * @description How a surface is made. `coons_bilinear`, `coons_bicubic` and `gregory` fill `boundaries` or
-         *     every mesh of `mesh`, `bezier` the latter; `b_spline` passes through the nodes of `grid` or
+         * @description Method of a surface. `coons_bilinear`, `coons_bicubic` and `gregory` fill `boundaries` or every
+         *     cell of `mesh`, `bezier` every cell of `mesh`; `b_spline` passes through the nodes of `grid` or
          *     `xyz`, `b_spline_least_squares` near these or near scattered `nodes`; `bezier`, `b_spline`,
-         *     `nurbs` and `gregory` take `control_points` as they are.
+         *     `nurbs` and `gregory` take `control_points`.
          */
         SurfaceMethod: components["schemas"]["CoonsBilinearMethod"] | components["schemas"]["CoonsBicubicMethod"] | components["schemas"]["GregoryMethod"] | components["schemas"]["BezierMethod"] | components["schemas"]["BSplineSurfaceMethod"] | components["schemas"]["BSplineLeastSquaresSurfaceMethod"] | components["schemas"]["NurbsSurfaceMethod"];
         /**
-         * @description A surface to build, of exactly one of `grid`, `xyz`, `boundaries`, `mesh`, `control_points`
-         *     and `nodes`. One that is kept with an iteration may say none of them: then it is made of the
-         *     iteration's nodes.
+         * @description A surface to build from exactly one of `grid`, `xyz`, `boundaries`, `mesh`, `control_points`
+         *     and `nodes`. For a surface of an iteration it may have none of them: then the iteration's
+         *     nodes are used.
          */
         SurfaceRequest: {
             grid?: components["schemas"]["HeightGrid"];
             /** @description Points `[x, y, z]` in rows. */
             xyz?: number[][][];
-            /** @description Of `xyz`; default `chord_length`. */
+            /** @description For `xyz`; default `chord_length`. */
             parametrization?: components["schemas"]["Parametrization"];
             boundaries?: components["schemas"]["Borders"];
             mesh?: components["schemas"]["CurveMesh"];
             /**
              * Format: double
-             * @description Of `boundaries` and `mesh`: how far apart two curves may be where they meet, in the
-             *     caller's unit. Default 1e-6 of the largest coordinate at their ends.
+             * @description For `boundaries` and `mesh`: largest distance between two curves at their crossing, in
+             *     the unit of the request. Default 1e-6 of the largest coordinate at their ends.
              */
             tolerance?: number;
             /** @description Rows along u, within a row along v. */
@@ -11048,16 +11047,16 @@ export interface components {
             nodes?: components["schemas"]["Nodes"];
             scaling?: components["schemas"]["ScalingName"];
             /**
-             * @description Of fits by default `first_order` with λ* by `min_mse`, or `none` with a prior; where a
-             *     curve, a surface or a flank is asked for, `none`.
+             * @description Default for fits: `first_order` with λ* by `min_mse`, or `none` with a prior. Default
+             *     for a curve, a surface or a flank: `none`.
              */
             regularization?: components["schemas"]["Regularization"];
             estimator?: components["schemas"]["Estimator"];
             /**
              * Format: double
-             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals, which
-             *     hold as far as it is true; by default estimated, and then for bounds alone. It is to be
-             *     known from elsewhere than these nodes (docs/intervals.md).
+             * @description Norm limit r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bias bounds and intervals;
+             *     they are valid only if it holds. Take it from a source other than these nodes
+             *     (docs/intervals.md). By default r is estimated, and used for bounds only.
              */
             coefficient_norm_limit?: number;
             /**
@@ -11075,7 +11074,7 @@ export interface components {
              * @example 0.95
              */
             level?: number;
-            /** @description Parts of the answer that come only when asked for. */
+            /** @description Optional parts of the answer. */
             include?: components["schemas"]["FitInclude"][];
             /** @description Applied to the heights before the fit, in this order. */
             filters?: components["schemas"]["Filter"][];
@@ -11085,11 +11084,11 @@ export interface components {
         SurfaceValues: {
             /** @description Points of the surface; numbers for a graph. */
             values: components["schemas"]["Point"][];
-            /** @description With one derivative and more. */
+            /** @description With one derivative or more. */
             derivatives?: components["schemas"]["SurfaceDerivatives"];
             /**
-             * @description With one derivative and more: unit normals along S_u × S_v; of a graph those of (u, v, z).
-             *     Left out, with a warning, where one of them does not exist.
+             * @description With one derivative or more: unit normals along S_u × S_v; for a graph those of (u, v, z).
+             *     Absent, with a warning, where one of them does not exist.
              */
             normals?: number[][];
             /** @description With two derivatives. */
@@ -11335,18 +11334,18 @@ export interface components {
          */
         TableUnit: "nm" | "um" | "mm" | "in" | "deg" | "arcmin" | "rad";
         /**
-         * @description Where the tangents of cubic pieces come from. `monotone` (Fritsch and Butland) keeps values
-         *     between those of the neighbours; `akima` is least disturbed by outlying points.
+         * @description Tangents of cubic pieces. `monotone` (Fritsch and Butland) keeps values between those of the
+         *     neighbours; `akima` is least affected by outlying points.
          * @enum {string}
          */
         Tangents: "given" | "finite_difference" | "catmull_rom" | "parabola" | "monotone" | "akima" | "modified_akima";
         /** @description A tenant: a plant with its jobs and keys. */
         Tenant: {
-            /** @description By which it is known. */
+            /** @description Name of the tenant, unique. */
             name: string;
             /** @description For people. */
             description?: string;
-            /** @description Whether its keys let nobody in. */
+            /** @description True if its keys are refused. */
             suspended: boolean;
             /**
              * Format: date-time
@@ -11360,18 +11359,21 @@ export interface components {
              * @example 2026-11-21T08:30:00.000000Z
              */
             updated_at: string;
-            /** @description Its first key, of the role `admin`, in the answer to the request that made the tenant. */
+            /**
+             * @description Its first key, with the role `admin`, only in the answer to the request that made the
+             *     tenant.
+             */
             admin_key?: components["schemas"]["Key"];
         };
         /** @description Some tenants, newest first. */
         TenantPage: {
             /** @description The tenants of this page. */
             items: components["schemas"]["Tenant"][];
-            /** @description Where the next page begins; absent on the last one. */
+            /** @description Cursor of the next page; absent on the last one. */
             next_cursor?: string;
         };
         /**
-         * @description Changes of a tenant. A field that is left out stays as it is.
+         * @description Changes of a tenant. Fields that are left out stay unchanged.
          * @example {
          *       "suspended": true
          *     }
@@ -11379,14 +11381,14 @@ export interface components {
         TenantPatch: {
             /** @description The new description. */
             description?: string;
-            /** @description Whether its keys let nobody in. */
+            /** @description True if its keys are refused. */
             suspended?: boolean;
         };
         /**
-         * @description How subsets of terms are found. `backward`: from all terms on, that one goes whose loss raises
-         *     the residual sum of squares least. `elastic_net`: the terms that elastic-net estimates keep as
-         *     their penalty λ falls through 100 values, by coordinate descent; polynomials as Chebyshev
-         *     polynomials on the box of the nodes, columns in unit variance, the constant free.
+         * @description Search for subsets of terms. `backward`: starting from all terms, removes the term that raises
+         *     the residual sum of squares least. `elastic_net`: the terms of elastic-net estimates for 100
+         *     decreasing values of the penalty λ, by coordinate descent; polynomials as Chebyshev polynomials
+         *     on the box of the nodes, columns in unit variance, the constant unpenalised.
          * @enum {string}
          */
         TermSearch: "backward" | "elastic_net";
@@ -11426,8 +11428,8 @@ export interface components {
              */
             order: number;
             /**
-             * @description `[w_u, w_v]` for a surface, `[w]` for a curve or a linear model; none negative, one
-             *     positive. Default all 1.
+             * @description `[w_u, w_v]` for a surface, `[w]` for a curve or a linear model; at least 0, and one above
+             *     0. Default all 1.
              */
             weights?: number[];
             /** @description λ. Default `min_mse`. */
@@ -11651,7 +11653,7 @@ export interface components {
             job: components["schemas"]["Job"];
             /** @description By number. */
             iterations: components["schemas"]["TracedIteration"][];
-            /** @description Where the next page begins; absent on the last one. */
+            /** @description Cursor of the next page; absent on the last one. */
             next_cursor?: string;
         };
         /** @description Classes 1 to 11 of ISO 1328-1:2013. Left out is what exceeds even class 11: `beyond` names it. */
@@ -11813,7 +11815,7 @@ export interface components {
              * @description The fit that stood from then on.
              */
             fit_id: string;
-            /** @description Who chose it: the actor of the caller; absent where no key was asked for. */
+            /** @description Actor of the caller who chose it; absent where no key was required. */
             by?: string;
             /** @description Why it was chosen, as it was posted. */
             reason?: string;
@@ -11827,11 +11829,11 @@ export interface components {
         TracedDecision: {
             decision: components["schemas"]["DecisionName"];
             /**
-             * @description Whether it accepts what needed a reason to be accepted: a figure that does not conform,
-             *     suspected gross errors, or implausible units; left out where it does not.
+             * @description True if it accepts a gear with a figure that does not conform, suspected gross errors, or
+             *     implausible units; a reason is then required. Absent otherwise.
              */
             concession?: boolean;
-            /** @description Who decided so: the actor of the caller; absent where no key was asked for. */
+            /** @description Actor of the caller who decided; absent where no key was required. */
             by?: string;
             /** @description Why it was decided so, as it was posted. */
             reason?: string;
@@ -11848,12 +11850,9 @@ export interface components {
              * @description UUIDv7.
              */
             id: string;
-            /** @description Whether this fit stands. */
+            /** @description True for the chosen fit. */
             chosen: boolean;
-            /**
-             * @description Of the fit that stands, who chose it: the actor of the caller; absent where no key was asked
-             *     for.
-             */
+            /** @description For the chosen fit: actor of the caller who chose it; absent where no key was required. */
             chosen_by?: string;
             /**
              * Format: double
@@ -11884,7 +11883,7 @@ export interface components {
             bias_norm?: number;
             /**
              * Format: double
-             * @description The least bound of the bias that holds within the norm limit.
+             * @description The smallest bias bound that holds within the norm limit.
              */
             bias_sharp_bound?: number;
             /**
@@ -11898,8 +11897,9 @@ export interface components {
              */
             max_abs?: number;
             /**
-             * @description Slopes, crownings and twist, of the fit that stands (each tells its own where it is answered
-             *     whole); absent where `axes` do not tell u, v and z, and of fits from before there were any.
+             * @description Slopes, crownings and twist of the chosen fit (every fit has its own where it is returned in
+             *     full); absent where `axes` do not give u, v and z, and for fits that are older than these
+             *     figures.
              */
             figures?: components["schemas"]["FitFigures"];
             /**
@@ -11907,13 +11907,13 @@ export interface components {
              * @description When it was stored.
              */
             created_at: string;
-            /** @description Who made it: the actor of the caller; absent where no key was asked for. */
+            /** @description Actor of the caller who made it; absent where no key was required. */
             by?: string;
             /** @description Why it was made, as it was posted. */
             reason?: string;
-            /** @description In the order of the fit's answer; none where the job was purged. */
+            /** @description In the order of the fit's answer; empty after a purge of the job. */
             coefficients: components["schemas"]["Coefficient"][];
-            /** @description What the fit stood on beside the nodes; absent where it had no prior. */
+            /** @description Prior of the fit; absent without one. */
             prior?: components["schemas"]["PriorResult"];
         };
         /** @description An iteration in the trace. */
@@ -11925,7 +11925,7 @@ export interface components {
              * @example 1
              */
             tooth?: string;
-            /** @description What the axes of the nodes mean. */
+            /** @description Quantities and units on the axes of the nodes. */
             axes?: components["schemas"]["Axes"];
             /**
              * Format: int32
@@ -11937,16 +11937,16 @@ export interface components {
              * @description UUIDv7.
              */
             id: string;
-            /** @description Whether the units were said to be right, however implausible; left out where they were not. */
+            /** @description True if the units were confirmed although the values are implausible; absent otherwise. */
             accept_units?: boolean;
             /**
              * Format: date-time
              * @description When the nodes were measured, as it was posted.
              */
             measured_at?: string;
-            /** @description What they were measured with. */
+            /** @description Measuring instrument. */
             instrument?: string;
-            /** @description Who measured them. */
+            /** @description Operator who measured the nodes. */
             operator?: string;
             /**
              * Format: date-time
@@ -11961,21 +11961,24 @@ export interface components {
             choices: components["schemas"]["TracedChoice"][];
             /** @description In the order in which they were made. */
             decisions: components["schemas"]["TracedDecision"][];
-            /** @description What is kept beside the fits, oldest first. */
+            /** @description Records of the iteration, oldest first. */
             records?: components["schemas"]["RecordSummary"][];
             /** @description Absent where the lists are whole. */
             earlier?: components["schemas"]["EarlierEntries"];
         };
-        /** @description Only the directions of the largest singular values are kept; dependent columns are answered too. */
+        /** @description Keeps only the directions of the largest singular values; allows linearly dependent columns. */
         TruncatedSvdRegularization: {
             /**
              * @description The variant. (enum property replaced by openapi-typescript)
              * @enum {string}
              */
             type: "truncated_svd";
-            /** @description How many are kept: from 1 to the rank of the scaled columns. Either this or `parameter`. */
+            /**
+             * @description Number of directions kept: from 1 to the rank of the scaled columns. Either this or
+             *     `parameter`.
+             */
             rank?: number;
-            /** @description By what the rank is chosen. */
+            /** @description Criterion that chooses the rank. */
             parameter?: components["schemas"]["RankParameter"];
         };
         /** @description S u v/4. */
@@ -12012,34 +12015,35 @@ export interface components {
             entered?: number[];
         };
         /**
-         * @description Variances of the errors: `constant` (the default), `hc3`, or an object that says what they
-         *     follow. For what takes `errors`.
+         * @description Variances of the errors: `constant` (the default), `hc3`, or an object with a variance model.
+         *     Allowed where `errors` is.
          */
         Variance: components["schemas"]["VarianceName"] | components["schemas"]["EstimatedVariance"];
         /**
-         * @description `constant`: one for all nodes, over their weights. `hc3`: any; standard errors are those of the
-         *     sandwich HC3 about least squares, each with degrees of freedom of its own. With few noisy nodes
-         *     95 % intervals hold in 0.94 and more of 60 nodes, in 0.90 and more of 20 (docs/errors.md).
+         * @description `constant`: one variance for all nodes, divided by their weights. `hc3`: any variances; standard
+         *     errors are those of the sandwich HC3 about least squares, each with its own degrees of freedom.
+         *     With few noisy nodes 95 % intervals have a coverage of 0.94 or more for 60 nodes, and of 0.90 or
+         *     more for 20 (docs/errors.md).
          * @enum {string}
          */
         VarianceName: "constant" | "hc3";
         /** @description Variances that were estimated. */
         VarianceResult: {
-            /** @description Of `groups`, by their names. */
+            /** @description For `groups`, by their names. */
             groups?: components["schemas"]["GroupSigma"][];
             /**
              * Format: double
-             * @description Of `power_of`.
+             * @description For `power_of`: the exponent.
              */
             exponent?: number;
             /**
              * Format: double
-             * @description Where the standard deviation of a height of weight 1 is `residuals.sigma`: the geometric
-             *     mean of the coordinate.
+             * @description Coordinate at which the standard deviation of a height of weight 1 is `residuals.sigma`: the
+             *     geometric mean of the coordinate.
              */
             at?: number;
         };
-        /** @description Something to know about the answer. */
+        /** @description A warning about the answer. */
         Warning: {
             /** @description Stable name. */
             code: string;
@@ -12065,36 +12069,36 @@ export interface components {
             week: string;
             /**
              * Format: date
-             * @description Its Monday.
+             * @description Date of its Monday.
              * @example 2026-11-16
              */
             begins: string;
             /**
              * Format: int64
-             * @description How many jobs were changed last in it.
+             * @description Number of jobs that were last changed in it.
              */
             count: number;
         };
         /** @description Weights of control points: numbers for a curve, rows of numbers for a surface. */
         Weights: number[] | number[][];
-        /** @description Who asks, as the server sees them. */
+        /** @description The caller, as the server identifies it. */
         Whoami: {
             /** @description Whose jobs they see; absent of a caller of no tenant. */
             tenant?: string;
             /**
-             * @description The name under which they act: `key-` and the id of the key, or the beginning of its digest
-             *     where the server's settings name it; of a token its subject; `anonymous` where no key is
-             *     asked for.
+             * @description Name of the caller: `key-` and the id of the key, or the beginning of the key's digest if
+             *     the server's settings contain it; for a token its subject; `anonymous` where no key is
+             *     required.
              */
             actor: string;
-            /** @description What lets them in; absent where no key is asked for. */
+            /** @description Kind of credential; absent where no key is required. */
             kind?: components["schemas"]["Proof"];
             /**
-             * @description Absent where scopes were named one by one or a token names several roles, and where no key
-             *     is asked for.
+             * @description Absent where scopes were listed one by one or a token has several roles, and where no key is
+             *     required.
              */
             role?: components["schemas"]["Role"];
-            /** @description What they may ask for. */
+            /** @description Scopes of the caller. */
             scopes: components["schemas"]["Scope"][];
             /** @description The key's id, where the database has it. */
             key_id?: string;
@@ -12129,7 +12133,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description `respond-async`: the answer comes later, and 202 tells where; with `wait=N` only if it does not come within N seconds. The same `Idempotency-Key` leads to the same operation, here as well. */
+                /** @description With `respond-async` the answer is 202 with the address of an operation; with `wait=N` only if the result is not ready within N seconds. The same `Idempotency-Key` gives the same operation. */
                 Prefer?: string;
             };
             path?: never;
@@ -12157,7 +12161,7 @@ export interface operations {
             /** @description The request has been read and checked, and is answered later. */
             202: {
                 headers: {
-                    /** @description Where the operation is; `…/result` is its answer. */
+                    /** @description Address of the operation; its result is at `…/result`. */
                     Location?: string;
                     /** @description `respond-async`. */
                     "Preference-Applied"?: string;
@@ -12182,7 +12186,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -12213,7 +12217,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -12234,7 +12238,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -12248,7 +12252,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -12339,7 +12343,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -12359,7 +12363,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -12403,7 +12407,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -12439,13 +12443,13 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description `respond-async`: the answer comes later, and 202 tells where; with `wait=N` only if it does not come within N seconds. The same `Idempotency-Key` leads to the same operation, here as well. */
+                /** @description With `respond-async` the answer is 202 with the address of an operation; with `wait=N` only if the result is not ready within N seconds. The same `Idempotency-Key` gives the same operation. */
                 Prefer?: string;
             };
             path?: never;
             cookie?: never;
         };
-        /** @description What is randomised, and how. */
+        /** @description The matrix to randomise, and the levels. */
         requestBody: {
             content: {
                 "application/json": components["schemas"]["RandomizationRequest"];
@@ -12466,7 +12470,7 @@ export interface operations {
             /** @description The request has been read and checked, and is answered later. */
             202: {
                 headers: {
-                    /** @description Where the operation is; `…/result` is its answer. */
+                    /** @description Address of the operation; its result is at `…/result`. */
                     Location?: string;
                     /** @description `respond-async`. */
                     "Preference-Applied"?: string;
@@ -12491,7 +12495,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -12522,7 +12526,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -12543,7 +12547,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -12557,7 +12561,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -12648,7 +12652,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -12668,7 +12672,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -12712,7 +12716,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -12780,7 +12784,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -12811,7 +12815,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -12832,7 +12836,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -12846,7 +12850,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -12937,7 +12941,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -12957,7 +12961,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -13001,7 +13005,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -13040,7 +13044,7 @@ export interface operations {
             path?: never;
             cookie?: never;
         };
-        /** @description A curve and where. */
+        /** @description A curve and its parameters. */
         requestBody: {
             content: {
                 "application/json": components["schemas"]["EvaluateCurve"];
@@ -13069,7 +13073,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -13100,7 +13104,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -13121,7 +13125,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -13135,7 +13139,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -13226,7 +13230,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -13246,7 +13250,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -13290,7 +13294,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -13358,7 +13362,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -13389,7 +13393,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -13410,7 +13414,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -13424,7 +13428,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -13515,7 +13519,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -13535,7 +13539,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -13579,7 +13583,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -13615,7 +13619,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description `respond-async`: the answer comes later, and 202 tells where; with `wait=N` only if it does not come within N seconds. The same `Idempotency-Key` leads to the same operation, here as well. */
+                /** @description With `respond-async` the answer is 202 with the address of an operation; with `wait=N` only if the result is not ready within N seconds. The same `Idempotency-Key` gives the same operation. */
                 Prefer?: string;
             };
             path?: never;
@@ -13646,7 +13650,7 @@ export interface operations {
             /** @description The request has been read and checked, and is answered later. */
             202: {
                 headers: {
-                    /** @description Where the operation is; `…/result` is its answer. */
+                    /** @description Address of the operation; its result is at `…/result`. */
                     Location?: string;
                     /** @description `respond-async`. */
                     "Preference-Applied"?: string;
@@ -13671,7 +13675,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -13702,7 +13706,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -13723,7 +13727,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -13737,7 +13741,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -13828,7 +13832,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -13848,7 +13852,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -13892,7 +13896,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -13928,13 +13932,13 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description `respond-async`: the answer comes later, and 202 tells where; with `wait=N` only if it does not come within N seconds. The same `Idempotency-Key` leads to the same operation, here as well. */
+                /** @description With `respond-async` the answer is 202 with the address of an operation; with `wait=N` only if the result is not ready within N seconds. The same `Idempotency-Key` gives the same operation. */
                 Prefer?: string;
             };
             path?: never;
             cookie?: never;
         };
-        /** @description What the surface is made of, and how. */
+        /** @description The data of the surface and the method. */
         requestBody: {
             content: {
                 "application/json": components["schemas"]["SurfaceRequest"];
@@ -13955,7 +13959,7 @@ export interface operations {
             /** @description The request has been read and checked, and is answered later. */
             202: {
                 headers: {
-                    /** @description Where the operation is; `…/result` is its answer. */
+                    /** @description Address of the operation; its result is at `…/result`. */
                     Location?: string;
                     /** @description `respond-async`. */
                     "Preference-Applied"?: string;
@@ -13980,7 +13984,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -14011,7 +14015,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -14032,7 +14036,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -14046,7 +14050,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -14137,7 +14141,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -14157,7 +14161,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -14201,7 +14205,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -14240,7 +14244,7 @@ export interface operations {
             path?: never;
             cookie?: never;
         };
-        /** @description A surface and where. */
+        /** @description A surface and its parameters. */
         requestBody: {
             content: {
                 "application/json": components["schemas"]["EvaluateSurface"];
@@ -14269,7 +14273,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -14300,7 +14304,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -14321,7 +14325,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -14335,7 +14339,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -14426,7 +14430,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -14446,7 +14450,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -14490,7 +14494,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -14558,7 +14562,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -14589,7 +14593,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -14610,7 +14614,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -14624,7 +14628,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -14715,7 +14719,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -14735,7 +14739,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -14779,7 +14783,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -14815,7 +14819,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description `respond-async`: the answer comes later, and 202 tells where; with `wait=N` only if it does not come within N seconds. The same `Idempotency-Key` leads to the same operation, here as well. */
+                /** @description With `respond-async` the answer is 202 with the address of an operation; with `wait=N` only if the result is not ready within N seconds. The same `Idempotency-Key` gives the same operation. */
                 Prefer?: string;
             };
             path?: never;
@@ -14842,7 +14846,7 @@ export interface operations {
             /** @description The request has been read and checked, and is answered later. */
             202: {
                 headers: {
-                    /** @description Where the operation is; `…/result` is its answer. */
+                    /** @description Address of the operation; its result is at `…/result`. */
                     Location?: string;
                     /** @description `respond-async`. */
                     "Preference-Applied"?: string;
@@ -14867,7 +14871,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -14898,7 +14902,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -14919,7 +14923,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -14933,7 +14937,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -15024,7 +15028,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -15044,7 +15048,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -15088,7 +15092,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -15124,7 +15128,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description `respond-async`: the answer comes later, and 202 tells where; with `wait=N` only if it does not come within N seconds. The same `Idempotency-Key` leads to the same operation, here as well. */
+                /** @description With `respond-async` the answer is 202 with the address of an operation; with `wait=N` only if the result is not ready within N seconds. The same `Idempotency-Key` gives the same operation. */
                 Prefer?: string;
             };
             path?: never;
@@ -15156,7 +15160,7 @@ export interface operations {
             /** @description The request has been read and checked, and is answered later. */
             202: {
                 headers: {
-                    /** @description Where the operation is; `…/result` is its answer. */
+                    /** @description Address of the operation; its result is at `…/result`. */
                     Location?: string;
                     /** @description `respond-async`. */
                     "Preference-Applied"?: string;
@@ -15181,7 +15185,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -15212,7 +15216,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -15233,7 +15237,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -15247,7 +15251,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -15338,7 +15342,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -15358,7 +15362,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -15402,7 +15406,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -15438,17 +15442,17 @@ export interface operations {
         parameters: {
             query?: {
                 /**
-                 * @description Stands in name, part number, serial number, machine or a tag (as `name:value`), in upper or
-                 *     lower case.
+                 * @description Text that occurs in name, part number, serial number, machine or a tag (as `name:value`), in
+                 *     upper or lower case.
                  */
                 q?: string;
-                /** @description How far the job has come. */
+                /** @description Status of the job. */
                 status?: "new" | "open" | "remachine" | "accepted" | "rejected";
                 /** @description The whole name of the machine. */
                 machine?: string;
                 /** @description The whole part number. */
                 part_number?: string;
-                /** @description The class that the evaluation found that was kept last. */
+                /** @description Class of ISO 1328-1 in the job's latest evaluation. */
                 class?: number;
                 /** @description The name of a tag, whatever its value, or `name:value`. */
                 tag?: string;
@@ -15457,8 +15461,8 @@ export interface operations {
                 /** @description Changed before this time, which is later than `from`. */
                 to?: string;
                 /**
-                 * @description `changed`, last changed first (default); `name`, in alphabetical order whatever the letters'
-                 *     case; `created`, newest first.
+                 * @description `changed`, last changed first (default); `name`, in alphabetical order ignoring case;
+                 *     `created`, newest first.
                  */
                 sort?: "changed" | "name" | "created";
                 /** @description Most items on a page. */
@@ -15504,7 +15508,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -15525,7 +15529,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -15539,7 +15543,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -15567,7 +15571,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The limit or the cursor is not one. */
+            /** @description The limit or the cursor is invalid. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -15587,7 +15591,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -15631,7 +15635,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -15667,13 +15671,13 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description The same key and body answers the first response again. */
+                /** @description Repeating the request with the same key and body returns the first answer. */
                 "Idempotency-Key"?: string;
             };
             path?: never;
             cookie?: never;
         };
-        /** @description What is known of the gear. */
+        /** @description Name, machine, gear and requirements of the job. */
         requestBody: {
             content: {
                 "application/json": components["schemas"]["NewJob"];
@@ -15687,7 +15691,7 @@ export interface operations {
                     ETag?: string;
                     /** @description `true` where this is the first answer to the same key, given again. */
                     "Idempotency-Replayed"?: string;
-                    /** @description Where the job is. */
+                    /** @description Address of the job. */
                     Location?: string;
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
                     "x-request-id"?: string;
@@ -15708,7 +15712,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -15739,7 +15743,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -15760,7 +15764,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -15774,7 +15778,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -15886,7 +15890,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -15906,7 +15910,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -15950,7 +15954,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -15991,7 +15995,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description How many jobs there are. */
+            /** @description Numbers of jobs. */
             200: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -16023,7 +16027,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -16044,7 +16048,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -16058,7 +16062,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -16106,7 +16110,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -16150,7 +16154,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -16228,7 +16232,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -16263,14 +16267,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -16284,7 +16288,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -16332,7 +16336,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -16376,7 +16380,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -16453,7 +16457,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -16488,7 +16492,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -16599,7 +16603,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -16643,7 +16647,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -16688,7 +16692,7 @@ export interface operations {
             };
             cookie?: never;
         };
-        /** @description What is to be changed. */
+        /** @description The fields to change. */
         requestBody: {
             content: {
                 "application/json": components["schemas"]["JobPatch"];
@@ -16719,7 +16723,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -16750,7 +16754,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -16785,14 +16789,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -16806,7 +16810,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -16960,7 +16964,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -16980,7 +16984,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -17024,7 +17028,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -17105,7 +17109,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -17140,14 +17144,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -17161,7 +17165,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -17210,7 +17214,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The limit or the cursor is not one. */
+            /** @description The limit or the cursor is invalid. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -17230,7 +17234,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -17274,7 +17278,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -17310,9 +17314,9 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description The same key and body answers the first response again. */
+                /** @description Repeating the request with the same key and body returns the first answer. */
                 "Idempotency-Key"?: string;
-                /** @description `respond-async`: the answer comes later, and 202 tells where; with `wait=N` only if it does not come within N seconds. The same `Idempotency-Key` leads to the same operation, here as well. */
+                /** @description With `respond-async` the answer is 202 with the address of an operation; with `wait=N` only if the result is not ready within N seconds. The same `Idempotency-Key` gives the same operation. */
                 Prefer?: string;
             };
             path: {
@@ -17321,7 +17325,7 @@ export interface operations {
             };
             cookie?: never;
         };
-        /** @description Nodes, what to fit to them, and what is known of the measurement. */
+        /** @description Nodes, the model to fit, and details of the measurement. */
         requestBody: {
             content: {
                 "application/json": components["schemas"]["IterationRequest"];
@@ -17336,7 +17340,7 @@ export interface operations {
                     ETag?: string;
                     /** @description `true` where this is the first answer to the same key, given again. */
                     "Idempotency-Replayed"?: string;
-                    /** @description Where the iteration is. */
+                    /** @description Address of the iteration. */
                     Location?: string;
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
                     "x-request-id"?: string;
@@ -17351,7 +17355,7 @@ export interface operations {
                 headers: {
                     /** @description `true` where this is the first answer to the same key, given again. */
                     "Idempotency-Replayed"?: string;
-                    /** @description Where the operation is; `…/result` is its answer. */
+                    /** @description Address of the operation; its result is at `…/result`. */
                     Location?: string;
                     /** @description `respond-async`. */
                     "Preference-Applied"?: string;
@@ -17376,7 +17380,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -17407,7 +17411,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -17442,14 +17446,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -17463,7 +17467,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -17596,7 +17600,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -17616,7 +17620,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -17660,7 +17664,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -17740,7 +17744,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -17775,14 +17779,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -17796,7 +17800,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -17844,7 +17848,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -17888,7 +17892,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -17935,7 +17939,7 @@ export interface operations {
             };
             cookie?: never;
         };
-        /** @description The decision, or what is known of the nodes. */
+        /** @description The decision, or the changes of the nodes' description. */
         requestBody: {
             content: {
                 "application/json": components["schemas"]["IterationPatch"];
@@ -17966,7 +17970,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -17997,7 +18001,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -18032,14 +18036,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -18053,7 +18057,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -18186,7 +18190,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -18206,7 +18210,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -18250,7 +18254,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -18329,7 +18333,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -18364,7 +18368,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -18385,7 +18389,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -18454,7 +18458,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -18498,7 +18502,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -18581,7 +18585,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -18616,14 +18620,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -18637,7 +18641,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -18665,7 +18669,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The limit or the cursor is not one. */
+            /** @description The limit or the cursor is invalid. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -18685,7 +18689,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -18729,7 +18733,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -18765,9 +18769,9 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description The same key and body answers the first response again. */
+                /** @description Repeating the request with the same key and body returns the first answer. */
                 "Idempotency-Key"?: string;
-                /** @description `respond-async`: the answer comes later, and 202 tells where; with `wait=N` only if it does not come within N seconds. The same `Idempotency-Key` leads to the same operation, here as well. */
+                /** @description With `respond-async` the answer is 202 with the address of an operation; with `wait=N` only if the result is not ready within N seconds. The same `Idempotency-Key` gives the same operation. */
                 Prefer?: string;
             };
             path: {
@@ -18792,7 +18796,7 @@ export interface operations {
                     ETag?: string;
                     /** @description `true` where this is the first answer to the same key, given again. */
                     "Idempotency-Replayed"?: string;
-                    /** @description Where the fit is. */
+                    /** @description Address of the fit. */
                     Location?: string;
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
                     "x-request-id"?: string;
@@ -18807,7 +18811,7 @@ export interface operations {
                 headers: {
                     /** @description `true` where this is the first answer to the same key, given again. */
                     "Idempotency-Replayed"?: string;
-                    /** @description Where the operation is; `…/result` is its answer. */
+                    /** @description Address of the operation; its result is at `…/result`. */
                     Location?: string;
                     /** @description `respond-async`. */
                     "Preference-Applied"?: string;
@@ -18832,7 +18836,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -18863,7 +18867,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -18898,14 +18902,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -18919,7 +18923,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -19052,7 +19056,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -19072,7 +19076,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -19116,7 +19120,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -19170,7 +19174,7 @@ export interface operations {
             /** @description The fit. But for `chosen` it never changes. */
             200: {
                 headers: {
-                    /** @description Changes when the fit is chosen and when another one is; nothing else of it does. With `include` there is none. */
+                    /** @description Changes only when this fit is chosen or another one is chosen instead. Absent with `include`. */
                     ETag?: string;
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
                     "x-request-id"?: string;
@@ -19201,7 +19205,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -19236,14 +19240,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -19257,7 +19261,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -19326,7 +19330,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -19370,7 +19374,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -19417,7 +19421,7 @@ export interface operations {
             };
             cookie?: never;
         };
-        /** @description The fit that stands. */
+        /** @description The chosen fit. */
         requestBody: {
             content: {
                 "application/json": components["schemas"]["ChosenFit"];
@@ -19448,7 +19452,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -19479,7 +19483,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -19514,14 +19518,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -19535,7 +19539,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -19668,7 +19672,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -19688,7 +19692,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -19732,7 +19736,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -19780,7 +19784,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Whether the answers are identical. */
+            /** @description The comparison of the two answers. */
             200: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -19812,7 +19816,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -19847,14 +19851,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -19868,7 +19872,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -19937,7 +19941,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -19981,7 +19985,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -20054,7 +20058,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -20085,7 +20089,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -20120,14 +20124,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -20141,7 +20145,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -20253,7 +20257,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -20273,7 +20277,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -20317,7 +20321,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -20363,7 +20367,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description What follows from its data. */
+            /** @description The derived quantities. */
             200: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -20385,7 +20389,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -20416,7 +20420,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -20437,7 +20441,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -20451,7 +20455,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -20542,7 +20546,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -20562,7 +20566,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -20606,7 +20610,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -20675,7 +20679,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -20706,7 +20710,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -20741,7 +20745,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -20832,7 +20836,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -20852,7 +20856,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -20896,7 +20900,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -20942,7 +20946,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description The gears and what they lack, traces and values. */
+            /** @description The gears with their missing data, the traces and the values. */
             200: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -20964,7 +20968,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -20995,7 +20999,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -21016,7 +21020,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -21030,7 +21034,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -21121,7 +21125,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -21141,7 +21145,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -21185,7 +21189,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -21253,7 +21257,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -21284,7 +21288,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -21305,7 +21309,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -21319,7 +21323,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -21410,7 +21414,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -21430,7 +21434,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -21474,7 +21478,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -21542,7 +21546,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -21573,7 +21577,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -21594,7 +21598,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -21608,7 +21612,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -21699,7 +21703,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -21719,7 +21723,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -21763,7 +21767,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -21831,7 +21835,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -21862,7 +21866,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -21883,7 +21887,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -21897,7 +21901,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -21988,7 +21992,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -22008,7 +22012,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -22052,7 +22056,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -22120,7 +22124,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -22151,7 +22155,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -22172,7 +22176,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -22186,7 +22190,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -22277,7 +22281,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -22297,7 +22301,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -22341,7 +22345,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -22410,7 +22414,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -22441,7 +22445,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -22462,7 +22466,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -22476,7 +22480,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -22567,7 +22571,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -22587,7 +22591,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -22631,7 +22635,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -22700,7 +22704,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -22731,7 +22735,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -22752,7 +22756,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -22766,7 +22770,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -22857,7 +22861,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -22877,7 +22881,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -22921,7 +22925,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -22989,7 +22993,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -23020,7 +23024,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -23041,7 +23045,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -23055,7 +23059,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -23146,7 +23150,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -23166,7 +23170,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -23210,7 +23214,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -23278,7 +23282,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -23309,7 +23313,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -23330,7 +23334,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -23344,7 +23348,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -23435,7 +23439,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -23455,7 +23459,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -23499,7 +23503,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -23535,7 +23539,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description The same key and body answers the first response again. */
+                /** @description Repeating the request with the same key and body returns the first answer. */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -23579,7 +23583,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -23610,7 +23614,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -23645,14 +23649,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -23666,7 +23670,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -23799,7 +23803,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -23819,7 +23823,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -23863,7 +23867,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -23899,7 +23903,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description The same key and body answers the first response again. */
+                /** @description Repeating the request with the same key and body returns the first answer. */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -23944,7 +23948,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -23975,7 +23979,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -24010,14 +24014,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -24031,7 +24035,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -24164,7 +24168,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -24184,7 +24188,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -24228,7 +24232,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -24264,7 +24268,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description The same key and body answers the first response again. */
+                /** @description Repeating the request with the same key and body returns the first answer. */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -24309,7 +24313,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -24340,7 +24344,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -24375,14 +24379,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -24396,7 +24400,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -24529,7 +24533,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -24549,7 +24553,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -24593,7 +24597,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -24677,7 +24681,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -24712,7 +24716,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -24733,7 +24737,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -24823,7 +24827,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -24867,7 +24871,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -24903,7 +24907,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description The same key and body answers the first response again. */
+                /** @description Repeating the request with the same key and body returns the first answer. */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -24947,7 +24951,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -24978,7 +24982,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -25013,14 +25017,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -25034,7 +25038,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -25167,7 +25171,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -25187,7 +25191,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -25231,7 +25235,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -25313,7 +25317,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -25348,7 +25352,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -25369,7 +25373,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -25438,7 +25442,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -25482,7 +25486,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -25518,7 +25522,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description The same key and body answers the first response again. */
+                /** @description Repeating the request with the same key and body returns the first answer. */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -25560,7 +25564,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -25591,7 +25595,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -25626,14 +25630,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -25647,7 +25651,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -25759,7 +25763,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -25779,7 +25783,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -25823,7 +25827,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -25859,7 +25863,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description The same key and body answers the first response again. */
+                /** @description Repeating the request with the same key and body returns the first answer. */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -25903,7 +25907,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -25934,7 +25938,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -25969,14 +25973,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -25990,7 +25994,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -26123,7 +26127,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -26143,7 +26147,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -26187,7 +26191,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -26223,7 +26227,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description The same key and body answers the first response again. */
+                /** @description Repeating the request with the same key and body returns the first answer. */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -26265,7 +26269,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -26296,7 +26300,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -26331,14 +26335,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -26352,7 +26356,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -26464,7 +26468,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -26484,7 +26488,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -26528,7 +26532,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -26564,9 +26568,9 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description The same key and body answers the first response again. */
+                /** @description Repeating the request with the same key and body returns the first answer. */
                 "Idempotency-Key"?: string;
-                /** @description `respond-async`: the answer comes later, and 202 tells where; with `wait=N` only if it does not come within N seconds. The same `Idempotency-Key` leads to the same operation, here as well. */
+                /** @description With `respond-async` the answer is 202 with the address of an operation; with `wait=N` only if the result is not ready within N seconds. The same `Idempotency-Key` gives the same operation. */
                 Prefer?: string;
             };
             path: {
@@ -26575,7 +26579,7 @@ export interface operations {
             };
             cookie?: never;
         };
-        /** @description The file, and what is said of it. */
+        /** @description The file and its description. */
         requestBody: {
             content: {
                 "multipart/form-data": components["schemas"]["ImportForm"];
@@ -26589,7 +26593,7 @@ export interface operations {
                     ETag?: string;
                     /** @description `true` where this is the first answer to the same key, given again. */
                     "Idempotency-Replayed"?: string;
-                    /** @description Where the iteration is. */
+                    /** @description Address of the iteration. */
                     Location?: string;
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
                     "x-request-id"?: string;
@@ -26604,7 +26608,7 @@ export interface operations {
                 headers: {
                     /** @description `true` where this is the first answer to the same key, given again. */
                     "Idempotency-Replayed"?: string;
-                    /** @description Where the operation is; `…/result` is its answer. */
+                    /** @description Address of the operation; its result is at `…/result`. */
                     Location?: string;
                     /** @description `respond-async`. */
                     "Preference-Applied"?: string;
@@ -26629,7 +26633,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -26660,7 +26664,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -26695,14 +26699,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -26716,7 +26720,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -26849,7 +26853,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -26869,7 +26873,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -26913,7 +26917,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -26948,9 +26952,9 @@ export interface operations {
     read_nodes: {
         parameters: {
             query?: {
-                /** @description What is answered beside the proposal: `nodes`. */
+                /** @description Additional parts of the answer: `nodes`. */
                 include?: components["schemas"]["TableInclude"][];
-                /** @description What the table was measured with, as iterations name it: its kept mapping is proposed. Left out it is the one of tables without an instrument. */
+                /** @description Instrument of the measurement, as in an iteration: its kept mapping is proposed. If omitted, that of tables without an instrument. */
                 instrument?: string;
             };
             header?: never;
@@ -26967,7 +26971,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description What the table is taken for. */
+            /** @description The proposed mapping and a preview. */
             200: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -26989,7 +26993,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -27020,7 +27024,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -27041,7 +27045,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -27055,7 +27059,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -27146,7 +27150,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -27166,7 +27170,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -27210,7 +27214,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -27246,7 +27250,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description The same key and body answers the first response again. */
+                /** @description Repeating the request with the same key and body returns the first answer. */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -27269,7 +27273,7 @@ export interface operations {
                 headers: {
                     /** @description `true` where this is the first answer to the same key, given again. */
                     "Idempotency-Replayed"?: string;
-                    /** @description Where the curve is. */
+                    /** @description Address of the curve. */
                     Location?: string;
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
                     "x-request-id"?: string;
@@ -27290,7 +27294,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -27321,7 +27325,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -27356,14 +27360,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -27377,7 +27381,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -27510,7 +27514,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -27530,7 +27534,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -27574,7 +27578,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -27610,9 +27614,9 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description The same key and body answers the first response again. */
+                /** @description Repeating the request with the same key and body returns the first answer. */
                 "Idempotency-Key"?: string;
-                /** @description `respond-async`: the answer comes later, and 202 tells where; with `wait=N` only if it does not come within N seconds. The same `Idempotency-Key` leads to the same operation, here as well. */
+                /** @description With `respond-async` the answer is 202 with the address of an operation; with `wait=N` only if the result is not ready within N seconds. The same `Idempotency-Key` gives the same operation. */
                 Prefer?: string;
             };
             path: {
@@ -27635,7 +27639,7 @@ export interface operations {
                 headers: {
                     /** @description `true` where this is the first answer to the same key, given again. */
                     "Idempotency-Replayed"?: string;
-                    /** @description Where the surface is. */
+                    /** @description Address of the surface. */
                     Location?: string;
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
                     "x-request-id"?: string;
@@ -27650,7 +27654,7 @@ export interface operations {
                 headers: {
                     /** @description `true` where this is the first answer to the same key, given again. */
                     "Idempotency-Replayed"?: string;
-                    /** @description Where the operation is; `…/result` is its answer. */
+                    /** @description Address of the operation; its result is at `…/result`. */
                     Location?: string;
                     /** @description `respond-async`. */
                     "Preference-Applied"?: string;
@@ -27675,7 +27679,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -27706,7 +27710,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -27741,14 +27745,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -27762,7 +27766,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -27895,7 +27899,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -27915,7 +27919,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -27959,7 +27963,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -28042,7 +28046,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -28077,14 +28081,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -28098,7 +28102,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -28126,7 +28130,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The limit or the cursor is not one. */
+            /** @description The limit or the cursor is invalid. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -28146,7 +28150,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -28190,7 +28194,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -28225,7 +28229,7 @@ export interface operations {
     get_iteration_record: {
         parameters: {
             query?: {
-                /** @description Of a correction, what is answered beside: names with commas between them. */
+                /** @description For a correction, additional parts of the answer: names separated by commas. */
                 include?: components["schemas"]["KeptCorrectionInclude"][];
             };
             header?: never;
@@ -28274,7 +28278,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -28309,14 +28313,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -28330,7 +28334,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -28399,7 +28403,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -28443,7 +28447,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -28479,9 +28483,9 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description The same key and body answers the first response again. */
+                /** @description Repeating the request with the same key and body returns the first answer. */
                 "Idempotency-Key"?: string;
-                /** @description `respond-async`: the answer comes later, and 202 tells where; with `wait=N` only if it does not come within N seconds. The same `Idempotency-Key` leads to the same operation, here as well. */
+                /** @description With `respond-async` the answer is 202 with the address of an operation; with `wait=N` only if the result is not ready within N seconds. The same `Idempotency-Key` gives the same operation. */
                 Prefer?: string;
             };
             path?: never;
@@ -28494,7 +28498,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Round by round what was measured and changed, and the jobs that keep it. */
+            /** @description Deviations and changes of each round, and the stored jobs. */
             200: {
                 headers: {
                     /** @description `true` where this is the first answer to the same key, given again. */
@@ -28512,7 +28516,7 @@ export interface operations {
                 headers: {
                     /** @description `true` where this is the first answer to the same key, given again. */
                     "Idempotency-Replayed"?: string;
-                    /** @description Where the operation is; `…/result` is its answer. */
+                    /** @description Address of the operation; its result is at `…/result`. */
                     Location?: string;
                     /** @description `respond-async`. */
                     "Preference-Applied"?: string;
@@ -28537,7 +28541,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -28568,7 +28572,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -28589,7 +28593,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -28603,7 +28607,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -28715,7 +28719,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -28735,7 +28739,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -28779,7 +28783,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -28860,7 +28864,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -28895,14 +28899,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -28916,7 +28920,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -28944,7 +28948,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The limit or the cursor is not one. */
+            /** @description The limit or the cursor is invalid. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -28964,7 +28968,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -29008,7 +29012,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -29089,7 +29093,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -29124,14 +29128,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -29145,7 +29149,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -29173,7 +29177,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The limit or the cursor is not one. */
+            /** @description The limit or the cursor is invalid. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -29193,7 +29197,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -29237,7 +29241,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -29281,7 +29285,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Whether anything was changed, and where. */
+            /** @description The result of the verification. */
             200: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -29313,7 +29317,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -29348,14 +29352,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -29369,7 +29373,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -29417,7 +29421,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -29461,7 +29465,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -29539,7 +29543,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -29560,7 +29564,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -29574,7 +29578,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -29602,7 +29606,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The limit or the cursor is not one. */
+            /** @description The limit or the cursor is invalid. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -29622,7 +29626,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -29666,7 +29670,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -29744,7 +29748,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -29765,7 +29769,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -29779,7 +29783,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -29807,7 +29811,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The limit or the cursor is not one. */
+            /** @description The limit or the cursor is invalid. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -29827,7 +29831,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -29871,7 +29875,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -29907,13 +29911,13 @@ export interface operations {
         parameters: {
             query?: {
                 /**
-                 * @description As the header `Last-Event-ID`, for clients that cannot set it; `latest` begins with what
-                 *     happens from now on.
+                 * @description Same as the header `Last-Event-ID`, for clients that cannot set it; `latest` sends new
+                 *     events only.
                  */
                 last_event_id?: string;
             };
             header?: {
-                /** @description The id of the last event seen: sending goes on after it. */
+                /** @description The id of the last event received; sending continues after it. */
                 "Last-Event-ID"?: string;
             };
             path: {
@@ -29946,7 +29950,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -29977,7 +29981,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -30012,14 +30016,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -30033,7 +30037,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -30081,7 +30085,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -30125,7 +30129,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -30161,13 +30165,13 @@ export interface operations {
         parameters: {
             query?: {
                 /**
-                 * @description As the header `Last-Event-ID`, for clients that cannot set it; `latest` begins with what
-                 *     happens from now on.
+                 * @description Same as the header `Last-Event-ID`, for clients that cannot set it; `latest` sends new
+                 *     events only.
                  */
                 last_event_id?: string;
             };
             header?: {
-                /** @description The id of the last event seen: sending goes on after it. */
+                /** @description The id of the last event received; sending continues after it. */
                 "Last-Event-ID"?: string;
             };
             path?: never;
@@ -30197,7 +30201,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -30228,7 +30232,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -30249,7 +30253,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -30263,7 +30267,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -30311,7 +30315,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -30355,7 +30359,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -30436,7 +30440,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -30471,14 +30475,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -30492,7 +30496,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -30541,7 +30545,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The limit or the cursor is not one. */
+            /** @description The limit or the cursor is invalid. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -30561,7 +30565,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -30605,7 +30609,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -30641,7 +30645,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description The same key and body answers the first response again. */
+                /** @description Repeating the request with the same key and body returns the first answer. */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -30664,7 +30668,7 @@ export interface operations {
                     ETag?: string;
                     /** @description `true` where this is the first answer to the same key, given again. */
                     "Idempotency-Replayed"?: string;
-                    /** @description Where the stream is. */
+                    /** @description Address of the stream. */
                     Location?: string;
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
                     "x-request-id"?: string;
@@ -30685,7 +30689,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -30716,7 +30720,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -30751,14 +30755,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -30772,7 +30776,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -30905,7 +30909,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -30925,7 +30929,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -30969,7 +30973,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -31047,7 +31051,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -31082,14 +31086,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -31103,7 +31107,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -31172,7 +31176,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -31216,7 +31220,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -31293,7 +31297,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -31328,7 +31332,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -31418,7 +31422,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -31462,7 +31466,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -31541,7 +31545,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -31576,14 +31580,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -31597,7 +31601,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -31666,7 +31670,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -31710,7 +31714,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -31755,7 +31759,7 @@ export interface operations {
             };
             cookie?: never;
         };
-        /** @description The block that comes next, or one that was sent before. */
+        /** @description The next block, or one that was sent before. */
         requestBody: {
             content: {
                 "application/json": components["schemas"]["StreamBlock"];
@@ -31788,7 +31792,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -31819,7 +31823,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -31854,14 +31858,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -31875,7 +31879,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -32008,7 +32012,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -32028,7 +32032,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -32072,7 +32076,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -32108,7 +32112,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description The same key and body answers the first response again. */
+                /** @description Repeating the request with the same key and body returns the first answer. */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -32117,7 +32121,7 @@ export interface operations {
             };
             cookie?: never;
         };
-        /** @description What is known of the measurement; an empty body says nothing. */
+        /** @description Details of the measurement; the body may be empty. */
         requestBody?: {
             content: {
                 "application/json": components["schemas"]["StreamFinish"];
@@ -32131,7 +32135,7 @@ export interface operations {
                     ETag?: string;
                     /** @description `true` where this is the first answer to the same key, given again. */
                     "Idempotency-Replayed"?: string;
-                    /** @description Where the iteration is. */
+                    /** @description Address of the iteration. */
                     Location?: string;
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
                     "x-request-id"?: string;
@@ -32152,7 +32156,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -32183,7 +32187,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -32218,14 +32222,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -32239,7 +32243,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -32372,7 +32376,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -32392,7 +32396,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -32436,7 +32440,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -32500,7 +32504,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -32566,7 +32570,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -32656,7 +32660,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -32700,7 +32704,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -32747,7 +32751,7 @@ export interface operations {
             /** @description The archive, to be saved. */
             200: {
                 headers: {
-                    /** @description SHA-256 of the file, in 64 hexadecimal digits; not of one that takes long. */
+                    /** @description SHA-256 of the file, in 64 hexadecimal digits; absent for a large archive. */
                     "archive-sha256"?: string;
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
                     "x-request-id"?: string;
@@ -32813,14 +32817,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -32834,7 +32838,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -32882,7 +32886,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -32926,7 +32930,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -32962,9 +32966,9 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description The same key and body answers the first response again. */
+                /** @description Repeating the request with the same key and body returns the first answer. */
                 "Idempotency-Key"?: string;
-                /** @description `respond-async`: the answer comes later, and 202 tells where; with `wait=N` only if it does not come within N seconds. The same `Idempotency-Key` leads to the same operation, here as well. */
+                /** @description With `respond-async` the answer is 202 with the address of an operation; with `wait=N` only if the result is not ready within N seconds. The same `Idempotency-Key` gives the same operation. */
                 Prefer?: string;
             };
             path: {
@@ -32980,7 +32984,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description What was purged. */
+            /** @description The purge. */
             200: {
                 headers: {
                     /** @description `true` where this is the first answer to the same key, given again. */
@@ -32998,7 +33002,7 @@ export interface operations {
                 headers: {
                     /** @description `true` where this is the first answer to the same key, given again. */
                     "Idempotency-Replayed"?: string;
-                    /** @description Where the operation is; `…/result` is its answer. */
+                    /** @description Address of the operation; its result is at `…/result`. */
                     Location?: string;
                     /** @description `respond-async`. */
                     "Preference-Applied"?: string;
@@ -33023,7 +33027,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -33054,7 +33058,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -33089,14 +33093,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -33110,7 +33114,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -33243,7 +33247,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -33263,7 +33267,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -33307,7 +33311,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -33385,7 +33389,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -33406,7 +33410,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -33420,7 +33424,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -33448,7 +33452,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The limit or the cursor is not one. */
+            /** @description The limit or the cursor is invalid. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -33468,7 +33472,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -33512,7 +33516,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -33548,7 +33552,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description `wait=N`: the answer comes when the operation has ended, or after N seconds. */
+                /** @description `wait=N`: the answer is sent when the operation has ended, or after N seconds. */
                 Prefer?: string;
             };
             path: {
@@ -33591,7 +33595,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -33626,14 +33630,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -33647,7 +33651,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -33695,7 +33699,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -33739,7 +33743,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -33813,7 +33817,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -33848,7 +33852,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -33896,7 +33900,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -33940,7 +33944,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -33976,7 +33980,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description `wait=N`: the answer comes when the operation has ended, or after N seconds. */
+                /** @description `wait=N`: the answer is sent when the operation has ended, or after N seconds. */
                 Prefer?: string;
             };
             path: {
@@ -33987,7 +33991,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description What the request would have answered, with its status, media type and headers; 201 where it has stored something. */
+            /** @description The answer of the request, with its status, media type and headers; 201 if it stored something. */
             200: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -34017,7 +34021,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -34052,7 +34056,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -34142,7 +34146,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -34186,7 +34190,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -34264,7 +34268,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -34285,7 +34289,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -34299,7 +34303,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -34327,7 +34331,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The limit or the cursor is not one. */
+            /** @description The limit or the cursor is invalid. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -34347,7 +34351,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -34391,7 +34395,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -34427,27 +34431,27 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description The same key and body answers the first response again. */
+                /** @description Repeating the request with the same key and body returns the first answer. */
                 "Idempotency-Key"?: string;
             };
             path?: never;
             cookie?: never;
         };
-        /** @description Who holds the key, and what it allows. */
+        /** @description Name, kind, scopes and lifetime of the key. */
         requestBody: {
             content: {
                 "application/json": components["schemas"]["NewKey"];
             };
         };
         responses: {
-            /** @description The key, whose secret stands in `key` this once: when this answer is given again, it is without. */
+            /** @description The key with its secret in `key`. A repeated answer to the same `Idempotency-Key` has no secret. */
             201: {
                 headers: {
                     /** @description Version of the key. */
                     ETag?: string;
                     /** @description `true` where this is the first answer to the same key, given again. */
                     "Idempotency-Replayed"?: string;
-                    /** @description Where the key is. */
+                    /** @description Address of the key. */
                     Location?: string;
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
                     "x-request-id"?: string;
@@ -34468,7 +34472,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -34520,7 +34524,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -34534,7 +34538,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -34646,7 +34650,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -34666,7 +34670,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -34710,7 +34714,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -34788,7 +34792,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -34823,14 +34827,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -34844,7 +34848,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -34892,7 +34896,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -34936,7 +34940,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -35045,7 +35049,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -35114,7 +35118,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -35158,7 +35162,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -35203,7 +35207,7 @@ export interface operations {
             };
             cookie?: never;
         };
-        /** @description What is to be changed. */
+        /** @description The fields to change. */
         requestBody: {
             content: {
                 "application/json": components["schemas"]["KeyPatch"];
@@ -35234,7 +35238,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -35300,14 +35304,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -35321,7 +35325,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -35454,7 +35458,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -35474,7 +35478,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -35518,7 +35522,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -35554,7 +35558,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description The same key and body answers the first response again. */
+                /** @description Repeating the request with the same key and body returns the first answer. */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -35563,21 +35567,21 @@ export interface operations {
             };
             cookie?: never;
         };
-        /** @description How long the key before goes on. */
+        /** @description How long the old key stays valid. */
         requestBody: {
             content: {
                 "application/json": components["schemas"]["KeyRotation"];
             };
         };
         responses: {
-            /** @description The new key, whose secret stands in `key` this once: when this answer is given again, it is without. */
+            /** @description The new key with its secret in `key`. A repeated answer to the same `Idempotency-Key` has no secret. */
             201: {
                 headers: {
                     /** @description Version of the new key. */
                     ETag?: string;
                     /** @description `true` where this is the first answer to the same key, given again. */
                     "Idempotency-Replayed"?: string;
-                    /** @description Where the new key is. */
+                    /** @description Address of the new key. */
                     Location?: string;
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
                     "x-request-id"?: string;
@@ -35598,7 +35602,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -35664,14 +35668,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -35685,7 +35689,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -35797,7 +35801,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -35817,7 +35821,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -35861,7 +35865,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -35902,7 +35906,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Who asks. */
+            /** @description The caller. */
             200: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -35934,7 +35938,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -35955,7 +35959,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -35969,7 +35973,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -36017,7 +36021,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -36061,7 +36065,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -36139,7 +36143,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -36160,7 +36164,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -36174,7 +36178,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -36202,7 +36206,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The limit or the cursor is not one. */
+            /** @description The limit or the cursor is invalid. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -36222,7 +36226,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -36266,7 +36270,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -36302,7 +36306,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description The same key and body answers the first response again. */
+                /** @description Repeating the request with the same key and body returns the first answer. */
                 "Idempotency-Key"?: string;
             };
             path?: never;
@@ -36315,14 +36319,14 @@ export interface operations {
             };
         };
         responses: {
-            /** @description The tenant. The secret of its first key stands in `admin_key` this once: when this answer is given again, it is without. */
+            /** @description The tenant with the secret of its first key in `admin_key`. A repeated answer to the same `Idempotency-Key` has no secret. */
             201: {
                 headers: {
                     /** @description Version of the tenant. */
                     ETag?: string;
                     /** @description `true` where this is the first answer to the same key, given again. */
                     "Idempotency-Replayed"?: string;
-                    /** @description Where the tenant is. */
+                    /** @description Address of the tenant. */
                     Location?: string;
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
                     "x-request-id"?: string;
@@ -36343,7 +36347,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -36374,7 +36378,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -36395,7 +36399,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -36409,7 +36413,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -36521,7 +36525,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -36541,7 +36545,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -36585,7 +36589,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -36663,7 +36667,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -36698,14 +36702,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -36719,7 +36723,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -36767,7 +36771,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -36811,7 +36815,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -36856,7 +36860,7 @@ export interface operations {
             };
             cookie?: never;
         };
-        /** @description What is to be changed. */
+        /** @description The fields to change. */
         requestBody: {
             content: {
                 "application/json": components["schemas"]["TenantPatch"];
@@ -36887,7 +36891,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -36918,7 +36922,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -36953,14 +36957,14 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -36974,7 +36978,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -37086,7 +37090,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -37106,7 +37110,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -37150,7 +37154,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -37202,7 +37206,7 @@ export interface operations {
                     "application/json": components["schemas"]["Health"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -37216,7 +37220,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -37264,7 +37268,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -37285,7 +37289,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -37321,8 +37325,8 @@ export interface operations {
         parameters: {
             query?: {
                 /**
-                 * @description `compute`: for what is computed and not stored, so whether the process is about to end is
-                 *     all that counts; without it for everything.
+                 * @description `compute`: for requests that compute and store nothing; only a shutdown counts then. Without
+                 *     it, everything is checked.
                  */
                 for?: "compute";
             };
@@ -37343,7 +37347,7 @@ export interface operations {
                     "application/json": components["schemas"]["Health"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -37357,7 +37361,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -37405,7 +37409,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -37426,14 +37430,14 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The process is about to end, or nothing can be stored; `detail` says why: the store does not answer or takes no writes, its schema is missing or of another version, it is a standby, or the clocks are too far apart. */
+            /** @description The process is shutting down, or nothing can be stored; `detail` gives the reason: the store does not answer or accepts no writes, its schema is missing or of another version, it is a standby, or the clocks are too far apart. */
             503: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -37476,7 +37480,7 @@ export interface operations {
                     "text/plain": string;
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -37490,7 +37494,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -37538,7 +37542,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -37559,7 +37563,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
