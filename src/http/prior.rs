@@ -142,20 +142,19 @@ async fn made_between(
     number: u32,
     next: Fitted<'_>,
 ) -> Result<Option<Made>, Problem> {
-    let own = state.jobs.latest_record(job, number, RecordKind::Correction).await?.map(|record| (number, record));
-    let of_gear = match rounds.of_gear_between(number, next.number()) {
-        Some(made) => Some((made.number, state.jobs.record(job, made.number, made.id).await?)),
-        None => None,
-    };
-    let Some((iteration, record)) = own.into_iter().chain(of_gear).max_by_key(|(_, record)| record.created_at) else {
-        return Ok(None);
-    };
+    let Some(made) = rounds.made_between(number, next.number()) else { return Ok(None) };
+    let (iteration, record) = (made.number, state.jobs.record(job, made.number, made.id).await?);
     if let Fitted::New(Some(draft)) = next
         && let Some(entered) = applied::entered_of(record.id, draft)?
     {
         return Ok(Some(Made { iteration, record, entered: Some(entered) }));
     }
-    let entry = entered_after(state, job, &record, iteration, next.number().as_slice()).await?;
+    // what was entered of the gear's correction came with the first measurement after it, of any flank
+    let later: Vec<u32> = match made.kind {
+        RecordKind::GearCorrection => rounds.after(made).iter().map(|one| one.number).collect(),
+        _ => next.number().into_iter().collect(),
+    };
+    let entry = entered_after(state, job, &record, iteration, &later).await?;
     let entered = entry.map(|entry| entry.settings.iter().map(|setting| setting.change).collect());
     Ok(Some(Made { iteration, record, entered }))
 }

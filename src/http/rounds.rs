@@ -50,9 +50,9 @@ pub async fn tooth_shift(
     before: &[u32],
     after: &[u32],
 ) -> Result<Option<ToothShiftBody>, Problem> {
-    let before = newest_pitch(state, job, before).await?;
-    let after = newest_pitch(state, job, after).await?;
-    before.zip(after).map_or(Ok(None), |(before, after)| ToothShiftBody::between(&before, &after))
+    let Some(after) = newest_pitch(state, job, after).await? else { return Ok(None) };
+    let Some(before) = newest_pitch(state, job, before).await? else { return Ok(None) };
+    state.pool.run(move || ToothShiftBody::between(&before, &after)).await?
 }
 
 async fn newest_pitch(state: &CallerState, job: Uuid, numbers: &[u32]) -> Result<Option<Record>, Problem> {

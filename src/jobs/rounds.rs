@@ -53,13 +53,13 @@ impl Rounds {
         self.corrections.iter().rfind(|correction| correction.kind == RecordKind::GearCorrection)
     }
 
-    /// The newest correction of the gear that was made after the iteration `from` and before `to`;
-    /// `None` stands for an iteration that is about to be stored.
-    pub fn of_gear_between(&self, from: u32, to: Option<u32>) -> Option<&MadeCorrection> {
+    /// Returns the newest correction of the iteration `from` or of the gear that was made after
+    /// `from` and before `to`, where `None` is an iteration that is about to be stored.
+    pub fn made_between(&self, from: u32, to: Option<u32>) -> Option<&MadeCorrection> {
         let numbered = |number: u32| self.iterations.iter().find(|one| one.number == number);
         let (from, to) = (numbered(from)?, to.and_then(numbered));
         self.corrections.iter().rfind(|correction| {
-            correction.kind == RecordKind::GearCorrection
+            (correction.kind == RecordKind::GearCorrection || correction.number == from.number)
                 && !from.is_after(correction)
                 && to.is_none_or(|to| to.is_after(correction))
         })
@@ -158,10 +158,10 @@ mod tests {
         rounds.iterations.push(iteration(7, 10, Side::Right, "1"));
         assert_eq!(numbers(rounds.current()), [7]);
         assert_eq!(numbers(rounds.after(&first)), [6]);
-        // of the gear: made between 4 and 5; the other one is of an iteration
-        assert_eq!(rounds.of_gear_between(1, Some(5)), Some(&first));
-        assert_eq!((rounds.of_gear_between(4, None), rounds.of_gear_between(5, None)), (Some(&first), None));
-        assert_eq!((rounds.of_gear_between(1, Some(4)), rounds.of_gear_between(9, None)), (None, None));
+        // of the gear: made between 4 and 5; the other one is of iteration 2
+        assert_eq!((rounds.made_between(1, Some(5)), rounds.made_between(2, Some(5))), (Some(&first), Some(&second)));
+        assert_eq!((rounds.made_between(4, None), rounds.made_between(5, None)), (Some(&first), None));
+        assert_eq!((rounds.made_between(1, Some(4)), rounds.made_between(9, None)), (None, None));
         let left = &rounds.iterations[1].measurand;
         assert_eq!(rounds.newest_beside(left).map(|one| one.number), Some(7));
         assert_eq!(rounds.newest_beside(&Measurand::default()), None);

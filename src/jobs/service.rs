@@ -296,14 +296,21 @@ impl Jobs {
         self.service.notifier.subscribe(self.owned(job))
     }
 
-    /// The mapping that was kept last under a key.
-    pub async fn mapping(&self, key: [u8; 32]) -> Result<Option<String>, RepositoryError> {
-        self.repository.mapping(key).await
+    /// Returns the mapping that was kept last under a key. It is a proposal only: where the store
+    /// fails there is none.
+    pub async fn mapping(&self, key: [u8; 32]) -> Option<String> {
+        self.repository.mapping(key).await.unwrap_or_else(|error| {
+            tracing::warn!(%error, "the kept mapping of a table is not read");
+            None
+        })
     }
 
     /// Keeps a mapping. Where the store fails nothing is lost but a proposal: it is logged, and the
     /// request that has stored an iteration by it goes on.
     pub async fn keep_mapping(&self, kept: KeptMapping) {
+        if self.mapping(kept.key).await.as_ref() == Some(&kept.mapping) {
+            return;
+        }
         if let Err(error) = self.repository.keep_mapping(kept, self.now()).await {
             tracing::warn!(%error, "the mapping of a table is not kept");
         }

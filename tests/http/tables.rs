@@ -263,7 +263,8 @@ async fn an_unknown_flank_is_named_with_its_line() {
 }
 
 /// The helices of the right flank of a real file count against its profiles (32 µm rms apart at
-/// nine crossings, 0.4 µm when turned): an import turns them, and its note says so.
+/// nine crossings, 0.4 µm when turned): an import turns them, and its note says so; a
+/// fit of such a table is refused.
 #[tokio::test]
 async fn helices_are_turned_at_import() {
     let app = TestApp::start().await;
@@ -293,6 +294,18 @@ async fn helices_are_turned_at_import() {
         assert_eq!(nodes["z"][0], sign * printed(flank), "{flank}");
         let stored = send(app.get(&format!("{job}/iterations/{number}"))).await.json();
         assert_eq!(stored["note"].as_str().unwrap().contains("are turned"), sign < 0.0, "{stored}");
+    }
+    // a fit has no note to say so
+    let spec = json!({"model": {"type": "polynomial", "degree": [2, 2], "basis": "legendre"}}).to_string();
+    for (flank, status) in [("left,1,", 200), ("right,1,", 422)] {
+        let text = std::str::from_utf8(&table).unwrap();
+        let lines = text.lines().filter(|line| line.starts_with("flank,") || line.starts_with(flank));
+        let own = lines.collect::<Vec<_>>().join("\n");
+        let form =
+            Form::new().text("spec", spec.clone()).part("nodes", Part::bytes(own.into_bytes()).file_name("f.csv"));
+        let fitted = send(app.client.post(app.url("/v1/fits")).multipart(form)).await;
+        assert_eq!(fitted.status, status, "{}", fitted.text);
+        assert!(status == 200 || fitted.text.contains("count the other way"), "{}", fitted.text);
     }
 }
 

@@ -138,3 +138,22 @@ fn burrs_are_named_by_their_places_with_the_figures_without_them() {
     let two = with([80.0, 0.0, 0.0, 0.0, 0.0])[..2].to_vec();
     assert_eq!(burrs(&at, &two), [[false; 2]; 2]);
 }
+
+/// A burr of 4 µm on a crowning of 20 µm has its own height and width.
+#[test]
+fn a_burr_on_a_crowned_trace_has_its_own_height() {
+    let (at, mut random) = (places(480, 0.0), Random::new(34));
+    let crowned = |z: &f64| 20.0 * (1.0 - ((z - 10.0) / 9.0).powi(2));
+    let mut flank: Vec<Vec<f64>> =
+        (0..4).map(|_| at.iter().map(|z| crowned(z) + 0.02 * random.normal()).collect()).collect();
+    for upper in [false, true] {
+        flank[1].iter_mut().zip(burr(&at, upper, 4.0, 0.3)).for_each(|(d, more)| *d += more);
+    }
+    let found = evaluated(&at, &flank);
+    let suspects = found[1].suspects.as_ref().expect("burrs");
+    assert_eq!(suspects.places.len(), 2, "{suspects:?}");
+    for place in &suspects.places {
+        // half a normal curve of 0.3 mm falls to a fiftieth of its height within 0.84 mm
+        assert!(place.burr && (place.height - 4.0).abs() < 0.3 && place.to - place.from < 1.2, "{place:?}");
+    }
+}

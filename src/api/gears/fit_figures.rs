@@ -258,9 +258,11 @@ impl Asked<'_> {
     /// without the nodes suspected of gross errors. CPU-bound.
     pub fn answer(self, result: &FitResult) -> String {
         let Asked { of, nodes, flank, over_roll_lengths, mut warnings } = self;
-        let over = flank.as_ref().zip(over_roll_lengths).and_then(|(flank, (nodes, spec))| {
-            fit(&nodes, &FitSpec { sums: Some(flank.sums()), include: Include::default(), ..spec }).ok()
+        let over = flank.as_ref().zip(over_roll_lengths).map(|(flank, (nodes, spec))| {
+            fit(&nodes, &FitSpec { sums: Some(flank.sums()), include: Include::default(), ..spec })
         });
+        let failed = over.as_ref().and_then(|over| over.as_ref().err().map(ToString::to_string));
+        let over = over.and_then(Result::ok);
         let result = over.as_ref().unwrap_or(result);
         let sums = result.sums.as_deref();
         let without_suspected = result.without_suspected.as_ref().and_then(|without| without.sums.as_deref());
@@ -294,9 +296,10 @@ impl Asked<'_> {
                     body.warnings.push(notice("beyond_double", "figures leave the range of double precision"));
                 }
             }
-            (Some(_), None) => {
-                body.warnings.push(notice("rank_deficient", "the nodes do not determine the coefficients"));
-            }
+            (Some(_), None) => body.warnings.push(failed.map_or_else(
+                || notice("rank_deficient", "the nodes do not determine the coefficients"),
+                |failed| NoticeBody::new("not_over_roll_lengths", &format!("no fit over roll lengths: {failed}")),
+            )),
             (None, _) => {}
         }
         let whole = writer::whole(&body).ok().and_then(|bytes| String::from_utf8(bytes).ok());

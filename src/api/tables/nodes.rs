@@ -19,6 +19,10 @@ use flankfit_engine::{
     gear::Side,
 };
 
+/// Why nodes are not fitted as a table has them.
+const TURNED: &str = "the helix traces count the other way than the profiles that they cross: import the file into a \
+    job, or send the nodes that `POST /v1/nodes/read?include=nodes` returns, which are turned";
+
 /// Nodes of one flank out of a table.
 pub struct TableNodes {
     pub nodes: Nodes,
@@ -36,12 +40,15 @@ pub fn table(bytes: &[u8], mapping: Option<&MappingBody>, pointer: &str) -> Resu
     table::read(bytes, &mapping).map_err(|error| refusal_by(&error, &mapping, pointer))
 }
 
-/// The nodes of the only flank of a table.
+/// The nodes of the only flank of a table, which its helix traces count as its profiles do.
 pub fn only(table: &Table, pointer: &str) -> Result<TableNodes, ReadError> {
     let sets = table.node_sets().map_err(|error| refusal(&error, pointer))?;
     let count = sets.len();
     match sets.into_iter().next() {
-        Some(set) if count == 1 => of_set(table, set, pointer),
+        Some(set) if count == 1 => {
+            let of = of_set(table, set, pointer)?;
+            if of.turned { Err(Faults::one(pointer, TURNED).into()) } else { Ok(of) }
+        }
         _ => {
             let detail = format!(
                 "the table has nodes of {}; send those of one, or import the file into a job and name `flank` and `tooth`",

@@ -9,9 +9,11 @@ use std::collections::BTreeMap;
 use crate::{gear::Kind, numerics::cancel};
 
 /// Traces of a kind that are compared.
-const MOST_TRACES: usize = 1000;
+const MOST_TRACES: usize = 100;
 /// Helix traces are turned where that leaves less than this share of the distance at the crossings.
 const CLEARLY: f64 = 0.5;
+/// Distances below this share of the range of the heights are noise: they turn nothing.
+const NOISE: f64 = 0.05;
 
 /// How far helix traces and profiles of a flank are apart where they cross: root mean square, in
 /// the unit of the heights.
@@ -21,23 +23,27 @@ pub struct Crossings {
     pub as_given: f64,
     /// With the sign of the helix traces changed.
     pub turned: f64,
+    /// Greatest less least height of all traces.
+    pub range: f64,
 }
 
 impl Crossings {
     /// Whether the helix traces count the other way.
     pub fn helices_are_turned(&self) -> bool {
-        self.turned < CLEARLY * self.as_given
+        self.turned < CLEARLY * self.as_given && self.as_given > NOISE * self.range
     }
 
     /// Of samples of traces: roll length, place along the face width and height, which may be NaN.
     /// `None` where nothing crosses.
     pub(super) fn of(samples: impl Iterator<Item = (Kind, [f64; 3])>) -> Option<Self> {
         let (mut helices, mut profiles) = (BTreeMap::new(), BTreeMap::new());
+        let (mut least, mut greatest) = (f64::INFINITY, f64::NEG_INFINITY);
         for (k, (kind, [along, across, height])) in samples.enumerate() {
             cancel::every(10, k);
             if height.is_nan() {
                 continue;
             }
+            (least, greatest) = (least.min(height), greatest.max(height));
             let (traces, at, running) = match kind {
                 Kind::Helix => (&mut helices, along, across),
                 Kind::Profile => (&mut profiles, across, along),
@@ -60,7 +66,7 @@ impl Crossings {
             }
         }
         let rms = |sum: f64| (sum / f64::from(crossings)).sqrt();
-        (crossings > 0).then(|| Crossings { as_given: rms(same), turned: rms(opposite) })
+        (crossings > 0).then(|| Crossings { as_given: rms(same), turned: rms(opposite), range: greatest - least })
     }
 }
 
@@ -88,11 +94,14 @@ mod tests {
         let profile = |v: f64| sampled(Kind::Profile, [[0.0, v, 0.0], [2.0, v, 4.0]]);
         let of = |helix: Vec<_>| Crossings::of([helix, profile(0.0), profile(2.0)].concat().into_iter());
         let given = of(helix(1.0)).expect("crossings");
-        assert_eq!((given.as_given, given.turned), (1.0, 17.0_f64.sqrt()));
+        assert_eq!((given.as_given, given.turned, given.range), (1.0, 17.0_f64.sqrt(), 4.0));
         assert!(!given.helices_are_turned());
         let opposite = of(helix(-1.0)).expect("crossings");
         assert_eq!((opposite.as_given, opposite.turned), (given.turned, given.as_given));
         assert!(opposite.helices_are_turned());
+        // traces that are zeroed at their crossing differ there by rounding alone
+        let zeroed = Crossings { as_given: 0.02, turned: 0.0, range: 10.0 };
+        assert!(!zeroed.helices_are_turned());
         assert_eq!(Crossings::of(helix(1.0).into_iter()), None);
         let undefined = sampled(Kind::Helix, [[1.0, 2.0, f64::NAN], [1.0, 0.0, f64::NAN]]);
         assert_eq!(of(undefined), None);

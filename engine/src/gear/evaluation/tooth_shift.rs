@@ -6,6 +6,8 @@
 //! greatest correlation is taken. Single pitches are used rather than index deviations, because the
 //! eccentricity of each clamping is a slow wave that hardly enters them.
 
+use crate::numerics::cancel;
+
 /// How well a shift of tooth numbers fits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ToothShift {
@@ -31,6 +33,7 @@ pub fn tooth_shift(before: SinglePitches, after: SinglePitches) -> Option<ToothS
         return None;
     }
     let at = |shift: usize| {
+        cancel::checkpoint();
         let pairs = flanks.iter().flat_map(|(before, after)| {
             (0..teeth).filter_map(move |k| Some([before[k]?, after[(k + shift) % teeth]?]))
         });

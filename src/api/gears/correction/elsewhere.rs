@@ -1,15 +1,14 @@
 //! What a later iteration measured at the nodes of a corrected one, where it has other nodes.
 
-use super::{
-    blocks::Block,
-    request::{Read, spanned},
-    same_nodes::Measured,
-};
+use super::{blocks::Block, request::Read, same_nodes::Measured};
 use crate::api::warning::WarningBody;
 use flankfit_engine::{
     estimation::Nodes,
     gear::{
-        correction::teeth::{Tooth, measured_elsewhere},
+        correction::{
+            machine::FlankNode,
+            teeth::{Tooth, measured_elsewhere},
+        },
         evaluation::flank_surface::covers,
     },
 };
@@ -34,16 +33,13 @@ pub fn elsewhere([before, after]: [&Measured; 2], [earlier, later]: [&Read; 2]) 
         let (deviation, weight) = (mean.deviation.clone(), mean.weight.clone());
         Some(Tooth { deviation, weight, places: Some(flank.places.clone()) })
     };
-    let range = |read: &Read| read.nodes.blocks.first()?.flank.as_ref().map(|flank| spanned(flank).ranges);
     let Some((from, to)) = tooth(earlier).zip(tooth(later)) else {
         return Err(format!(
             "{grids}: they are compared only with a machine and where the heights have one zero; measure the same nodes"
         ));
     };
-    let covered = range(earlier).zip(range(later)).is_some_and(|(from, to)| {
-        from.iter().zip(to).all(|(from, to)| covers([from[0].max(to[0]), from[1].min(to[1])], *from))
-    });
-    if !covered {
+    let covered = |(from, to): ([f64; 2], [f64; 2])| covers([from[0].max(to[0]), from[1].min(to[1])], from);
+    if !spans(&from).into_iter().zip(spans(&to)).all(covered) {
         return Err(format!("{grids}: the later ones cover too little of these; measure the same nodes"));
     }
     let Some(measured) = measured_elsewhere(&from, &to) else {
@@ -54,6 +50,15 @@ pub fn elsewhere([before, after]: [&Measured; 2], [earlier, later]: [&Read; 2]) 
     let message = format!("{grids}: the changes of their surfaces of second order are compared");
     let warning = Some(WarningBody::new("compared_by_surfaces", message));
     Ok(AtNodes { measured, weight: earlier.spec.weight.clone(), warning })
+}
+
+/// Ranges of roll length and of z that the nodes with a deviation span.
+fn spans(tooth: &Tooth) -> [[f64; 2]; 2] {
+    let counts = |k: usize| !tooth.deviation[k].is_nan() && tooth.weight.as_ref().is_none_or(|weight| weight[k] > 0.0);
+    let places = tooth.places.iter().flatten().enumerate().filter(|(k, _)| counts(*k));
+    places.fold([[f64::INFINITY, f64::NEG_INFINITY]; 2], |[u, v], (_, FlankNode { roll_length, z, .. })| {
+        [[u[0].min(*roll_length), u[1].max(*roll_length)], [v[0].min(*z), v[1].max(*z)]]
+    })
 }
 
 /// Number and arrangement of nodes.

@@ -135,7 +135,9 @@ fn settings(
             .left
             .or(profile.tip_relief.right)
             .map(ascending)
-            .and_then(|[low, high]| Some([diameter(low)?, diameter(high)?]));
+            .and_then(|[low, high]| Some([diameter(low)?, diameter(high)?]))
+            // some testers write zeros where there is no tip relief
+            .filter(|[low, high]| low < high && gear.roll_length(*low).is_some());
     }
     if asked.helix_range_mm.is_none() {
         asked.helix_range_mm = helix.evaluated.left.or(helix.evaluated.right).map(ascending);

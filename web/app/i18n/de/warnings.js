@@ -123,6 +123,7 @@ export default {
   axial_shift_by_modification:
     "Die axiale Verschiebung ist allein durch die Modifikationen bestimmt; Abweichungen gleicher Form tun dasselbe.",
   axial_shift_for_rotation: "Die axiale Verschiebung wirkt hier wie eine Drehung, die nicht frei ist.",
+  not_over_roll_lengths: "Über den Wälzlängen gelingt die Anpassung nicht; die Kenngrößen fehlen.",
   coefficients_over_diameters:
     "Kenngrößen gelten über der Wälzlänge; für sie sind Koeffizienten über Durchmessern nicht bekannt: u als Wälzlänge senden.",
   compared_by_surfaces:

@@ -33,9 +33,7 @@ const FOOT: f64 = 0.02;
 pub(in crate::gear::evaluation) struct Excess {
     greatest: f64,
     usual: f64,
-    /// The first of its blocks begins so many samples from the end of the trace.
-    from: usize,
-    block: usize,
+    burr: Burr,
 }
 
 /// How far both ends of a trace stand out, lower end first.
@@ -44,8 +42,11 @@ pub(in crate::gear::evaluation) type Ends = [[Option<Excess>; BLOCKS.len()]; 2];
 /// A burr at an end, by the blocks that show it.
 #[derive(Clone, Copy)]
 pub(in crate::gear::evaluation) struct Burr {
+    /// The first block begins so many samples from the end of the trace.
     from: usize,
     block: usize,
+    /// Usual difference of a first block from the line through the third and fourth.
+    curvature: f64,
 }
 
 /// The part of a trace at an end, from the end inwards.
@@ -90,26 +91,30 @@ impl Inwards {
             let slope = if x(b) == x(a) { 0.0 } else { (y(b) - y(a)) / (x(b) - x(a)) };
             y(0) - y(a) - slope * (x(0) - x(a))
         };
-        let [near, far] = [[1, 2], [2, 3]].map(|line| {
+        let [(near, slight), (far, curvature)] = [[1, 2], [2, 3]].map(|line| {
             let all: Vec<f64> = (0..=n - 4 * block).map(|k| difference(k, line)).collect();
-            let curvature = median(&mut all[low..high].to_vec());
-            all.into_iter().map(move |x| x - curvature)
+            let usual = median(&mut all[low..high].to_vec());
+            (all, usual)
         });
-        let excess: Vec<f64> = near.zip(far).map(|(near, far)| near.min(far)).collect();
+        let excess: Vec<f64> = near.iter().zip(far).map(|(near, far)| (near - slight).min(far - curvature)).collect();
         let mut amounts: Vec<f64> = excess[low..high].iter().map(|x| x.abs()).collect();
         amounts.sort_unstable_by(cancel::comparing(f64::total_cmp));
         let from = (0..=low).max_by(|a, b| excess[*a].total_cmp(&excess[*b]))?;
-        Some(Excess { greatest: excess[from], usual: quantile(&amounts, USUAL), from, block })
+        Some(Excess { greatest: excess[from], usual: quantile(&amounts, USUAL), burr: Burr { from, block, curvature } })
     }
 
     /// The samples of a burr, from the end on.
     fn run(&self, burr: Burr) -> Run {
-        let Burr { from, block } = burr;
+        let Burr { from, block, curvature } = burr;
         let third = from + 2 * block;
         let mean = |values: &[f64], k: usize| values[k..k + block].iter().sum::<f64>() / block as f64;
         let [x, y] = [&self.at, &self.deviation].map(|values| [mean(values, third), mean(values, third + block)]);
         let slope = if x[1] == x[0] { 0.0 } else { (y[1] - y[0]) / (x[1] - x[0]) };
-        let height = |k: usize| self.deviation[k] - y[0] - slope * (self.at[k] - x[0]);
+        // the curvature is a parabola through both blocks of the line
+        let product = |at: f64| (at - x[0]) * (at - x[1]);
+        let first = product(mean(&self.at, from));
+        let bend = if first == 0.0 { 0.0 } else { curvature / first };
+        let height = |k: usize| self.deviation[k] - y[0] - slope * (self.at[k] - x[0]) - bend * product(self.at[k]);
         let highest = (0..third).max_by(|a, b| height(*a).total_cmp(&height(*b))).unwrap_or(0);
         let foot = (highest..third).find(|&k| height(k) < FOOT * height(highest)).unwrap_or(third);
         Run { from: 0, to: foot, height: height(highest), burr: true }
@@ -157,7 +162,7 @@ pub(in crate::gear::evaluation) fn burrs(flank: &[Ends]) -> Vec<[Option<Burr>; 2
             for (i, excess) in each {
                 if excess.greatest > LEAST_RATIO * usual.max(FINEST) && others < COMMON * excess.greatest {
                     // the longest blocks tell best where it ends
-                    found[i][end] = Some(Burr { from: excess.from, block: excess.block });
+                    found[i][end] = Some(excess.burr);
                 }
             }
         }
