@@ -285,7 +285,7 @@ async fn what_leaves_nothing_to_estimate_from_says_so() {
         assert_eq!(answer.status, 422, "{}", answer.text);
         let fault = &answer.json()["errors"][0];
         assert_eq!(fault["pointer"], format!("/{name}"));
-        assert!(fault["detail"].as_str().unwrap().contains("meets every height"), "{fault}");
+        assert!(fault["detail"].as_str().unwrap().contains("fits every height exactly"), "{fault}");
     }
 }
 

@@ -368,7 +368,7 @@ pub fn limits_of(flank: &Flank, requirements: Option<&RequirementsBody>) -> Flan
 }
 
 /// What the nodes of a flank span.
-fn spanned(flank: &Flank) -> Spanned<'_> {
+pub fn spanned(flank: &Flank) -> Spanned<'_> {
     let [a, b] = flank.ranges.profile;
     Spanned {
         gear: &flank.gear,
