@@ -105,6 +105,9 @@ async fn what_cannot_be_read_is_one_sentence_and_five_places() {
     let body = read(&app, "", file("a.csv", table.into_bytes())).await.json();
     assert_eq!((&body["separator"], &body["decimal"], &body["header"]), (&json!(";"), &json!(","), &json!(true)));
     assert_eq!(read(&app, "", file("a.csv", b"hello".to_vec())).await.pointers(), ["/file"]);
+    let foreign = b"roll length [mm],face width [mm],deviation [mil]\n6,1,0.2\n6,2,0.3\n7,1,0.2\n7,2,0.1\n".to_vec();
+    let foreign = read(&app, "", file("a.csv", foreign)).await;
+    assert!(foreign.pointers() == ["/file"] && foreign.text.contains("column 3 is in `mil`"), "{}", foreign.text);
     assert_eq!(read(&app, "?include=rows", file("a.csv", b"1,2".to_vec())).await.pointers(), ["/include"]);
     let spec = file("a.csv", b"x,y\n1,2\n".to_vec()).text("spec", "{}");
     assert_eq!(read(&app, "", spec).await.pointers(), ["/spec"]);

@@ -68,7 +68,7 @@ fn usual_range_of(characteristic: Characteristic, gear: Option<&Gear>) -> [f64; 
 }
 
 /// Returns a warning if a unit is implausible: the first one found, heights before places. Only
-/// axes whose units are lengths are checked.
+/// axes whose units are lengths are checked, and roll angles.
 pub fn implausible(nodes: &Nodes, axes: &AxesBody, gear: Option<&Gear>, noise: Option<Noise>) -> Option<NoticeBody> {
     let [u, v, z] = lists(nodes)?;
     let heights = axes.z.as_ref().and_then(|axis| of_heights(axis, z, gear, noise));
@@ -159,8 +159,12 @@ fn of_range(unit: &str, span: f64, usual: [f64; 2], mend: &str) -> Option<Notice
 }
 
 fn of_profile(axis: &AxisBody, u: Vec<f64>, gear: &Gear) -> Option<NoticeBody> {
-    let unit = axis.unit.as_str();
-    let mm = micrometres(unit)? / 1e3;
+    // an angle is the roll length on the base circle
+    let mm = match axis.unit.as_str() {
+        "deg" => 1.0_f64.to_radians() * gear.base_radius(),
+        "arcmin" => (1.0_f64 / 60.0).to_radians() * gear.base_radius(),
+        unit => micrometres(unit)? / 1e3,
+    };
     let quantity = match axis.quantity.as_str() {
         "roll_length" => ProfileAxis::RollLength,
         "diameter" => ProfileAxis::Diameter,

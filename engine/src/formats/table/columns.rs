@@ -80,7 +80,11 @@ pub(super) fn of(head: &Head<'_>, mapping: &Mapping) -> Result<(Vec<ColumnSpec>,
         None if head.matrix => of_matrix(head, &mut notes),
         None => Guess::new(head).columns(mapping.layout, &mut notes),
     };
-    for column in &mut columns {
+    for (number, column) in columns.iter_mut().enumerate() {
+        let unknown = column.meaning.usual_unit().and_then(|_| Unit::unknown_in(&column.name, column.meaning));
+        if let Some(unit) = unknown.filter(|_| mapping.columns.is_none()) {
+            return Err(refused(TableReason::UnknownUnit { column: number, unit: unit.to_owned() }));
+        }
         if column.unit.is_none()
             && let Some(unit) = column.meaning.usual_unit()
         {

@@ -11,7 +11,9 @@ use crate::{gear::Kind, numerics::cancel};
 /// Traces of a kind that are compared.
 const MOST_TRACES: usize = 100;
 /// Helix traces are turned where that leaves less than this share of the distance at the crossings.
-const CLEARLY: f64 = 0.5;
+const CLEARLY: f64 = 0.2;
+/// Fewest crossings by which helix traces are turned: zeros of their own may make a few agree.
+const FEWEST: u32 = 4;
 /// Distances below this share of the range of the heights are noise: they turn nothing.
 const NOISE: f64 = 0.05;
 
@@ -25,12 +27,14 @@ pub struct Crossings {
     pub turned: f64,
     /// Greatest less least height of all traces.
     pub range: f64,
+    /// Number of crossings.
+    pub count: u32,
 }
 
 impl Crossings {
     /// Whether the helix traces count the other way.
     pub fn helices_are_turned(&self) -> bool {
-        self.turned < CLEARLY * self.as_given && self.as_given > NOISE * self.range
+        self.count >= FEWEST && self.turned < CLEARLY * self.as_given && self.as_given > NOISE * self.range
     }
 
     /// Of samples of traces: roll length, place along the face width and height, which may be NaN.
@@ -66,7 +70,12 @@ impl Crossings {
             }
         }
         let rms = |sum: f64| (sum / f64::from(crossings)).sqrt();
-        (crossings > 0).then(|| Crossings { as_given: rms(same), turned: rms(opposite), range: greatest - least })
+        (crossings > 0).then(|| Crossings {
+            as_given: rms(same),
+            turned: rms(opposite),
+            range: greatest - least,
+            count: crossings,
+        })
     }
 }
 
@@ -95,13 +104,12 @@ mod tests {
         let of = |helix: Vec<_>| Crossings::of([helix, profile(0.0), profile(2.0)].concat().into_iter());
         let given = of(helix(1.0)).expect("crossings");
         assert_eq!((given.as_given, given.turned, given.range), (1.0, 17.0_f64.sqrt(), 4.0));
-        assert!(!given.helices_are_turned());
         let opposite = of(helix(-1.0)).expect("crossings");
         assert_eq!((opposite.as_given, opposite.turned), (given.turned, given.as_given));
-        assert!(opposite.helices_are_turned());
-        // traces that are zeroed at their crossing differ there by rounding alone
-        let zeroed = Crossings { as_given: 0.02, turned: 0.0, range: 10.0 };
-        assert!(!zeroed.helices_are_turned());
+        let turned = |as_given, turned, count| Crossings { as_given, turned, range: 10.0, count }.helices_are_turned();
+        assert!(turned(5.0, 0.9, 4) && !turned(5.0, 1.1, 4) && !turned(0.9, 5.0, 4));
+        assert!(!turned(5.0, 0.9, 3), "a trace with its own zero may agree by chance");
+        assert!(!turned(0.02, 0.0, 9), "traces that are zeroed where they cross differ there by rounding alone");
         assert_eq!(Crossings::of(helix(1.0).into_iter()), None);
         let undefined = sampled(Kind::Helix, [[1.0, 2.0, f64::NAN], [1.0, 0.0, f64::NAN]]);
         assert_eq!(of(undefined), None);

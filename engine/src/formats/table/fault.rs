@@ -106,6 +106,13 @@ pub enum TableReason {
         /// The unit.
         unit: Unit,
     },
+    /// The header of a column names a unit that is not known.
+    UnknownUnit {
+        /// Number of the column, from 0.
+        column: usize,
+        /// The unit as the header has it.
+        unit: String,
+    },
     /// The columns make neither nodes nor points.
     Incomplete {
         /// Names or numbers of the columns.
@@ -206,6 +213,13 @@ impl fmt::Display for TableReason {
                 let instead =
                     if units.is_empty() { "it has no unit".into() } else { format!("send {}", units.join(" or ")) };
                 write!(f, "`{}` is not in `{}`; {instead}", meaning.name(), unit.name())
+            }
+            TableReason::UnknownUnit { column, unit } => {
+                write!(
+                    f,
+                    "column {} is in `{unit}`, which is no known unit of it; convert it and send its `unit` as `mapping`",
+                    column + 1
+                )
             }
             TableReason::Incomplete { names, missing, .. } => {
                 let names: Vec<String> = names.iter().take(12).map(|name| format!("`{name}`")).collect();

@@ -182,7 +182,22 @@ impl Unit {
         };
         words.iter().enumerate().skip(1).rev().find_map(is_unit)
     }
+
+    /// The unit that a header names in brackets or by a word, where no such unit is known of the
+    /// meaning.
+    pub(super) fn unknown_in(header: &str, meaning: Meaning) -> Option<&str> {
+        let brackets = header.split('[').skip(1).filter_map(|rest| rest.split(']').next()).map(str::trim);
+        let known = |text: &&str| Unit::of_word(text).is_some_and(|unit| meaning.takes(unit));
+        if brackets.clone().any(|text| known(&text)) {
+            return None;
+        }
+        let named = |word: &&str| UNKNOWN.contains(&word.to_lowercase().as_str());
+        brackets.filter(|text| !text.is_empty()).chain(words(header).skip(1).filter(named)).next()
+    }
 }
+
+/// Units of length that are in use and not known here.
+const UNKNOWN: [&str; 7] = ["mil", "mils", "thou", "cm", "µin", "uin", "microinch"];
 
 /// The words of a header; letters, digits and signs of units belong to them.
 fn words(header: &str) -> impl Iterator<Item = &str> {
@@ -311,6 +326,17 @@ mod tests {
             ("mm", None, None),
         ] {
             assert_eq!((meaning_of(header), Unit::of_header(header)), (meaning, unit), "{header}");
+        }
+        for (header, meaning, unknown) in [
+            ("deviation [mil]", Meaning::Deviation, Some("mil")),
+            ("Abweichung [0.001 mm]", Meaning::Deviation, Some("0.001 mm")),
+            ("deviation [deg]", Meaning::Deviation, Some("deg")),
+            ("z in cm", Meaning::FaceWidth, Some("cm")),
+            ("deviation [left] [µm]", Meaning::Deviation, None),
+            ("deviation_um_DIN_sign", Meaning::Deviation, None),
+            ("roll length (nominal)", Meaning::RollLength, None),
+        ] {
+            assert_eq!(Unit::unknown_in(header, meaning), unknown, "{header}");
         }
         for (meaning, name) in Meaning::ALL {
             assert_eq!(meaning.name(), name);

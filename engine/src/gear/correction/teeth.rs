@@ -223,46 +223,6 @@ fn centre(teeth: &mut [Aligned], nodes: MeanNodes<'_>) {
     }
 }
 
-/// Returns the deviations that `later` nodes show at those of `before`, which lie elsewhere: the
-/// deviations before, plus the difference of the least-squares surfaces of second order of both.
-/// Form that no such surface has is taken to stay. `None` where nodes do not determine a surface.
-///
-/// ```
-/// use flankfit_engine::gear::{
-///     Side,
-///     correction::{
-///         machine::FlankNode,
-///         teeth::{Tooth, measured_elsewhere},
-///     },
-/// };
-///
-/// // The flank has been tilted by 2 µm per mm of z.
-/// let tooth = |step: f64, tilt: f64| {
-///     let place = |k: usize| FlankNode {
-///         side: Side::Left,
-///         roll_length: 9.0 + step * (k / 4) as f64,
-///         z: step * (k % 4) as f64,
-///     };
-///     let places: Vec<FlankNode> = (0..16).map(place).collect();
-///     let deviation = places.iter().map(|place| 1.0 + tilt * place.z).collect();
-///     Tooth { deviation, weight: None, places: Some(places) }
-/// };
-/// let found = measured_elsewhere(&tooth(1.0, 0.0), &tooth(0.7, 2.0)).expect("a surface");
-/// assert!((found[3] - (1.0 + 2.0 * 3.0)).abs() < 1e-9);
-/// ```
-pub fn measured_elsewhere(before: &Tooth, later: &Tooth) -> Option<Vec<f64>> {
-    let places = before.places.as_ref()?;
-    let surface = |tooth: &Tooth| {
-        let counts = |k: &usize| tooth.weight.as_ref().is_none_or(|weight| weight[*k] > 0.0);
-        let value = |k: usize| if counts(&k) { tooth.deviation[k] } else { f64::NAN };
-        let values: Vec<f64> = (0..tooth.deviation.len()).map(value).collect();
-        Surface::through(tooth.places.as_ref()?, &values).filter(|surface| surface.full)
-    };
-    let (from, to) = (surface(before)?, surface(later)?);
-    let moved = |(d, place): (&f64, &FlankNode)| d + (to.at(place) - from.at(place));
-    Some(before.deviation.iter().zip(places).map(moved).collect())
-}
-
 /// A surface of second order over roll length and z by least squares.
 struct Surface {
     ranges: [[f64; 2]; 2],

@@ -4,7 +4,6 @@ pub mod applied;
 pub mod blocks;
 pub mod chosen;
 pub mod csv;
-mod elsewhere;
 pub mod figure_changes;
 pub mod figures;
 pub mod include;

@@ -36,22 +36,13 @@ impl Measured {
 /// there.
 const SAME_PLACE: f64 = 1e-3;
 
-/// Where the nodes of a later iteration lie.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Places {
-    Same,
-    Elsewhere,
-}
-
-/// Returns whether the nodes lie at the same places, or why nobody can say. The flanks are those
-/// that the nodes lie on, with a machine.
-pub fn same_nodes(
-    before: &Measured,
-    after: &Measured,
-    flanks: Option<[&Flank; 2]>,
-    number: u32,
-) -> Result<Places, String> {
-    let elsewhere = || Ok(Places::Elsewhere);
+/// Why the nodes are not the same, or why it is not known. The flanks are those that the nodes lie
+/// on, with a machine.
+pub fn same_nodes(before: &Measured, after: &Measured, flanks: Option<[&Flank; 2]>, number: u32) -> Result<(), String> {
+    let elsewhere = || {
+        let [later, earlier] = [after, before].map(|of| words(&of.nodes));
+        Err(format!("iteration {number} has {later} at other places than the {earlier} before: measure the same nodes"))
+    };
     let pairs: Vec<(&str, &[f64], &[f64])> = match (&before.nodes, &after.nodes) {
         (Nodes::Curve(a), Nodes::Curve(b)) => vec![("x", a.x(), b.x())],
         (Nodes::Scattered(a), Nodes::Scattered(b)) => vec![("u", a.u(), b.u()), ("v", a.v(), b.v())],
@@ -75,14 +66,14 @@ pub fn same_nodes(
         a == b
     });
     if alike {
-        return if pairs.iter().all(|(_, a, b)| a == b) { Ok(Places::Same) } else { elsewhere() };
+        return if pairs.iter().all(|(_, a, b)| a == b) { Ok(()) } else { elsewhere() };
     }
     if let Some([a, b]) = flanks {
         let mut places = a.places.iter().zip(&b.places);
         let near = |a: f64, b: f64| (a - b).abs() <= SAME_PLACE;
         let same = a.places.len() == b.places.len()
             && places.all(|(a, b)| near(a.roll_length, b.roll_length) && near(a.z, b.z));
-        return if same { Ok(Places::Same) } else { elsewhere() };
+        return if same { Ok(()) } else { elsewhere() };
     }
     for (name, a, b) in pairs {
         let [from, to] = axes_named(name).map(|axis| Meaning::of(name, axis));
@@ -101,7 +92,15 @@ pub fn same_nodes(
             return elsewhere();
         }
     }
-    Ok(Places::Same)
+    Ok(())
+}
+
+/// Number and arrangement of nodes.
+fn words(nodes: &Nodes) -> String {
+    match nodes {
+        Nodes::Grid(grid) => format!("{} × {} nodes", grid.u().len(), grid.v().len()),
+        other => format!("{} nodes", other.posted()),
+    }
 }
 
 /// What the numbers of an axis are; `None` where nobody says it and nothing is taken for granted.

@@ -9,7 +9,6 @@ use super::{
     applied::AppliedChangesBody,
     blocks::Block,
     chosen::{changed_by_fits, of_teeth},
-    elsewhere::{AtNodes, elsewhere},
     figure_changes::FigureChangesBody,
     include::CorrectionInclude,
     kept_result::StoredResult,
@@ -137,8 +136,6 @@ pub struct MachineAnswerBody {
     /// Their errors hold the scatter of the teeth.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub flanks: Option<SidedChangesBody>,
-    /// What to know about the comparison.
-    pub warnings: Vec<WarningBody>,
 }
 
 /// Changes of the figures of each flank.
@@ -293,33 +290,22 @@ fn answer(
     };
     let flank = |read: &Read| read.nodes.blocks.first().and_then(|block| block.flank.clone());
     let flanks = flank(&earlier).zip(flank(&later));
-    let places = match same_nodes(before, after, flanks.as_ref().map(|(a, b)| [a, b]), number) {
-        Ok(places) => places,
-        Err(why) => return Ok(Err(why)),
-    };
+    if let Err(why) = same_nodes(before, after, flanks.as_ref().map(|(a, b)| [a, b]), number) {
+        return Ok(Err(why));
+    }
     if earlier.spec.traces.is_none() && later.spec.traces.is_some() {
         return Ok(Err(format!(
             "the traces of iteration {number} have a zero each, the heights of the corrected one have not"
         )));
     }
-    let found = match places {
-        Places::Same => {
-            AtNodes { weight: later.spec.weight.clone(), measured: later.spec.deviation.clone(), warning: None }
-        }
-        Places::Elsewhere => match elsewhere([before, after], [&earlier, &later]) {
-            Ok(found) => found,
-            Err(why) => return Ok(Err(why)),
-        },
-    };
-    let AtNodes { measured, weight, warning } = found;
-    // figures over the ranges of the nodes that are compared
-    let flank = flanks.map(|(before, after)| if places == Places::Same { after } else { before });
+    let flank = flanks.map(|(_, after)| after);
     let chosen = |read: &Read| read.nodes.blocks.first().map(|block| block.chosen.clone()).unwrap_or_default();
     let fitted = [
         earlier.nodes.blocks.first().map(Block::fitted).unwrap_or_default(),
         flank.as_ref().map(|flank| of_teeth(flank, &chosen(&later))).unwrap_or_default(),
     ];
-    let measured = Later { measured, scatter: Scatter::default(), noise: 1.0 };
+    let weight = later.spec.weight.clone();
+    let measured = Later { measured: later.spec.deviation.clone(), scatter: Scatter::default(), noise: 1.0 };
     Ok(made.judge(earlier.spec, applied, measured).map(|judged| {
         let Judged { answer, predicted, before, measured } = judged;
         let weight = weight.as_deref();
@@ -328,7 +314,7 @@ fn answer(
         });
         let figure_changes = figure_changes.map(|changes| changed_by_fits(changes, &fitted[0], &fitted[1]).into());
         let body = MachineAnswerBody::new(answer, number, &predicted, &measured);
-        MachineAnswerBody { figure_changes, warnings: warning.into_iter().collect(), ..body }
+        MachineAnswerBody { figure_changes, ..body }
     }))
 }
 
@@ -484,7 +470,6 @@ impl MachineAnswerBody {
             measured_um: Some(defined(measured)),
             figure_changes: None,
             flanks: None,
-            warnings: Vec::new(),
         }
     }
 }

@@ -126,8 +126,6 @@ export default {
   not_over_roll_lengths: "Über den Wälzlängen gelingt die Anpassung nicht; die Kenngrößen fehlen.",
   coefficients_over_diameters:
     "Kenngrößen gelten über der Wälzlänge; für sie sind Koeffizienten über Durchmessern nicht bekannt: u als Wälzlänge senden.",
-  compared_by_surfaces:
-    "Die nächste Messung hat andere Messpunkte: Verglichen sind die Änderungen der Flächen zweiter Ordnung.",
   dependent_settings: "Einige Einstellungen wirken hier genau gleich: Die Antwort sind die kleinsten Änderungen.",
   flanks_ambiguous: "Die Punkte passen etwa ebenso gut auf andere Flanken: Flanken angeben.",
   flanks_reassigned: "Punkte gehören zu einer anderen Flanke als der zunächst nächsten.",
