@@ -4,7 +4,7 @@
 use super::{
     chosen::{ChosenFigures, OfTeeth, of_teeth},
     iteration_nodes,
-    same_nodes::{Measured, Places, same_nodes},
+    same_nodes::{Measured, same_nodes},
     sensitivity::{self, Corrected, Level, Sensitivity},
 };
 use crate::api::{faults::Faults, gears::requirements::RequirementsBody, measurand::axes::AxesBody};

@@ -14,7 +14,7 @@ use super::{
     kept_result::StoredResult,
     request::{self, Job, Kept, Read},
     result::CorrectionBody,
-    same_nodes::{Measured, Places, same_nodes},
+    same_nodes::{Measured, same_nodes},
     sensitivity::Level,
 };
 use crate::{
