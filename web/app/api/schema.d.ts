@@ -7510,8 +7510,6 @@ export interface components {
              *     Their errors hold the scatter of the teeth.
              */
             flanks?: components["schemas"]["SidedFigureChanges"];
-            /** @description What to know about the comparison. */
-            warnings: components["schemas"]["Warning"][];
         };
         /** @description Jobs on one machine. */
         MachineCount: {
