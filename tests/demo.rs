@@ -117,7 +117,7 @@ fn verbose_prints_the_tables_of_every_fit() {
 
     let (_, trace) = text.split_once("Trace of the job").unwrap();
     let order =
-        ["fit 1 by min_mse", "fit 2 by ", " stands", "decision: remachine", "fit 1 by min_mse", "decision: accept"];
+        ["fit 1 by min_mse", "fit 2 by ", " is chosen", "decision: remachine", "fit 1 by min_mse", "decision: accept"];
     let mut rest = trace;
     for event in order {
         let split = rest.split_once(event);

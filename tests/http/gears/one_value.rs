@@ -233,16 +233,16 @@ async fn implausible_measurements_are_not_compared() {
         let why = kept["not_compared"].as_str().unwrap();
         assert!(why.starts_with("iteration 2: along the axis") && why.contains("? then 1 to 14 mm)"), "{why}");
     }
-    // the roll lengths of the flank said to be minutes of arc
-    let mut angles = iteration("2", 0.2, 1.0, false);
-    angles["axes"]["u"]["unit"] = json!("arcmin");
-    let made = posted(&app, &format!("{place}/iterations"), &angles).await.json();
-    assert_eq!(made["fits"][0]["figures"]["warnings"][0]["code"], "implausible_unit", "{made}");
     let patch = json!({"axes": {"v": {"quantity": "face_width", "unit": "in"}}});
     assert_eq!(send(app.client.patch(app.url(&format!("{place}/iterations/2"))).json(&patch)).await.status, 200);
     for path in [format!("{place}/iterations/1/correction"), format!("{place}/correction")] {
         assert!(get(&app, &path).await["answer"]["verdict"].is_string());
     }
+    // the roll lengths of the flank said to be minutes of arc
+    let mut angles = iteration("2", 0.2, 1.0, false);
+    angles["axes"]["u"]["unit"] = json!("arcmin");
+    let made = posted(&app, &format!("{place}/iterations"), &angles).await.json();
+    assert_eq!(made["fits"][0]["figures"]["warnings"][0]["code"], "implausible_unit", "{made}");
     app.stop().await;
 }
 

@@ -234,11 +234,10 @@ function figureRows({ result, answer }) {
  * @returns {KeptCorrection}
  */
 export function ofFlank({ answer: measured, result, ...kept }, side, own, changes) {
-  const { figures: _, ...predicted } = result.predicted;
   return {
     ...kept,
     ...(measured && changes ? { answer: { ...measured, figure_changes: changes } } : {}),
-    result: { ...result, predicted, figures: { [side]: own } },
+    result: { ...result, figures: { [side]: own } },
   };
 }
 
