@@ -65,8 +65,8 @@ fn sentence(warning: &Warning) -> String {
         ),
         Warning::NormLimitIsEstimate { norm, along, error } => format!(
             "r = ‖Â‖ = {norm:.3e} is an estimate, and along the direction that the nodes determine worst it is not \
-             distinguishable from 0 ({along:.2e} with a standard error of {}): bias_bound and sharp_bound hold for that \
-             r only; give coefficient_norm_limit",
+             distinguishable from 0 ({along:.2e} with a standard error of {}): bias_bound and sharp_bound hold for \
+             that r only; give coefficient_norm_limit",
             Size(*error)
         ),
         Warning::NormLimitUnused => "coefficient_norm_limit shortens intervals of least squares with independent \

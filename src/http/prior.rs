@@ -149,7 +149,7 @@ async fn made_between(
     {
         return Ok(Some(Made { iteration, record, entered: Some(entered) }));
     }
-    // what was entered of the gear's correction came with the first measurement after it, of any flank
+    // what was entered of the gear's correction came with a measurement after it, of any flank
     let later: Vec<u32> = match made.kind {
         RecordKind::GearCorrection => rounds.after(made).iter().map(|one| one.number).collect(),
         _ => next.number().into_iter().collect(),

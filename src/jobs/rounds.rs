@@ -53,15 +53,14 @@ impl Rounds {
         self.corrections.iter().rfind(|correction| correction.kind == RecordKind::GearCorrection)
     }
 
-    /// Returns the newest correction of the iteration `from` or of the gear that was made after
-    /// `from` and before `to`, where `None` is an iteration that is about to be stored.
+    /// Returns the newest correction of the iteration `from`, or of the gear between it and the
+    /// iteration `to`, where `None` is one that is about to be stored.
     pub fn made_between(&self, from: u32, to: Option<u32>) -> Option<&MadeCorrection> {
         let numbered = |number: u32| self.iterations.iter().find(|one| one.number == number);
         let (from, to) = (numbered(from)?, to.and_then(numbered));
-        self.corrections.iter().rfind(|correction| {
-            (correction.kind == RecordKind::GearCorrection || correction.number == from.number)
-                && !from.is_after(correction)
-                && to.is_none_or(|to| to.is_after(correction))
+        self.corrections.iter().rfind(|correction| match correction.kind {
+            RecordKind::GearCorrection => !from.is_after(correction) && to.is_none_or(|to| to.is_after(correction)),
+            _ => correction.number == from.number,
         })
     }
 

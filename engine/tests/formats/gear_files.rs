@@ -242,7 +242,7 @@ fn damaged_files_are_read_or_refused_with_a_place() {
         let other = &seeds[draws.below(seeds.len())];
         let bytes = damaged(seed, other, &mut draws);
         let name = [None, Some("a.mka"), Some("a.mew"), Some("a.csv"), Some("a.rexs")][round % 5];
-        let lines = bytes.iter().filter(|b| **b == b'\n').count() + 1;
+        let lines = bytes.iter().filter(|b| matches!(b, b'\n' | b'\r')).count() + 1;
         match read(&bytes, name, None) {
             Ok(file) => {
                 whole += 1;

@@ -159,20 +159,24 @@ fn helices_are_turned_where_they_contradict_the_profiles() {
         // from the far end
         for k in (0..5).rev() {
             text += &format!("right,1,lead,7,{k},{}\n", sign * f64::from(2 + k));
-            text += &format!("right,1,profile,{},2,4\n", 5 + k);
+            for z in 0..4 {
+                text += &format!("right,1,profile,{},{z},{}\n", 5 + k, 2 + z);
+            }
         }
-        text + "right,1k,lead,7,9,\nright,12,lead,7,0,1\n"
+        text + &format!("right,1k,lead,7,9,\nright,12,lead,7,0,{sign}\n")
     };
     let of = |sign: f64| read(file(sign).as_bytes()).unwrap().node_sets().unwrap();
     let (given, opposite) = (of(1.0), of(-1.0));
-    assert_eq!((given[0].count, given[0].missing, given[1].tooth.as_deref()), (10, 1, Some("12")));
+    assert_eq!((given[0].count, given[0].missing, given[1].tooth.as_deref()), (25, 1, Some("12")));
+    // at the four crossings both have 2, 3, 4 and 5
+    let apart = 54.0_f64.sqrt();
     let crossings = given[0].crossings.expect("they cross");
-    assert_eq!((crossings.as_given, crossings.turned, crossings.helices_are_turned()), (0.0, 8.0, false));
+    assert_eq!((crossings.as_given, crossings.turned, crossings.helices_are_turned()), (0.0, apart, false));
     let crossings = opposite[0].crossings.expect("they cross");
-    assert_eq!((crossings.as_given, crossings.turned, crossings.helices_are_turned()), (8.0, 0.0, true));
+    assert_eq!((crossings.as_given, crossings.turned, crossings.helices_are_turned()), (apart, 0.0, true));
     assert_eq!(given[0].nodes, opposite[0].nodes);
-    // a tooth with a helix alone says nothing
-    assert_eq!((opposite[1].crossings, &opposite[1].nodes), (None, &given[1].nodes));
+    // a helix that crosses nothing goes by those of the other teeth
+    assert_eq!((opposite[1].crossings, &opposite[1].nodes), (opposite[0].crossings, &given[1].nodes));
 }
 
 #[test]

@@ -159,8 +159,13 @@ impl Table {
         if groups.is_empty() {
             groups.insert((None, None), Vec::new());
         }
+        // the sign is a convention of the instrument, the same on all teeth of a side
+        let mut of_sides: BTreeMap<Option<Side>, Vec<Crossings>> = BTreeMap::new();
+        for ((_, flank), rows) in &groups {
+            of_sides.entry(*flank).or_default().extend(self.crossings(roles, rows));
+        }
         let each = groups.into_iter().map(|((tooth, flank), rows)| {
-            let crossings = self.crossings(roles, &rows);
+            let crossings = Crossings::pooled(&of_sides[&flank]);
             let (nodes, layout, count) = self.nodes_of(roles, &rows, crossings.as_ref());
             let places = match &nodes {
                 Ok(Nodes::Grid(grid)) => grid.z().len(),

@@ -17,7 +17,7 @@ const FEWEST: u32 = 4;
 /// Distances below this share of the range of the heights are noise: they turn nothing.
 const NOISE: f64 = 0.05;
 
-/// How far helix traces and profiles of a flank are apart where they cross: root mean square, in
+/// How far helix traces and profiles of a side are apart where they cross: root mean square, in
 /// the unit of the heights.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Crossings {
@@ -35,6 +35,18 @@ impl Crossings {
     /// Whether the helix traces count the other way.
     pub fn helices_are_turned(&self) -> bool {
         self.count >= FEWEST && self.turned < CLEARLY * self.as_given && self.as_given > NOISE * self.range
+    }
+
+    /// Those of several teeth together; `None` of none.
+    pub(super) fn pooled(teeth: &[Self]) -> Option<Self> {
+        let count = teeth.iter().map(|one| one.count).sum();
+        let rms = |of: fn(&Self) -> f64| {
+            let sum: f64 = teeth.iter().map(|one| f64::from(one.count) * of(one).powi(2)).sum();
+            (sum / f64::from(count)).sqrt()
+        };
+        let (as_given, turned) = (rms(|one| one.as_given), rms(|one| one.turned));
+        let range = teeth.iter().map(|one| one.range).fold(0.0, f64::max);
+        (count > 0).then_some(Crossings { as_given, turned, range, count })
     }
 
     /// Of samples of traces: roll length, place along the face width and height, which may be NaN.
@@ -106,7 +118,10 @@ mod tests {
         assert_eq!((given.as_given, given.turned, given.range), (1.0, 17.0_f64.sqrt(), 4.0));
         let opposite = of(helix(-1.0)).expect("crossings");
         assert_eq!((opposite.as_given, opposite.turned), (given.turned, given.as_given));
-        let turned = |as_given, turned, count| Crossings { as_given, turned, range: 10.0, count }.helices_are_turned();
+        let one = |as_given, turned, count| Crossings { as_given, turned, range: 10.0, count };
+        let turned = |as_given, turned, count| one(as_given, turned, count).helices_are_turned();
+        let pooled = Crossings::pooled(&[one(4.0, 0.0, 1), one(8.0, 1.0, 3)]).expect("crossings");
+        assert_eq!(pooled, one(52.0_f64.sqrt(), 0.75_f64.sqrt(), 4));
         assert!(turned(5.0, 0.9, 4) && !turned(5.0, 1.1, 4) && !turned(0.9, 5.0, 4));
         assert!(!turned(5.0, 0.9, 3), "a trace with its own zero may agree by chance");
         assert!(!turned(0.02, 0.0, 9), "traces that are zeroed where they cross differ there by rounding alone");
