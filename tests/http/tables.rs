@@ -208,7 +208,7 @@ async fn a_form_takes_the_axes_of_its_table() {
     }
 }
 
-/// What a mapping says wrongly is pointed at in the mapping, of every endpoint that takes one.
+/// Faults of a mapping are pointed at in the mapping, by every endpoint that takes one.
 #[tokio::test]
 async fn faults_of_a_mapping_are_pointed_at_there() {
     let app = TestApp::start().await;

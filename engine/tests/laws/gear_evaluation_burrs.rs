@@ -87,7 +87,7 @@ fn clean_flanks_have_no_burrs() {
     assert!(traces >= 2_900 && alarms * 1_000 <= traces, "{alarms} of {traces}");
 }
 
-/// Of burrs of 30 to 80 µm on one tooth at least 99 of 100, and no other tooth is named.
+/// At least 99 of 100 burrs of 30 to 80 µm on one tooth are found, and no other tooth is named.
 #[test]
 fn burrs_at_the_ends_are_found() {
     const RUNS: usize = 400;

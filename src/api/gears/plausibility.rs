@@ -1,4 +1,4 @@
-//! Whether the stated units of nodes, traces or pitches are plausible.
+//! Plausibility of the stated units of nodes, traces and pitches.
 
 use super::notice::NoticeBody;
 use crate::api::{
@@ -222,7 +222,7 @@ fn of_width(axis: &AxisBody, v: Vec<f64>, width: f64) -> Option<NoticeBody> {
     Some(of_place(&what, "v", ends, fits, shown))
 }
 
-/// Whether places lie on the flank and cover enough of it; where no unit makes them do so, little
+/// True if places lie on the flank and cover enough of it; where no unit makes them do so, little
 /// of the flank was measured, and the unit is not to blame.
 fn is_plausible(mm: f64, inside: impl Fn(f64) -> bool, is_wide: impl Fn(f64) -> bool) -> bool {
     let fits = |mm: f64| inside(mm) && is_wide(mm);

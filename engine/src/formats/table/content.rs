@@ -178,7 +178,7 @@ impl Table {
         Ok(sets)
     }
 
-    /// Whether a row is of a profile or a helix, where the table says it.
+    /// Returns the kind of trace of a row, profile or helix, if the table has it.
     fn kinds(&self) -> Option<impl Fn(usize) -> Option<Kind> + '_> {
         let trace = self.texts(Meaning::Trace)?;
         Some(move |row| kind_of(trace(row)))

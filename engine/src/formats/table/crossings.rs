@@ -1,4 +1,4 @@
-//! Whether the helix traces of a flank count as its profiles do.
+//! The sign of helix traces against that of the profiles they cross.
 //!
 //! On many testers the sign of a helix trace is a convention of its own: it may count a slope
 //! towards one end of the face instead of material, as profiles do. Where both cross they touched
@@ -32,7 +32,7 @@ pub struct Crossings {
 }
 
 impl Crossings {
-    /// Whether the helix traces count the other way.
+    /// True if the helix traces count the other way.
     pub fn helices_are_turned(&self) -> bool {
         self.count >= FEWEST && self.turned < CLEARLY * self.as_given && self.as_given > NOISE * self.range
     }
@@ -49,7 +49,7 @@ impl Crossings {
         (count > 0).then_some(Crossings { as_given, turned, range, count })
     }
 
-    /// Of samples of traces: roll length, place along the face width and height, which may be NaN.
+    /// Takes samples of traces: roll length, place along the face and height, which may be NaN.
     /// `None` where nothing crosses.
     pub(super) fn of(samples: impl Iterator<Item = (Kind, [f64; 3])>) -> Option<Self> {
         let (mut helices, mut profiles) = (BTreeMap::new(), BTreeMap::new());

@@ -47,7 +47,7 @@ pub fn over_roll_lengths(
     Ok((along.nodes(nodes)?, FitSpec { domain, prior, predict: None, ..spec.clone() }))
 }
 
-/// Whether a spec has values of single coefficients.
+/// True if a spec has values of single coefficients.
 fn has_coefficients(spec: &FitSpec) -> bool {
     let of_prior = match &spec.prior {
         Some(Prior::Given { .. }) => true,

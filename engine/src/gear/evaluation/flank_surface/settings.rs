@@ -101,7 +101,7 @@ impl Slopes {
     }
 }
 
-/// Whether nodes over `reached` cover enough of a range for its figures to be held against limits.
+/// True if nodes over `reached` cover enough of a range to compare its figures with limits.
 pub fn covers(reached: [f64; 2], range: [f64; 2]) -> bool {
     share(reached, range) >= LEAST_COVERED
 }

@@ -1,6 +1,6 @@
 //! Burrs: material that stands out at an end of one trace, and not of most others of its flank.
 //!
-//! Of four neighbouring blocks of samples, counted from an end inwards, the mean of the first is
+//! With four neighbouring blocks of samples, counted from an end inwards, the mean of the first is
 //! compared with the line through the second and third, and with that through the third and fourth,
 //! each difference less its median along the trace (curvature). The lesser of the two is the
 //! excess, so that a dent in one block is no burr. A trace is suspected where its excess at an end
