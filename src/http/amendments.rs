@@ -108,7 +108,8 @@ pub async fn counted(
         let excluded = |_| Problem::internal("a stored fit excludes nodes that there are not");
         let nodes = nodes.without(&spec.exclude).map_err(excluded)?;
         let figures = flank.map_or(Ok(FitFiguresBody::default()), |flank| serde_json::from_str(&flank));
-        Ok((nodes, ChosenFigures { figures: figures.map_err(Problem::internal)?, level: spec.level }))
+        let figures = figures.map_err(Problem::internal)?;
+        Ok((nodes, ChosenFigures { figures, level: spec.level, has_prior: spec.prior.is_some() }))
     };
     state.pool.run(work).await?
 }

@@ -83,7 +83,7 @@ fn intervals_of_figures_and_of_their_changes_hold() {
         let change = flank([0.0, -tilt, 0.0, 0.0]).iter().zip(flank([0.0; 4])).map(|(a, b)| a - b).collect::<Vec<_>>();
         let predicted: Vec<f64> = first.iter().zip(&change).map(|(d, c)| d + c).collect();
         let after: Vec<f64> = before.iter().zip(&change).map(|(d, c)| d + c).collect();
-        let found = compare_figures(&first, &predicted, &measured(&after), figures).unwrap();
+        let found = compare_figures(&first, &predicted, &measured(&after), |list, _| figures(list)).unwrap();
         let FigureChange { before, predicted, measured, change, beyond_predicted } = found.helix_slope.unwrap();
         assert!(predicted.abs() < 1e-9);
         assert!((change.value - (measured.value - before.value)).abs() < 1e-9);

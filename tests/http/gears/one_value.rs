@@ -117,6 +117,37 @@ async fn a_correction_of_the_gear_has_the_mean_of_the_fits() {
         let changes = &kept["answer"]["flanks"]["left"][name];
         assert!((number(&changes["before"]["value_um"]) - mean).abs() < 1e-9, "{name}: {changes}");
         assert_eq!(changes["measured"]["value_um"], three[&own]["value"], "{name}");
+        // errors of two teeth and of one, not of the difference of both
+        let error = number(&made["figures"]["left"][&own]["std_error"]);
+        assert!((number(&changes["before"]["std_error_um"]) - error).abs() < 1e-9, "{name}: {changes}");
+        assert_eq!(changes["measured"]["std_error_um"], three[&own]["std_error"], "{name}: {changes}");
+    }
+    app.stop().await;
+}
+
+/// What was measured is compared by least squares where the fit has a prior, which may hold the
+/// prediction that is tested.
+#[tokio::test]
+async fn a_prior_does_not_answer_for_the_machine() {
+    let app = TestApp::start().await;
+    let place = job(&app, json!({"name": "w", "gear": spur()})).await;
+    posted(&app, &format!("{place}/iterations"), &iteration("1", 1.0, 0.0, false)).await;
+    posted(&app, &format!("{place}/iterations/1/correction"), &asked()).await;
+    let mut next = iteration("1", 0.2, 2.0, false);
+    next["prior"] = json!({"mean": [0, 0, 0, 0, 0, 0], "std_error": [1, 1, 1, 1, 1, 1]});
+    posted(&app, &format!("{place}/iterations"), &next).await;
+    let shown = page(&app, &place, 2).await;
+    let changes = get(&app, &format!("{place}/iterations/1/correction")).await["answer"]["figure_changes"].clone();
+
+    let plain = job(&app, json!({"name": "w", "gear": spur()})).await;
+    posted(&app, &format!("{plain}/iterations"), &iteration("1", 0.2, 2.0, false)).await;
+    let least_squares = page(&app, &plain, 1).await;
+    for name in NAMES {
+        let own = format!("{name}_um");
+        let [measured, by_prior, by_nodes] =
+            [&changes[name]["measured"]["value_um"], &shown[&own]["value"], &least_squares[&own]["value"]].map(number);
+        assert!((measured - by_nodes).abs() < 1e-9, "{name}: {measured} {by_nodes}");
+        assert!((by_prior - by_nodes).abs() > 1e-6, "{name}: {by_prior}");
     }
     app.stop().await;
 }

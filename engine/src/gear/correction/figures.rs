@@ -75,7 +75,7 @@ impl HeldFigure {
 const MOVED: f64 = 0.05;
 
 /// Share of the greatest effect of all settings, or of a figure, up to which a value is rounding.
-const ROUNDING: f64 = 1e-9;
+pub(super) const ROUNDING: f64 = 1e-9;
 
 /// The figures of `all` that a setting moves: those with more than a twentieth of its greatest
 /// effect.

@@ -2,7 +2,7 @@
 //! given as a target.
 
 use super::{
-    figures::{HeldFigure, MEAN},
+    figures::{HeldFigure, MEAN, ROUNDING},
     machine::{FlankNode, Ranges},
     problem::CorrectionSpec,
     scatter::Scatter,
@@ -72,6 +72,42 @@ pub enum DesignRefused {
     Range(RangeFaults),
     /// A modification is none. The figures stand behind the modifications.
     Law(LawFaults),
+}
+
+impl Design {
+    /// Returns the modifications of a flank. `ranges` are those of what was measured; the figures
+    /// have `terms`.
+    pub fn on(
+        &self,
+        gear: &Gear,
+        side: Side,
+        ranges: Ranges,
+        terms: FigureTerms,
+    ) -> Result<Modifications, DesignRefused> {
+        let profile = self.profile.unwrap_or(ranges.profile);
+        let helix = self.helix.unwrap_or(ranges.helix);
+        let range = Range::of_roll_lengths(gear, profile, helix).map_err(DesignRefused::Range)?;
+        // what is removed is counted in a law, what stands out in a figure; DIN counts helices
+        // towards the right hand
+        let hand = side.sign();
+        let Slopes { factors, .. } = Slopes::of_nodes(gear, terms, [ranges.profile, ranges.helix]);
+        let along = terms.factor(gear, Direction::Normal);
+        let FlankFigures { profile_slope, helix_slope, profile_crowning, helix_crowning, twist } =
+            self.figures.map(|amount| amount / along);
+        // without a range of its own a slope is over its reference length
+        let profile_slope = profile_slope.map(|amount| amount / self.profile.map_or(factors[0], |_| 1.0));
+        let helix_slope = helix_slope.map(|amount| amount / self.helix.map_or(factors[1], |_| 1.0));
+        let laws = [
+            profile_slope.map(|amount| Law::ProfileSlope { amount: -amount }),
+            helix_slope.map(|amount| Law::HelixSlope { amount: -hand * amount }),
+            profile_crowning.map(|amount| Law::ProfileCrowning { amount }),
+            helix_crowning.map(|amount| Law::HelixCrowning { amount }),
+            twist.map(|amount| Law::Twist { amount: -hand * amount }),
+        ];
+        let figures = laws.into_iter().flatten().map(|law| Modification { flanks: Flanks::Both, law });
+        let list = self.modifications.iter().cloned().chain(figures).collect();
+        Modifications::new(gear, range, list).map_err(DesignRefused::Law)
+    }
 }
 
 impl Flank {
@@ -161,29 +197,7 @@ impl Flank {
 
     /// The deviations of a flank made as designed, µm for each node.
     pub fn designed(&self, design: &Design) -> Result<Vec<f64>, DesignRefused> {
-        let profile = design.profile.unwrap_or(self.ranges.profile);
-        let helix = design.helix.unwrap_or(self.ranges.helix);
-        let range = Range::of_roll_lengths(&self.gear, profile, helix).map_err(DesignRefused::Range)?;
-        // what is removed is counted in a law, what stands out in a figure; DIN counts helices
-        // towards the right hand
-        let hand = self.side.sign();
-        let Slopes { factors, .. } = Slopes::of_nodes(&self.gear, self.terms, [self.ranges.profile, self.ranges.helix]);
-        let along = self.terms.factor(&self.gear, Direction::Normal);
-        let FlankFigures { profile_slope, helix_slope, profile_crowning, helix_crowning, twist } =
-            design.figures.map(|amount| amount / along);
-        // without a range of its own a slope is over its reference length
-        let profile_slope = profile_slope.map(|amount| amount / design.profile.map_or(factors[0], |_| 1.0));
-        let helix_slope = helix_slope.map(|amount| amount / design.helix.map_or(factors[1], |_| 1.0));
-        let laws = [
-            profile_slope.map(|amount| Law::ProfileSlope { amount: -amount }),
-            helix_slope.map(|amount| Law::HelixSlope { amount: -hand * amount }),
-            profile_crowning.map(|amount| Law::ProfileCrowning { amount }),
-            helix_crowning.map(|amount| Law::HelixCrowning { amount }),
-            twist.map(|amount| Law::Twist { amount: -hand * amount }),
-        ];
-        let figures = laws.into_iter().flatten().map(|law| Modification { flanks: Flanks::Both, law });
-        let list = design.modifications.iter().cloned().chain(figures).collect();
-        let modifications = Modifications::new(&self.gear, range, list).map_err(DesignRefused::Law)?;
+        let modifications = design.on(&self.gear, self.side, self.ranges, self.terms)?;
         let deviation = |place: &FlankNode| 0.0 - modifications.relief(self.side, place.roll_length, place.z).value;
         Ok(self.places.iter().asking(100).map(deviation).collect())
     }
@@ -227,6 +241,9 @@ impl Flank {
         let moved: Vec<Vec<f64>> = (0..columns).map(|j| defined(&|k| spec.sensitivity[k * columns + j])).collect();
         let of_moved: Option<Vec<FlankFigures>> = moved.iter().map(|column| self.figures(column, weight)).collect();
         let (of_target, of_moved) = (self.figures(&target, weight)?, of_moved?);
+        // the figures of a design that it does not have are rounding errors
+        let least = ROUNDING * target.iter().filter(|t| !t.is_nan()).fold(0.0, |most: f64, t| most.max(t.abs()));
+        let aimed = |value: f64| if value.abs() <= least { 0.0 } else { value };
         let mut held = Vec::new();
         for (i, (name, figure)) in measured.named().into_iter().enumerate() {
             // no negative zero
@@ -235,7 +252,7 @@ impl Flank {
                 side: self.side,
                 name,
                 measured,
-                target: of(&of_target),
+                target: aimed(of(&of_target)),
                 moved: of_moved.iter().map(of).collect(),
                 limits: limits.named()[i].1,
             }));
@@ -248,7 +265,7 @@ impl Flank {
                 side: self.side,
                 name: MEAN,
                 measured: EstimatedFigure { value, std_error: None, interval: None, about: None },
-                target: level(&target, &of_target),
+                target: aimed(level(&target, &of_target)),
                 moved: moved.iter().zip(&of_moved).map(|(column, figures)| level(column, figures)).collect(),
                 limits: None,
             });

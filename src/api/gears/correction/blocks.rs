@@ -50,6 +50,12 @@ impl Block {
     pub fn fitted(&self) -> OfTeeth {
         self.flank.as_ref().map(|flank| of_teeth(flank, &self.chosen)).unwrap_or_default()
     }
+
+    /// Returns what the scatter of teeth leaves in one of the means of this flank, or in the
+    /// difference of two.
+    pub fn scatter(&self, means: Vec<&TeethMean>) -> Scatter {
+        Scatter::of(&[ScatterOf { means, places: places(self.flank.as_ref()), weight: 1.0 }])
+    }
 }
 
 /// What nodes are read with.

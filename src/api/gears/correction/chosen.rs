@@ -19,6 +19,8 @@ pub struct ChosenFigures {
     pub figures: FitFiguresBody,
     /// Level of their intervals.
     pub level: f64,
+    /// Whether the fit has a prior.
+    pub has_prior: bool,
 }
 
 /// The figures of the teeth of a flank, each that all of their fits have.
@@ -83,6 +85,20 @@ pub fn of_teeth<'a>(flank: &Flank, chosen: impl IntoIterator<Item = &'a ChosenFi
         helix_crowning: all(|tooth| tooth.helix_crowning),
         twist: all(|tooth| tooth.twist),
     }
+}
+
+/// Returns the figures of the teeth before and after a correction for a comparison. If a fit has a
+/// prior, which may be the prediction, neither has any: both are compared by their nodes.
+pub fn to_compare<'a>(
+    flank: &Flank,
+    before: &[ChosenFigures],
+    after: impl IntoIterator<Item = &'a ChosenFigures>,
+) -> [OfTeeth; 2] {
+    let after: Vec<&ChosenFigures> = after.into_iter().collect();
+    if before.iter().chain(after.iter().copied()).any(|one| one.has_prior) {
+        return Default::default();
+    }
+    [of_teeth(flank, before), of_teeth(flank, after)]
 }
 
 /// Returns figures of a flank by the fits of its teeth.

@@ -3,7 +3,7 @@
 use super::{
     applied::AppliedChangesBody,
     blocks::How,
-    chosen::{changed_by_fits, of_teeth},
+    chosen::{changed_by_fits, to_compare},
     include::CorrectionInclude,
     kept_result::StoredResult,
     request::{CorrectionMembers, Read},
@@ -20,7 +20,7 @@ use crate::{
 };
 use flankfit_engine::gear::{
     Gear, Side,
-    correction::{Scatter, TeethMean, compare_figures},
+    correction::{Measurements, TeethMean, compare_figures},
 };
 
 /// What was measured before and after a correction of the gear.
@@ -117,10 +117,9 @@ fn answer(
     let deviation = |(k, mean): (usize, &Option<TeethMean>)| {
         mean.as_ref().map_or_else(|| missing(k), |mean| mean.deviation.clone())
     };
-    let scatter = nodes.scatter(&means);
     let later = Later {
         measured: means.iter().enumerate().flat_map(deviation).collect(),
-        scatter: scatter.clone(),
+        scatter: nodes.scatter(&means),
         // a mean over fewer teeth has more noise
         noise: (0.5 * (1.0 + count(false) as f64 / count(true) as f64)).sqrt(),
     };
@@ -132,18 +131,27 @@ fn answer(
         let last = iterations.last().copied().unwrap_or_default();
         let body = MachineAnswerBody::new(answer, last, &predicted, &measured);
         let (mut sided, mut start) = (SidedChangesBody::default(), 0);
-        for block in &nodes.blocks {
+        for (number, block) in nodes.blocks.iter().enumerate() {
             let rows = start..start + block.mean.deviation.len();
             start = rows.end;
             let Some(flank) = &block.flank else { continue };
             let weight = weight.as_ref().map(|weight| &weight[rows.clone()]);
-            let columns = scatter.columns.iter().map(|column| column[rows.clone()].to_vec()).collect();
-            let own = Scatter { columns, ..scatter.clone() };
             let lists = [&before, &predicted, &measured].map(|list| &list[rows.clone()]);
-            let figures = |list: &[f64]| flank.scattered_figures(list, weight, &own);
+            let later = || means[number].iter();
+            let before = block.scatter(vec![&block.mean]);
+            let after = block.scatter(later().collect());
+            let both = block.scatter(std::iter::once(&block.mean).chain(later()).collect());
+            let figures = |list: &[f64], measurements: Measurements| {
+                let scatter = match measurements {
+                    Measurements::Before => &before,
+                    Measurements::After => &after,
+                    Measurements::Both => &both,
+                };
+                flank.scattered_figures(list, weight, scatter)
+            };
             let measured = round.after.iter().filter(|one| one.measurand.flank == block.side);
             let measured = measured.map(|one| &one.chosen).filter(|_| !block.chosen.is_empty());
-            let (before, measured) = (block.fitted(), of_teeth(flank, measured));
+            let [before, measured] = to_compare(flank, &block.chosen, measured);
             let changes = compare_figures(lists[0], lists[1], lists[2], figures);
             let changes = changes.map(|changes| changed_by_fits(changes, &before, &measured).into());
             match flank.side {

@@ -7,8 +7,7 @@ use uuid::Uuid;
 
 use super::{
     applied::AppliedChangesBody,
-    blocks::Block,
-    chosen::{changed_by_fits, of_teeth},
+    chosen::{changed_by_fits, to_compare},
     figure_changes::FigureChangesBody,
     include::CorrectionInclude,
     kept_result::StoredResult,
@@ -300,17 +299,14 @@ fn answer(
     }
     let flank = flanks.map(|(_, after)| after);
     let chosen = |read: &Read| read.nodes.blocks.first().map(|block| block.chosen.clone()).unwrap_or_default();
-    let fitted = [
-        earlier.nodes.blocks.first().map(Block::fitted).unwrap_or_default(),
-        flank.as_ref().map(|flank| of_teeth(flank, &chosen(&later))).unwrap_or_default(),
-    ];
+    let fitted = flank.as_ref().map(|flank| to_compare(flank, &chosen(&earlier), &chosen(&later))).unwrap_or_default();
     let weight = later.spec.weight.clone();
     let measured = Later { measured: later.spec.deviation.clone(), scatter: Scatter::default(), noise: 1.0 };
     Ok(made.judge(earlier.spec, applied, measured).map(|judged| {
         let Judged { answer, predicted, before, measured } = judged;
         let weight = weight.as_deref();
         let figure_changes = flank.as_ref().and_then(|flank| {
-            compare_figures(&before, &predicted, &measured, |list| flank.estimated_figures(list, weight))
+            compare_figures(&before, &predicted, &measured, |list, _| flank.estimated_figures(list, weight))
         });
         let figure_changes = figure_changes.map(|changes| changed_by_fits(changes, &fitted[0], &fitted[1]).into());
         let body = MachineAnswerBody::new(answer, number, &predicted, &measured);

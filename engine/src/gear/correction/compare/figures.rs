@@ -43,23 +43,37 @@ impl FigureChange {
     }
 }
 
+/// The measurements that deviations are from, on which the errors of their figures depend.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Measurements {
+    /// The one before the correction.
+    Before,
+    /// The one after it.
+    After,
+    /// The difference of both.
+    Both,
+}
+
 /// Figures of deviations (µm, an entry for each node, NaN where undefined) over the nodes that are
 /// defined in all three; `None` where the nodes tell none.
 pub fn compare_figures(
     before: &[f64],
     predicted: &[f64],
     measured: &[f64],
-    figures: impl Fn(&[f64]) -> Option<FlankFigures<EstimatedFigure>>,
+    figures: impl Fn(&[f64], Measurements) -> Option<FlankFigures<EstimatedFigure>>,
 ) -> Option<FlankFigures<FigureChange>> {
     let lists = || before.iter().zip(predicted).zip(measured);
-    let of = |value: fn(f64, f64, f64) -> f64| {
+    let of = |measurements, value: fn(f64, f64, f64) -> f64| {
         let node = |((b, p), m): ((&f64, &f64), &f64)| {
             if b.is_nan() || p.is_nan() || m.is_nan() { f64::NAN } else { value(*b, *p, *m) }
         };
-        figures(&lists().map(node).collect::<Vec<f64>>())
+        figures(&lists().map(node).collect::<Vec<f64>>(), measurements)
     };
-    let change = of(|before, _, measured| measured - before)?.zip(of(|_, predicted, measured| measured - predicted)?);
-    let ends = of(|before, _, _| before)?.zip(of(|_, _, measured| measured)?).zip(of(|_, predicted, _| predicted)?);
+    let change = of(Measurements::Both, |before, _, measured| measured - before)?
+        .zip(of(Measurements::Both, |_, predicted, measured| measured - predicted)?);
+    let ends = of(Measurements::Before, |before, _, _| before)?
+        .zip(of(Measurements::After, |_, _, measured| measured)?)
+        .zip(of(Measurements::Before, |_, predicted, _| predicted)?);
     Some(ends.zip(change).map(|(((before, measured), predicted), (change, beyond_predicted))| FigureChange {
         before,
         predicted: predicted.value,

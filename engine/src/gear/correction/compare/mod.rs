@@ -53,7 +53,7 @@ use crate::estimation::{FitError, Unconverged};
 pub use answer::{Answer, Verdict};
 pub use comparison::Comparison;
 use counted::Counted;
-pub use figures::{FigureChange, compare_figures};
+pub use figures::{FigureChange, Measurements, compare_figures};
 use misfit::{Covariance, quantile};
 use scaled::Scaled;
 
