@@ -4,6 +4,7 @@ use super::notice::NoticeBody;
 use crate::api::{
     measurand::{
         axes::{AxesBody, AxisBody},
+        profile_axis::ProfileAxisName,
         units::{LENGTHS, micrometres, sign},
     },
     params::Params,
@@ -46,6 +47,9 @@ const OF_NODES: &str = "send `axes` with the right unit, or `accept_units: true`
 const OF_TRACES: &str = "send the deviations in µm, or `evaluation.accept_units: true` if they are";
 /// How to settle it for what is sent without an iteration.
 const OF_REQUEST: &str = "send the deviations in µm, or `accept_units: true` if they are";
+/// The same for places.
+const OF_PLACES: &str = "send the places in mm (roll angles in degrees), or \
+                         `accept_units: true` if they are";
 
 /// How to settle it for a grid.
 const OF_GRID: &str = "send the deviations in µm";
@@ -74,16 +78,43 @@ pub fn implausible(nodes: &Nodes, axes: &AxesBody, gear: Option<&Gear>, noise: O
     let heights = axes.z.as_ref().and_then(|axis| of_heights(axis, z, gear, noise));
     let places = || {
         let gear = gear?;
-        let of_profile = || axes.u.as_ref().and_then(|axis| of_profile(axis, u, gear));
-        of_profile().or_else(|| axes.v.as_ref().and_then(|axis| of_width(axis, v, gear.data().face_width?)))
+        let of_u = || axes.u.as_ref().and_then(|axis| of_axis(axis, &u, gear));
+        of_u().or_else(|| axes.v.as_ref().and_then(|axis| of_axis(axis, &v, gear)))
     };
     heights.or_else(places)
 }
 
+/// Returns the warning on places along an axis of nodes.
+fn of_axis(axis: &AxisBody, values: &[f64], gear: &Gear) -> Option<NoticeBody> {
+    let unit = axis.unit.as_str();
+    match (axis.quantity.as_str(), unit) {
+        ("roll_length", "deg") => of_profile(ProfileAxisName::RollAngle, 1.0, values, gear, OF_NODES),
+        ("roll_length", "arcmin") => of_profile(ProfileAxisName::RollAngle, 1.0 / 60.0, values, gear, OF_NODES),
+        ("roll_length", _) => of_profile(ProfileAxisName::RollLength, mm(unit)?, values, gear, OF_NODES),
+        ("diameter", _) => of_profile(ProfileAxisName::Diameter, mm(unit)?, values, gear, OF_NODES),
+        ("face_width", _) => of_width(mm(unit)?, values, gear, OF_NODES),
+        _ => None,
+    }
+}
+
+/// A unit of length in mm.
+fn mm(unit: &str) -> Option<f64> {
+    micrometres(unit).map(|um| um / 1e3)
+}
+
 /// Returns a warning if the deviations of a flank extend over less, or over more, than those of any
-/// gear; they are in µm. Equal deviations were not measured.
-pub fn implausible_deviations(deviations: &[f64], gear: &Gear) -> Option<NoticeBody> {
-    of_range("um", span(deviations)?, usual_range(Some(gear)), OF_REQUEST)
+/// gear, or if its places (mm or degrees, and z in mm) are not on it; the deviations are in µm.
+/// Equal deviations were not measured.
+pub fn implausible_flank(
+    axis: ProfileAxisName,
+    profile: &[f64],
+    z: &[f64],
+    deviations: &[f64],
+    gear: &Gear,
+) -> Option<NoticeBody> {
+    let heights = span(deviations).and_then(|span| of_range("um", span, usual_range(Some(gear)), OF_REQUEST));
+    let along_profile = || of_profile(axis, 1.0, profile, gear, OF_PLACES);
+    heights.or_else(along_profile).or_else(|| of_width(1.0, z, gear, OF_PLACES))
 }
 
 /// The same of deviations on a grid, which are held against nothing.
@@ -158,22 +189,24 @@ fn of_range(unit: &str, span: f64, usual: [f64; 2], mend: &str) -> Option<Notice
     Some(notice(&what, unit, span, |other| within(span * other, usual), params, mend))
 }
 
-fn of_profile(axis: &AxisBody, u: Vec<f64>, gear: &Gear) -> Option<NoticeBody> {
+/// Values of the axis, times `factor` in its own unit.
+fn of_profile(
+    axis: ProfileAxisName,
+    factor: f64,
+    values: &[f64],
+    gear: &Gear,
+    mend: &'static str,
+) -> Option<NoticeBody> {
     // an angle is the roll length on the base circle
-    let mm = match axis.unit.as_str() {
-        "deg" => 1.0_f64.to_radians() * gear.base_radius(),
-        "arcmin" => (1.0_f64 / 60.0).to_radians() * gear.base_radius(),
-        unit => micrometres(unit)? / 1e3,
-    };
-    let quantity = match axis.quantity.as_str() {
-        "roll_length" => ProfileAxis::RollLength,
-        "diameter" => ProfileAxis::Diameter,
-        _ => return None,
+    let (quantity, mm) = match axis {
+        ProfileAxisName::RollAngle => (ProfileAxis::RollLength, factor * 1.0_f64.to_radians() * gear.base_radius()),
+        ProfileAxisName::RollLength => (ProfileAxis::RollLength, factor),
+        ProfileAxisName::Diameter => (ProfileAxis::Diameter, factor),
     };
     let Geometry { roll_length_root_form: root, roll_length_tip_form: tip, .. } = Geometry::of(gear);
     let (low, high) = (root.min(tip), root.max(tip));
     let allowed = [low - 0.5 * (high - low), high + 0.5 * (high - low)];
-    let ends = ends(&u)?;
+    let ends = ends(values)?;
     let roll = |x: f64| match quantity {
         // a diameter below the base circle has none
         ProfileAxis::Diameter => Some(gear.roll_length(x).unwrap_or(0.0)),
@@ -198,16 +231,12 @@ fn of_profile(axis: &AxisBody, u: Vec<f64>, gear: &Gear) -> Option<NoticeBody> {
         digits(quantity.value(gear, low)),
         digits(quantity.value(gear, high))
     );
-    Some(of_place(&what, "u", ends, fits, shown))
+    Some(of_place(&what, "u", ends, fits, shown, mend))
 }
 
-fn of_width(axis: &AxisBody, v: Vec<f64>, width: f64) -> Option<NoticeBody> {
-    let unit = axis.unit.as_str();
-    let mm = micrometres(unit)? / 1e3;
-    if axis.quantity.as_str() != "face_width" {
-        return None;
-    }
-    let ends = ends(&v)?;
+fn of_width(mm: f64, values: &[f64], gear: &Gear, mend: &'static str) -> Option<NoticeBody> {
+    let width = gear.data().face_width?;
+    let ends = ends(values)?;
     // z may count from an end or from the middle
     let inside = |mm: f64| ends.iter().all(|end| within(end * mm, [-1.5 * width, 2.0 * width]));
     let is_wide = |mm: f64| ends[0] == ends[1] || (ends[1] - ends[0]) * mm >= LEAST_SHARE * width;
@@ -219,7 +248,7 @@ fn of_width(axis: &AxisBody, v: Vec<f64>, width: f64) -> Option<NoticeBody> {
     let [low, high] = shown.map(digits);
     let what =
         format!("along the axis the nodes lie from {low} to {high} mm, but the face is {} mm wide", digits(width));
-    Some(of_place(&what, "v", ends, fits, shown))
+    Some(of_place(&what, "v", ends, fits, shown, mend))
 }
 
 /// True if places lie on the flank and cover enough of it; where no unit makes them do so, little
@@ -229,7 +258,14 @@ fn is_plausible(mm: f64, inside: impl Fn(f64) -> bool, is_wide: impl Fn(f64) -> 
     inside(mm) && (is_wide(mm) || !LENGTHS.iter().any(|(_, other)| fits(*other)))
 }
 
-fn of_place(what: &str, name: &'static str, ends: [f64; 2], fits: impl Fn(f64) -> bool, shown: [f64; 2]) -> NoticeBody {
+fn of_place(
+    what: &str,
+    name: &'static str,
+    ends: [f64; 2],
+    fits: impl Fn(f64) -> bool,
+    shown: [f64; 2],
+    mend: &str,
+) -> NoticeBody {
     let mut params = Params::of([("axis", name.into()), ("from_mm", shown[0].into()), ("to_mm", shown[1].into())]);
     // with a far smaller unit everything would fit, so the largest come first
     let other = LENGTHS.iter().rev().find(|(_, mm)| fits(*mm));
@@ -238,7 +274,7 @@ fn of_place(what: &str, name: &'static str, ends: [f64; 2], fits: impl Fn(f64) -
         params.add("unit", *unit);
         format!(" (in {}? then {low} to {high} mm)", named(unit))
     });
-    of_sentence(what, then, params, OF_NODES)
+    of_sentence(what, then, params, mend)
 }
 
 fn notice(what: &str, unit: &str, span: f64, fits: impl Fn(f64) -> bool, mut params: Params, mend: &str) -> NoticeBody {

@@ -253,6 +253,19 @@ async fn stateless_requests_tell_implausible_units() {
     let accepted = taken(&app, "/v1/gears/flank-surface", &accepted).await;
     assert!(warnings(&accepted).is_empty() && accepted["helix_slope_um"]["within"].is_boolean(), "{accepted}");
 
+    // places in inches, and a millimetre taken for one
+    for (member, scale, unit) in [("profile", 25.4, None), ("profile", 1.0 / 25.4, Some("in")), ("z_mm", 25.4, None)] {
+        let mut strange = surface(1.0);
+        let places: Vec<f64> =
+            strange[member].as_array().unwrap().iter().map(|x| scale * x.as_f64().unwrap()).collect();
+        strange[member] = json!(places);
+        let answer = taken(&app, "/v1/gears/flank-surface", &strange).await;
+        let found = warnings(&answer);
+        assert_eq!(found[0]["params"]["unit"].as_str(), unit, "{member}: {found:?}");
+        assert!(found[0]["message"].as_str().unwrap().contains("`accept_units: true`"), "{found:?}");
+        assert!(answer["helix_slope_um"].get("within").is_none(), "{member}: {answer}");
+    }
+
     let index = |scale: f64| -> Vec<f64> { (0..52).map(|k| scale * 6.0 * (0.12 * f64::from(k)).sin()).collect() };
     let pitch = |scale: f64| {
         json!({"gear": spur(), "left": {"index_deviation_um": index(scale)},

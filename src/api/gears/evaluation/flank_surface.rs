@@ -17,7 +17,7 @@ use crate::api::{
         reader::fields,
         spec::request::FitFields,
     },
-    gears::{faults, gear::GearBody, notice::NoticeBody, plausibility::implausible_deviations},
+    gears::{faults, gear::GearBody, notice::NoticeBody, plausibility::implausible_flank},
     json::{
         members::of_request,
         numbers::{Numbers, read_heights},
@@ -193,6 +193,7 @@ pub fn build(text: &[u8], own: Option<&Gear>) -> Result<Built, Problem> {
     limits.check("/tolerance_limits", &mut faults);
     limits.check_for_surface("/tolerance_limits", &mut faults);
     faults.into_result(()).map_err(Problem::invalid)?;
+    let implausible = (!accept_units).then(|| implausible_flank(axis, &profile, &z, &deviation, &gear)).flatten();
     let profile: Vec<f64> = profile.into_iter().map(|x| axis.value(x)).collect();
     let profile_range = profile_range.map(|range: [f64; 2]| range.map(|x| axis.value(x)));
     let nodes = FlankNodes {
@@ -203,7 +204,6 @@ pub fn build(text: &[u8], own: Option<&Gear>) -> Result<Built, Problem> {
         valid: None,
         grid: rows.is_some(),
     };
-    let implausible = (!accept_units).then(|| implausible_deviations(&deviation, &gear)).flatten();
     let terms = figure_terms(direction, reference);
     let settings = SurfaceSettings {
         side: side.into(),
