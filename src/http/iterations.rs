@@ -29,7 +29,10 @@ use super::{
 use crate::{
     api::{
         fits::{nodes_text, spec::nodes::NodesBody},
-        gears::fit_figures,
+        gears::{
+            design_at_nodes::{self, DesignAtNodesBody},
+            fit_figures,
+        },
         jobs::{
             amendments as amendments_body, fits,
             iteration_requests::{
@@ -39,7 +42,7 @@ use crate::{
             listed_iterations::{self, IterationPageBody},
             problem::of_measured,
         },
-        json::text::ShortText,
+        json::{text::ShortText, writer},
         problem::Problem,
         tables::kept::SentMapping,
     },
@@ -52,6 +55,7 @@ pub fn group() -> OpenApiRouter<AppState> {
         .routes(routes!(create_iteration, list_iterations))
         .routes(routes!(get_iteration, update_iteration))
         .routes(routes!(get_iteration_nodes))
+        .routes(routes!(get_iteration_design))
 }
 
 /// Fits nodes and keeps both, in one transaction, as the job's next iteration.
@@ -285,4 +289,32 @@ async fn get_iteration_nodes(
     // Nodes never change, so each form has one tag.
     headers.insert(header::ETAG, HeaderValue::from_static(if format == Format::Csv { "\"csv\"" } else { "\"json\"" }));
     Ok(response)
+}
+
+/// Returns the job's design at the nodes of an iteration.
+///
+/// The deviations of a flank that is made as the `design` in the job's requirements says: subtract
+/// them from the measured ones for the deviations from the design.
+#[utoipa::path(
+    get, path = "/v1/jobs/{job_id}/iterations/{number}/design", operation_id = "get_iteration_design",
+    tag = "iterations",
+    params(("job_id" = Uuid, Path), ("number" = u32, Path)),
+    responses(
+        (status = 200, description = "The design at the nodes.", body = DesignAtNodesBody),
+        (status = 409, description = "The job has no design or no gear, the iteration no flank or axes, or the design \
+            is impossible on its flank.", body = Problem, content_type = "application/problem+json")
+    )
+)]
+async fn get_iteration_design(
+    state: CallerState,
+    PathOf((job, number)): PathOf<(Uuid, u32)>,
+) -> Result<Response, Problem> {
+    let iteration = state.jobs.iteration(job, number).await?;
+    let job = state.jobs.job(job).await?;
+    let (nodes, _permit) = stored::nodes(&state, job.id, number).await?.into_parts();
+    let work = move || {
+        let found = design_at_nodes::at_nodes(&job, &iteration.measurand, &nodes)?;
+        writer::whole(&found).map_err(Problem::not_finite)
+    };
+    Ok(json(state.pool.run(work).await??))
 }

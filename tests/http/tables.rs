@@ -364,3 +364,100 @@ async fn a_mapping_is_remembered() {
     let refused = read(&app, "?instrument=", file("a.csv", next)).await;
     assert_eq!(refused.pointers(), ["/instrument"], "{}", refused.text);
 }
+
+/// Traces of a cross, or of three profiles and three helices, as a table, each moved by a zero of
+/// its own: f_Hα 9 µm, C_α 3 µm, f_Hβ −6 µm.
+fn traces(each: usize, zero: f64) -> Vec<u8> {
+    let of = |u: f64, v: f64| {
+        let (x, y) = ((u - 9.0) / 3.0, (v - 7.5) / 6.5);
+        4.5 * x - 3.0 * x * x - 3.0 * y + 0.2 * (7.0 * u + 3.0 * v).sin()
+    };
+    let sections = |low: f64, high: f64| -> Vec<f64> {
+        if each == 1 { vec![0.5 * (low + high)] } else { vec![low, 0.5 * (low + high), high] }
+    };
+    let mut text = "flank;tooth;trace;roll_length [mm];face_width [mm];deviation [um]\n".to_owned();
+    for (k, v) in sections(1.0, 14.0).into_iter().enumerate() {
+        for u in (0..=30).map(|i| 6.0 + 0.2 * f64::from(i)) {
+            text += &format!("left;1;profile;{u:.3};{v:.3};{:.4}\n", of(u, v) + zero * (2.0 + k as f64));
+        }
+    }
+    for (k, u) in sections(6.0, 12.0).into_iter().enumerate() {
+        for v in (0..=26).map(|i| 1.0 + 0.5 * f64::from(i)) {
+            text += &format!("left;1;helix;{u:.3};{v:.3};{:.4}\n", of(u, v) - zero * (1.0 + 3.0 * k as f64));
+        }
+    }
+    text.into_bytes()
+}
+
+/// Traces that do not meet where they cross have a zero each: an import says so and leaves figures
+/// to their evaluation, as with a tester's file, and a fit of the table is refused. The surface
+/// that is stored has the slopes and crownings all the same.
+#[tokio::test]
+async fn traces_with_zeros_of_their_own() {
+    let app = TestApp::start().await;
+    let gear = json!({"teeth": 52, "normal_module_mm": 1.0, "face_width_mm": 15.0});
+    let made = send(app.post("/v1/jobs", json!({"name": "w", "gear": gear}).to_string())).await.json();
+    let job = format!("/v1/jobs/{}", made["id"].as_str().unwrap());
+    let codes = |figures: &Value| -> Vec<String> {
+        let all = figures["warnings"].as_array().cloned().unwrap_or_default();
+        all.iter().map(|warning| warning["code"].as_str().unwrap().to_owned()).collect()
+    };
+    let model = json!({"model": {"type": "polynomial", "degree": 2, "terms": "total"}}).to_string();
+    let fit = async |table: Vec<u8>| {
+        let form = Form::new().text("spec", model.clone());
+        let form = form.part("nodes", Part::bytes(table).file_name("f.csv"));
+        send(app.client.post(app.url("/v1/fits")).multipart(form)).await
+    };
+    for (each, lengths) in [(1, vec![31, 27]), (3, vec![31, 31, 31, 27, 27, 27])] {
+        let table = traces(each, 4.0);
+        let proposal = read(&app, "?include=nodes", file("f.csv", table.clone())).await.json();
+        assert_eq!(codes(&proposal), ["sign_assumed", "own_zeros_assumed"], "{proposal}");
+        let made = import(&app, &job, file("f.csv", table.clone())).await;
+        assert_eq!(made.status, 201, "{}", made.text);
+        let made = made.json();
+        let note = made["note"].as_str().unwrap();
+        assert!(note.contains("zeros of its traces are set"), "{note}");
+        let mut given: Vec<u64> =
+            made["axes"]["z"]["trace_lengths"].as_array().unwrap().iter().map(|n| n.as_u64().unwrap()).collect();
+        assert_eq!(made["axes"], proposal["axes"]);
+        given.sort_unstable_by(|a, b| b.cmp(a));
+        assert_eq!(given, lengths);
+        let figures = &made["fits"][0]["figures"];
+        assert_eq!((codes(figures), figures.get("profile_slope_um")), (vec!["traces_with_own_zeros".into()], None));
+        let refused = fit(table.clone()).await;
+        assert_eq!(refused.pointers(), ["/nodes"], "{}", refused.text);
+        assert!(refused.text.contains("zero of its own"), "{}", refused.text);
+        // the nodes that the proposal returns are those that are stored
+        let number = made["number"].as_u64().unwrap();
+        let stored = send(app.get(&format!("{job}/iterations/{number}/nodes"))).await.json();
+        assert_eq!(stored["z"], proposal["read"]["z"]);
+        if each == 1 {
+            continue;
+        }
+        // the surface through the levelled traces: 9 µm over 6 mm at the middle, −3 µm over 3² mm²
+        let coefficients = &made["fits"][0]["result"]["coefficients"];
+        let value = |name: &str| -> f64 {
+            let found = coefficients.as_array().unwrap().iter().find(|one| one["term"] == name);
+            found.unwrap_or_else(|| panic!("{name}: {coefficients}"))["least_squares"].as_f64().unwrap()
+        };
+        assert!((value("u^2") + 3.0 / 9.0).abs() < 0.02, "{coefficients}");
+        let slope = value("u") + 18.0 * value("u^2") + 7.5 * value("u*v");
+        assert!((slope - 1.5).abs() < 0.03, "{slope}: {coefficients}");
+        // who knows better says so
+        let columns = proposal["columns"].as_array().unwrap().iter().map(|column| {
+            let mut column = column.clone();
+            if column["meaning"] == "trace" {
+                column = json!({"meaning": "ignore"});
+            }
+            column.as_object_mut().unwrap().remove("name");
+            column
+        });
+        let mapping = json!({"columns": columns.collect::<Vec<_>>()}).to_string();
+        let common = import(&app, &job, file("f.csv", table).text("mapping", mapping)).await.json();
+        assert!(common["fits"][0]["figures"]["profile_slope_um"].is_object(), "{common}");
+    }
+    let common = import(&app, &job, file("f.csv", traces(3, 0.0))).await.json();
+    let slope = common["fits"][0]["figures"]["profile_slope_um"]["value"].as_f64().unwrap();
+    assert!((slope - 9.0).abs() < 0.3, "{common}");
+    assert_eq!(fit(traces(3, 0.0)).await.status, 200);
+}

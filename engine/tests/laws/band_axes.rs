@@ -3,7 +3,7 @@
 use flankfit_engine::gear::{
     Gear, GearData, Kind, ProfileAxis, Side, Trace,
     evaluation::{
-        Posted,
+        Against, Posted,
         band::{Band, Found},
         evaluate,
         settings::{DeviationSign, ProfileSettings, Settings},
@@ -43,7 +43,14 @@ fn lines_over_diameters_are_straight_over_diameters() {
     let ends = [DIAMETERS[0] - 1e-6, DIAMETERS[1] + 1e-6];
     let line = |shift: f64| ends.map(|d| [d, shift + 10.0 * (d - DIAMETERS[0])]).to_vec();
     let (kind, side) = (Kind::Profile, None);
-    let band = Band { kind, side, axis: ProfileAxis::Diameter, upper: line(0.01), lower: line(-0.01) };
+    let band = Band {
+        kind,
+        side,
+        against: Against::Involute,
+        axis: ProfileAxis::Diameter,
+        upper: line(0.01),
+        lower: line(-0.01),
+    };
     let straight = found(&gear, band.clone());
     assert!((straight.room - 0.02).abs() < 1e-6 && straight.shift.abs() < 1e-6, "{straight:?}");
     assert_eq!(straight.within, Some(true));

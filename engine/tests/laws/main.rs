@@ -101,5 +101,6 @@ mod surfaces;
 mod surfaces_grid;
 mod surfaces_measure;
 mod surfaces_mesh;
+mod table_zeros;
 mod tikhonov;
 mod units;

@@ -278,6 +278,9 @@ impl Asked<'_> {
         match (flank, sums) {
             (Some(flank), Some(sums)) => {
                 let found = flank.figures(sums, limits);
+                let lost = not_determined(found, result.residuals.sigma.map(|sigma| sigma * flank.height.abs()));
+                body.warnings.extend(lost.iter().map(|name| undetermined(name)));
+                let found = found.kept(|name| !lost.contains(&name));
                 let without = without_suspected.map(|sums| flank.figures(sums, limits));
                 body.warnings.extend(without.map(|without| outliers_suspected(found, without)));
                 let found = found.map(FigureBody::from);
@@ -308,6 +311,22 @@ impl Asked<'_> {
             writer::text_of(&FitFiguresBody { warnings: vec![why], ..FitFiguresBody::default() })
         })
     }
+}
+
+/// A standard error of more than so many of the noise means that the nodes do not determine a
+/// figure: one of a poor grid has a few.
+const UNDETERMINED: f64 = 1e4;
+
+/// Returns the names of the figures that the nodes do not determine; `sigma` is the noise, µm.
+fn not_determined(figures: FlankFigures<Figure>, sigma: Option<f64>) -> Vec<&'static str> {
+    let is_lost =
+        |figure: Figure| figure.std_error.zip(sigma).is_some_and(|(error, sigma)| error > UNDETERMINED * sigma);
+    figures.named().into_iter().filter(|(_, figure)| figure.is_some_and(is_lost)).map(|(name, _)| name).collect()
+}
+
+fn undetermined(name: &str) -> NoticeBody {
+    let message = format!("`{name}_um` is left out: the nodes do not determine it; measure it on more of the flank");
+    notice("figures_not_determined", &message)
 }
 
 /// What the nodes of a flank span.

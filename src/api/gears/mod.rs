@@ -2,6 +2,7 @@
 
 pub mod correction;
 pub mod design;
+pub mod design_at_nodes;
 pub mod deviations;
 pub mod evaluation;
 pub mod faults;

@@ -5,6 +5,7 @@ use utoipa::ToSchema;
 
 use super::{
     evaluation::{
+        against::AgainstName,
         band::{self, KBandBody},
         conformity::ToleranceLimitsBody,
         pitch_limits::PitchLimitsBody,
@@ -73,7 +74,7 @@ impl RequirementsBody {
 
     /// Takes the place of what an evaluation says nothing of its own about. What does not go with
     /// the gear is left aside, and said so.
-    pub fn fill(self, evaluation: &mut EvaluationSettingsBody, gear: &Gear, helix: bool) -> Vec<NoticeBody> {
+    pub fn fill(&self, evaluation: &mut EvaluationSettingsBody, gear: &Gear, helix: bool) -> Vec<NoticeBody> {
         let mut notices = Vec::new();
         if let (None, Some(mut limits)) = (evaluation.tolerance_limits, self.tolerance_limits) {
             let refused = [Side::Left, Side::Right].map(|side| limits.of(side).class_refused(gear, helix));
@@ -81,11 +82,18 @@ impl RequirementsBody {
                 limits.class = None;
                 notices.push(class_left_aside(&why));
             }
+            if evaluation.against == Some(AgainstName::Design) && limits != limits.about_design() {
+                limits = limits.about_design();
+                notices.push(aside(
+                    "the job's limits of slopes, crownings and twist: they are of the flank, not of its distance from \
+                      the design",
+                ));
+            }
             evaluation.tolerance_limits = Some(limits);
         }
         if evaluation.k_bands.is_none() && !self.k_bands.is_empty() {
             let (bands, others): (Vec<_>, Vec<_>) =
-                self.k_bands.into_iter().partition(|band| band.on(gear, "").is_ok());
+                self.k_bands.iter().cloned().partition(|band| band.on(gear, "").is_ok());
             if !others.is_empty() {
                 let count = others.len();
                 notices.push(aside(&format!(
@@ -125,6 +133,10 @@ impl RequirementsBody {
             design.check(gear, &format!("{at}/design"), faults);
         }
         band::check_all(&self.k_bands, &format!("{at}/k_bands"), faults);
+        let without = self.k_bands.iter().position(KBandBody::is_about_design);
+        if let Some(k) = without.filter(|_| self.design.is_none()) {
+            faults.push(format!("{at}/k_bands/{k}/against"), "there is no `design`: add one");
+        }
     }
 }
 
@@ -133,6 +145,7 @@ pub fn class_left_aside(why: &ToleranceReason) -> NoticeBody {
     aside(&format!("the class that the job requires: {why}"))
 }
 
-fn aside(what: &str) -> NoticeBody {
+/// Returns the warning about a requirement that is left aside.
+pub fn aside(what: &str) -> NoticeBody {
     NoticeBody::new("requirement_left_aside", &what)
 }

@@ -15,7 +15,7 @@ use crate::{
             deviations,
             evaluation::{pitch::PitchRequestBody, request::EvaluateBody},
             files::{
-                content::{self, OwnZeros},
+                content,
                 pitch::FilePitch,
                 read::{measured, parsed},
                 spec::ImportSpecBody,
@@ -40,7 +40,8 @@ use flankfit_engine::{
         spec::{Degree, Model, PolynomialBasis, Terms},
     },
     fault::words::counted,
-    formats::{GearFile, Table},
+    formats::{GearFile, Table, table::HelixSign},
+    gear::evaluation::OwnZeros,
 };
 
 /// What a file makes impossible, where the request has nothing but the file.
@@ -64,6 +65,9 @@ struct Asked<'a> {
     #[serde(flatten)]
     again: Option<Again<'a>>,
 }
+
+/// End of the note on traces with separate zeros.
+const ZEROS_SET: &str = "; zeros of its traces are set so that they meet in one surface";
 
 /// What of the file was evaluated, as it would be posted to be evaluated again.
 #[derive(Clone, Copy, Serialize)]
@@ -108,7 +112,7 @@ pub fn draft(
     let name: String = name.unwrap_or("a file").chars().take(100).collect();
     let mut of = format!("{} flank of tooth {}{told}, imported from {name}", content::word(flank.side), flank.tooth);
     if flank.own_zeros.is_some() && flank.traces > 1 {
-        of.push_str("; zeros of its traces are set so that they meet in one surface");
+        of.push_str(ZEROS_SET);
     }
     if !read.warnings.is_empty() {
         let codes: BTreeSet<&str> = read.warnings.iter().map(|warning| warning.code.as_str()).collect();
@@ -175,16 +179,24 @@ fn of_table(
         return Err(Problem::invalid(Faults::one("/spec/gear", detail)));
     }
     let side = spec.flank.map(Into::into);
-    let TableNodes { nodes, missing, turned, measurand } = nodes::chosen(table, spec.tooth.as_deref(), side, "/file")?;
+    let TableNodes { nodes, missing, helix_sign, own_zeros, measurand } =
+        nodes::chosen(table, spec.tooth.as_deref(), side, "/file")?;
     let measurand = measurand.checked(Some(&nodes)).map_err(|faults| in_file(&faults))?;
-    let (computed, told) = surface(&nodes, None, plans, OfFlank::of(job, &measurand).as_ref())?;
+    let (computed, told) = surface(&nodes, own_zeros.as_ref(), plans, OfFlank::of(job, &measurand).as_ref())?;
     let name: String = name.unwrap_or("a file").chars().take(100).collect();
     let mut of = format!("{}{told}, imported from {name}", counted(nodes.posted(), "node", "nodes"));
     if missing > 0 {
         of.push_str(&format!("; {missing} without a height"));
     }
-    if turned {
-        of.push_str("; its helix traces count the other way than its profiles and are turned");
+    match helix_sign {
+        Some(HelixSign::Turned) => {
+            of.push_str("; its helix traces count the other way than its profiles and are turned");
+        }
+        Some(HelixSign::Undetermined) => of.push_str("; the sign of its helix traces is that of the file"),
+        Some(HelixSign::AsGiven) | None => {}
+    }
+    if own_zeros.is_some() {
+        of.push_str(ZEROS_SET);
     }
     Ok(of_file(nodes, computed, measurand, spec, of))
 }

@@ -18,7 +18,7 @@ use crate::{
 };
 use flankfit_engine::{
     estimation::{FitSpec, Nodes, Recursive},
-    gear::tooth::check_name,
+    gear::{evaluation::OwnZeros, tooth::check_name},
 };
 
 request! {
@@ -292,6 +292,11 @@ pub fn check_block(of: &Measurand, nodes: &Nodes) -> Result<(), Faults> {
         Some(fault) => Err(Faults::one("/nodes/type", format!("the stream has axes of other nodes: {}", fault.detail))),
         None => Ok(()),
     }
+}
+
+/// The lengths of traces with separate zeros, as an axis has them.
+pub fn trace_lengths(zeros: &OwnZeros) -> Vec<u32> {
+    zeros.lengths.iter().map(|length| u32::try_from(*length).unwrap_or(u32::MAX)).collect()
 }
 
 /// An axis whose quantity and unit are known here.

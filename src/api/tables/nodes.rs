@@ -7,29 +7,36 @@ use crate::api::{
         error::ReadError,
         text::{SHORT, ShortText},
     },
-    measurand::axes::{AxesBody, AxisBody, MeasurandBody, PositiveName, known_axis},
+    measurand::axes::{AxesBody, AxisBody, MeasurandBody, PositiveName, known_axis, trace_lengths},
 };
 use flankfit_engine::{
     estimation::Nodes,
     fault::words::{counted, listed},
     formats::{
         FileError, Table,
-        table::{self, ColumnSpec, Decimal, Layout, Mapping, Meaning, NodeSet, TableFault, TableReason, Unit},
+        table::{
+            self, ColumnSpec, Decimal, HelixSign, Layout, Mapping, Meaning, NodeSet, TableFault, TableReason, Unit,
+        },
     },
-    gear::Side,
+    gear::{Side, evaluation::OwnZeros},
 };
 
 /// Why nodes are not fitted as a table has them.
 const TURNED: &str = "the helix traces count the other way than the profiles that they cross: import the file into a \
     job, or send the nodes that `POST /v1/nodes/read?include=nodes` returns, which are turned";
 
+const OWN_ZEROS: &str = "each of its traces has a zero of its own: import the file into a job, or send its traces to \
+    `POST /v1/gears/evaluate`; where they share one zero, map the column of traces as `ignore`";
+
 /// Nodes of one flank out of a table.
 pub struct TableNodes {
     pub nodes: Nodes,
     /// Rows without a height, and crossings of a grid without a row.
     pub missing: usize,
-    /// Whether its helix traces counted the other way and are turned.
-    pub turned: bool,
+    /// Of its helix traces, where they cross profiles; those that count the other way are turned.
+    pub helix_sign: Option<HelixSign>,
+    /// Its traces, where each has a zero of its own.
+    pub own_zeros: Option<OwnZeros>,
     /// The flank and the tooth, where the table says it, and what the axes mean.
     pub measurand: MeasurandBody,
 }
@@ -47,7 +54,9 @@ pub fn only(table: &Table, pointer: &str) -> Result<TableNodes, ReadError> {
     match sets.into_iter().next() {
         Some(set) if count == 1 => {
             let of = of_set(table, set, pointer)?;
-            if of.turned { Err(Faults::one(pointer, TURNED).into()) } else { Ok(of) }
+            let turned = of.helix_sign == Some(HelixSign::Turned);
+            let refusal = turned.then_some(TURNED).or(of.own_zeros.is_some().then_some(OWN_ZEROS));
+            refusal.map_or(Ok(of), |why| Err(Faults::one(pointer, why).into()))
         }
         _ => {
             let detail = format!(
@@ -85,19 +94,20 @@ pub fn name_of(set: &NodeSet) -> String {
 
 /// The nodes of one flank of a table.
 pub fn of_set(table: &Table, set: NodeSet, pointer: &str) -> Result<TableNodes, ReadError> {
-    let NodeSet { tooth, flank, missing, nodes, layout, crossings, count: _ } = set;
+    let NodeSet { tooth, flank, missing, nodes, layout, crossings, own_zeros, count: _ } = set;
     let nodes = nodes.map_err(|faults| Faults::by(&faults, |_| pointer.to_owned()))?;
     let tooth = tooth.and_then(|tooth| {
         let tooth: String = tooth.chars().filter(|c| !c.is_control()).take(SHORT).collect();
         ShortText::new(&tooth)
     });
-    let measurand = MeasurandBody { flank: flank.map(Into::into), tooth, axes: axes(table, layout) };
-    let turned = crossings.is_some_and(|crossings| crossings.helices_are_turned());
-    Ok(TableNodes { nodes, missing, turned, measurand })
+    let measurand =
+        MeasurandBody { flank: flank.map(Into::into), tooth, axes: axes(table, layout, own_zeros.as_ref()) };
+    let helix_sign = crossings.map(|crossings| crossings.helix_sign());
+    Ok(TableNodes { nodes, missing, helix_sign, own_zeros, measurand })
 }
 
 /// What the axes mean, where the columns are those of a flank.
-pub fn axes(table: &Table, layout: Layout) -> Option<AxesBody> {
+pub fn axes(table: &Table, layout: Layout, own_zeros: Option<&OwnZeros>) -> Option<AxesBody> {
     let find = |meanings: &[Meaning]| {
         meanings.iter().find_map(|meaning| table.columns.iter().find(|column| column.meaning == *meaning))
     };
@@ -113,6 +123,7 @@ pub fn axes(table: &Table, layout: Layout) -> Option<AxesBody> {
     let along = axis(find(&[Meaning::RollLength, Meaning::Diameter, Meaning::RollAngle]));
     let across = axis(find(&[Meaning::FaceWidth]));
     let height = axis(find(&[Meaning::Deviation]));
+    let height = height.map(|axis| AxisBody { trace_lengths: own_zeros.map(trace_lengths), ..axis });
     let axes = match layout {
         Layout::Curve => AxesBody { x: along.or(across), y: height, ..AxesBody::default() },
         _ => AxesBody { u: along, v: across, z: height, ..AxesBody::default() },

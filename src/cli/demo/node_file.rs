@@ -151,6 +151,9 @@ fn from_set(
     if let Some(crossings) = &set.crossings {
         report.push_str(&at_crossings(crossings));
     }
+    if set.own_zeros.is_some() {
+        report.push_str("  Each trace is taken to have a zero of its own, which is subtracted.\n");
+    }
     let others = others.iter().filter(|other| other.flank == set.flank);
     let others: Vec<&str> = others.filter_map(|other| other.tooth.as_deref()).collect();
     if !others.is_empty() {

@@ -1,5 +1,6 @@
 //! Gears over real HTTP.
 
+mod against_design;
 mod conformity;
 mod correction;
 mod correction_applied;

@@ -392,6 +392,27 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/v1/jobs/{job_id}/iterations/{number}/design": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Returns the job's design at the nodes of an iteration.
+         * @description The deviations of a flank that is made as the `design` in the job's requirements says: subtract
+         *     them from the measured ones for the deviations from the design.
+         */
+        get: operations["get_iteration_design"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/v1/jobs/{job_id}/iterations/{number}/fits": {
         parameters: {
             query?: never;
@@ -3430,6 +3451,25 @@ export interface components {
          */
         DependencyCause: "basis" | "nodes";
         /**
+         * @description The deviations of a flank that is made as designed.
+         * @example {
+         *       "deviation_um": [
+         *         -4,
+         *         -1,
+         *         0,
+         *         -1,
+         *         -4
+         *       ]
+         *     }
+         */
+        DesignAtNodes: {
+            /**
+             * @description Along the normal, positive where material stands out: an entry for each node in the order
+             *     posted, row by row of a grid, missing nodes included.
+             */
+            deviation_um: number[];
+        };
+        /**
          * @description Along what deviations are taken.
          * @enum {string}
          */
@@ -3457,6 +3497,11 @@ export interface components {
          * @enum {string}
          */
         DeviationSign: "material" | "din" | "clockwise";
+        /**
+         * @description Line that deviations are about.
+         * @enum {string}
+         */
+        DeviationsAgainst: "involute" | "design";
         /** @description Dimension over two balls, between them on internal gears. */
         DimensionOverBalls: {
             /**
@@ -3861,6 +3906,11 @@ export interface components {
             mean_parabola_um?: number[];
             /** @description As that of the slope. */
             crowning_within?: boolean;
+            /**
+             * @description The design line of the trace: µm for each sample, in the sign and the direction of its
+             *     deviations. Left out where nothing of it differs from 0.
+             */
+            design_um?: number[];
             /** @description The bands that the trace must lie in (`k_bands`), and whether it does. */
             k_bands?: components["schemas"]["KBandFinding"][];
             /**
@@ -3918,6 +3968,12 @@ export interface components {
             deviation_sign?: components["schemas"]["DeviationSign"];
             /** @description Along what deviations were taken. Default `transverse`; answers are transverse. */
             direction?: components["schemas"]["DeviationDirection"];
+            /**
+             * @description What figures are about. Default `design` with `modifications` or `design_um`, else
+             *     `involute`. Against a design the job's limits of slopes, crownings and twist, which are of
+             *     the flank, are not compared.
+             */
+            against?: components["schemas"]["DeviationsAgainst"];
             /** @description About what the form deviation of profiles is taken. Default `line`. */
             profile_mean?: components["schemas"]["MeanCurve"];
             /** @description About what the form deviation of helices is taken. Default `line`. */
@@ -6777,7 +6833,7 @@ export interface components {
         /**
          * @description A band that traces must lie in, as a K-chart has it: an upper and a lower line through points
          *     `[place, µm]`, straight between them over the coordinate that places are given in, of deviations
-         *     from the unmodified flank, transverse and positive where material stands out. Each trace may be
+         *     from the unmodified flank or the design, transverse and positive where material stands out. Each trace may be
          *     shifted as a whole, since measuring machines zero each by itself.
          * @example {
          *       "kind": "profile",
@@ -6817,6 +6873,8 @@ export interface components {
             kind: components["schemas"]["TraceKind"];
             /** @description Of which flank; of both where it is left out. */
             flank?: components["schemas"]["FlankSide"];
+            /** @description What the deviations are about. Default `involute`. */
+            against?: components["schemas"]["DeviationsAgainst"];
             /** @description What places of profiles are. Default `roll_length`. Those of helices are z in mm. */
             profile_axis?: components["schemas"]["ProfileAxis"];
             /** @description At least two points, places ascending; beyond its ends it says nothing. */
@@ -18389,6 +18447,274 @@ export interface operations {
                      *       "status": 406,
                      *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The job was purged; `detail` says when and why. */
+            410: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "operation_cancelled",
+                     *       "detail": "The operation was cancelled; nothing is kept of it.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 410,
+                     *       "title": "The operation was cancelled",
+                     *       "type": "urn:flankfit:problem:operation_cancelled"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The header `Host` names a host that this server does not serve. */
+            421: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "unknown_host",
+                     *       "detail": "The header `Host` names a host that this server does not serve.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 421,
+                     *       "title": "The request is for another host",
+                     *       "type": "urn:flankfit:problem:unknown_host"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The query has a parameter that this operation has not, or one twice. */
+            422: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "invalid_request",
+                     *       "detail": "/nodes/z/3/7: expected a number, found the string \"n/a\".",
+                     *       "errors": [
+                     *         {
+                     *           "detail": "expected a number, found the string \"n/a\"",
+                     *           "pointer": "/nodes/z/3/7"
+                     *         }
+                     *       ],
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 422,
+                     *       "title": "The request is invalid",
+                     *       "type": "urn:flankfit:problem:invalid_request"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The caller makes too many requests; try again after `Retry-After` seconds. */
+            429: {
+                headers: {
+                    /** @description Seconds to wait. */
+                    "Retry-After"?: number;
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "too_many_requests",
+                     *       "detail": "This caller makes more requests than the server allows it; try again after 1 s.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 429,
+                     *       "title": "Too many requests",
+                     *       "type": "urn:flankfit:problem:too_many_requests"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The fault is on the server's side; nothing was stored. */
+            500: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "internal",
+                     *       "detail": "The fault is on this side; it has been logged under the request id.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 500,
+                     *       "title": "Internal error",
+                     *       "type": "urn:flankfit:problem:internal"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Busy, or no answer in time; try again after `Retry-After` seconds. */
+            503: {
+                headers: {
+                    /** @description Seconds to wait. */
+                    "Retry-After"?: number;
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "overloaded",
+                     *       "detail": "The queue of fits is full; try again after 1 s.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 503,
+                     *       "title": "The service is busy",
+                     *       "type": "urn:flankfit:problem:overloaded"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_iteration_design: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description The job, by its UUID. */
+                job_id: string;
+                /** @description The iteration, by its number within the job: 1, 2, 3 … */
+                number: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The design at the nodes. */
+            200: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["DesignAtNodes"];
+                };
+            };
+            /** @description No API key or token was sent, or one that cannot be used. */
+            401: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "unauthorized",
+                     *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 401,
+                     *       "title": "An API key or a token is needed",
+                     *       "type": "urn:flankfit:problem:unauthorized"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
+            403: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "forbidden",
+                     *       "detail": "This asks for the scope `judge`; this caller has `read`, `compute`.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 403,
+                     *       "title": "The caller may not do this",
+                     *       "type": "urn:flankfit:problem:forbidden"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description There is no such resource. */
+            404: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "not_found",
+                     *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 404,
+                     *       "title": "Not found",
+                     *       "type": "urn:flankfit:problem:not_found"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description None of the media types in the header `Accept` is available. */
+            406: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "not_acceptable",
+                     *       "detail": "The answer comes as application/json or text/csv.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 406,
+                     *       "title": "The requested media type is not available",
+                     *       "type": "urn:flankfit:problem:not_acceptable"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The job has no design or no gear, the iteration no flank or axes, or the design is impossible on its flank. */
+            409: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "conflict",
+                     *       "detail": "The job has iterations, which are kept for good.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 409,
+                     *       "title": "The resource's state does not allow this",
+                     *       "type": "urn:flankfit:problem:conflict"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];

@@ -23,16 +23,18 @@ const FIELDS = [
   "/evaluation/profile_diameter_range_mm",
   "/evaluation/helix_range_mm",
   "/evaluation/sign",
+  "/evaluation/against",
   "/evaluation/tolerance_limits",
 ];
 
-/** @param {{ jobId: string, number: number, record: string, request: EvaluateGear, settings: EvaluationSettings, onDone: (id: string) => void }} props */
-export function EvaluationForm({ jobId, number, record, request, settings, onDone }) {
+/** @param {{ jobId: string, number: number, record: string, request: EvaluateGear, settings: EvaluationSettings, designed: boolean, onDone: (id: string) => void }} props */
+export function EvaluationForm({ jobId, number, record, request, settings, designed, onDone }) {
   const write = fmt.value.input;
   const [draft, setDraft, forget] = useDraft(`evaluation ${jobId} ${number} ${record}`, () => ({
     profile: [0, 1].map((i) => write(settings.profile_diameter_range_mm?.[i])),
     helix: [0, 1].map((i) => write(settings.helix_range_mm?.[i])),
     sign: String(settings.sign ?? "din"),
+    against: String(settings.against ?? "involute"),
     class: String(settings.tolerance_limits?.class ?? ""),
   }));
   const [error, setError] = useState(/** @type {unknown} */ (undefined));
@@ -53,6 +55,8 @@ export function EvaluationForm({ jobId, number, record, request, settings, onDon
     };
     const [profile, helix] = [range(draft.profile), range(draft.helix)];
     const { tolerance_limits: _, profile_diameter_range_mm: __, helix_range_mm: ___, ...own } = request.evaluation;
+    // limits that the job filled in are of figures about the other line
+    const limits = draft.against === settings.against ? request.evaluation.tolerance_limits : undefined;
     const body = {
       ...request,
       evaluation: {
@@ -60,10 +64,11 @@ export function EvaluationForm({ jobId, number, record, request, settings, onDon
         ...(profile ? { profile_diameter_range_mm: profile } : {}),
         ...(helix ? { helix_range_mm: helix } : {}),
         sign: /** @type {"din"} */ (draft.sign),
+        against: /** @type {"involute"} */ (draft.against),
         // what was posted keeps its sign, whatever slopes are answered in
         deviation_sign: settings.deviation_sign ?? "din",
-        ...(draft.class
-          ? { tolerance_limits: { ...request.evaluation.tolerance_limits, class: Number(draft.class) } }
+        ...(draft.class && (limits || draft.class !== String(settings.tolerance_limits?.class))
+          ? { tolerance_limits: { ...limits, class: Number(draft.class) } }
           : {}),
       },
     };
@@ -114,6 +119,21 @@ export function EvaluationForm({ jobId, number, record, request, settings, onDon
         onChange: (sign) => setDraft({ ...draft, sign }),
         options: ["din", "vdi", "as_given"].map((value) => ({ value, label: t[/** @type {"din"} */ (value)] })),
       })}
+      ${
+        (designed || draft.against === "design") &&
+        h(SelectField, {
+          label: t.against,
+          required: true,
+          value: draft.against,
+          error,
+          pointer: "/evaluation/against",
+          onChange: (against) => setDraft({ ...draft, against }),
+          options: /** @type {const} */ (["involute", "design"]).map((value) => ({
+            value,
+            label: t[`against_${value}`],
+          })),
+        })
+      }
       ${h(SelectField, {
         label: t.limitsClass,
         required: true,

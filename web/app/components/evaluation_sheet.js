@@ -21,20 +21,11 @@ import { h, html, useEffect, useState } from "../../vendor/ui.js";
 /** @typedef {import("../api/client.js").Schema<"KBandFinding">} KBandFinding */
 
 /**
- * @param {{ kind: "profile" | "helix", traces: readonly GearTrace[], evaluation: GearEvaluation, gear: Gear | undefined, band: number | undefined, required?: boolean, modified?: boolean, paper?: boolean }} props
+ * @param {{ kind: "profile" | "helix", traces: readonly GearTrace[], evaluation: GearEvaluation, gear: Gear | undefined, band: number | undefined, required?: boolean, paper?: boolean }} props
  *   `band`: its width, µm; `required`: instead of it the bands that traces were held against, where they were;
  *   `traces`: as posted, in the order of the answer; `paper`: upright whatever the screen, four beside each other
  */
-export function EvaluationSheet({
-  kind,
-  traces,
-  evaluation,
-  gear,
-  band,
-  required = false,
-  modified = false,
-  paper = false,
-}) {
+export function EvaluationSheet({ kind, traces, evaluation, gear, band, required = false, paper = false }) {
   const narrow = useNarrow();
   const flat = narrow && !paper;
   const [box, width] = useWidth();
@@ -43,7 +34,7 @@ export function EvaluationSheet({
     .map((trace, i) => ({ trace, evaluated: evaluation.traces[i] }))
     .flatMap(({ trace, evaluated }) => {
       if (!evaluated || trace.kind !== kind) return [];
-      const sheet = sheetOf(trace, evaluated, settings, gear, modified);
+      const sheet = sheetOf(trace, evaluated, settings, gear);
       const asked = required && gear ? requiredBands(sheet, trace, evaluated, settings, gear) : [];
       const bands = asked.length > 0 || band === undefined ? asked : hangingBand(sheet, band);
       return [{ trace, evaluated, sheet, bands }];

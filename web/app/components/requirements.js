@@ -105,7 +105,12 @@ function BandChart({ band, number, name }) {
     ...lower.map(([at = 0, value = 0]) => ({ edge: /** @type {const} */ ("lower"), at, value })),
   ];
   return h(Chart, {
-    name: t.bandOf(number, t[kind], flank === "left" ? t.leftFlank : flank === "right" ? t.rightFlank : t.bothFlanks),
+    name: t.bandOf(
+      number,
+      t[kind],
+      flank === "left" ? t.leftFlank : flank === "right" ? t.rightFlank : t.bothFlanks,
+      band.against === "design",
+    ),
     summary: t.bandSummary(write(low), write(high)),
     height: 220,
     x: { label: capital(t[axis]), unit, domain: [low, high] },

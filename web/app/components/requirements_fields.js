@@ -33,7 +33,7 @@ export const shownPointers = (form) => [
   "/requirements/pitch_limits/class",
   ...ALL_FIGURES.flatMap(({ name }) => sidesOf(name).map((side) => limitPointer(side, name))),
   ...SURFACE_FIGURES.map(({ name }) => designPointer(name)),
-  ...form.bands.flatMap((_, i) => ["upper", "lower"].map((edge) => `/requirements/k_bands/${i}/${edge}`)),
+  ...form.bands.flatMap((_, i) => ["upper", "lower", "against"].map((of) => `/requirements/k_bands/${i}/${of}`)),
 ];
 
 /** @param {{ form: RequirementsForm, onChange: (form: RequirementsForm) => void, error: unknown, told: boolean }} props */
@@ -198,6 +198,18 @@ function Band({ band, index, error, fault, onChange, onRemove }) {
           { value: "left", label: t.leftFlank },
           { value: "right", label: t.rightFlank },
         ],
+      })}
+      ${h(SelectField, {
+        label: t.against,
+        required: true,
+        value: band.against,
+        error,
+        pointer: `/requirements/k_bands/${index}/against`,
+        onChange: (against) => onChange({ ...band, against: /** @type {"design"} */ (against) }),
+        options: /** @type {const} */ (["involute", "design"]).map((value) => ({
+          value,
+          label: t[`against_${value}`],
+        })),
       })}
       ${
         band.kind === "profile" &&

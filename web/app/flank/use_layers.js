@@ -3,10 +3,11 @@
 import { answer, api } from "../api/client.js";
 import { useResource } from "../api/resource.js";
 import { turn } from "../lib/turn.js";
+import { micrometres } from "../lib/units.js";
 import { useMemo, useRef } from "../../vendor/ui.js";
 import { atNodes, atAllNodes, ofCorrection, surfaceOf } from "./layers.js";
 import { scaleFor } from "./scale.js";
-import { difference, extremesOf } from "./surface.js";
+import { difference, extremesOf, withHeights } from "./surface.js";
 
 /** @typedef {import("./surface.js").FlankSurface} FlankSurface */
 /** @typedef {import("../api/client.js").Schema<"Nodes">} Nodes */
@@ -14,6 +15,7 @@ import { difference, extremesOf } from "./surface.js";
 
 export const LAYERS = /** @type {const} */ ([
   "measured",
+  "from_design",
   "fitted",
   "residual",
   "difference",
@@ -117,31 +119,56 @@ function useCorrection(jobId, number, wanted) {
 }
 
 /**
- * What a layer shows: its surface as soon as all of it is there.
- * @param {{ jobId: string, number: number, fitId: string | undefined, layer: LayerName, other: number | undefined, corrected: boolean }} of
- *   `other`: the iteration of the difference; `corrected`: there is a correction; all teeth are no layer of the nodes
+ * The design at the nodes of an iteration.
+ * @param {string} jobId @param {number} number @param {string | undefined} measured what the nodes are of; none: nothing is asked for
  */
-export function useLayer({ jobId, number, fitId, layer, other, corrected }) {
+function useDesign(jobId, number, measured) {
+  return useResource(measured === undefined ? null : `design ${jobId} ${number} ${measured}`, (signal) =>
+    answer(
+      api.GET("/v1/jobs/{job_id}/iterations/{number}/design", { signal, params: { path: { job_id: jobId, number } } }),
+    ),
+  );
+}
+
+/**
+ * What a layer shows: its surface as soon as all of it is there.
+ * @param {{ jobId: string, number: number, fitId: string | undefined, layer: LayerName, other: number | undefined, corrected: boolean,
+ *   measurand: { flank?: string | null | undefined, axes?: import("../lib/units.js").Axes | null | undefined } }} of
+ *   `other`: the iteration of the difference; `measurand`: what the nodes are of; `corrected`: there is a correction; all teeth are no layer of the nodes
+ */
+export function useLayer({ jobId, number, fitId, layer, other, corrected, measurand: { flank, axes } }) {
   const nodes = useNodes(jobId, number);
   const ofFit = layer === "fitted" || layer === "residual";
   const fit = useFit(jobId, number, ofFit ? fitId : undefined, layer === "fitted" ? ["fitted"] : ["residuals"]);
   const before = useNodes(jobId, layer === "difference" && other !== undefined ? other : null);
   const ofCorrection = (layer === "predicted" || layer === "answered") && corrected;
   const correction = useCorrection(jobId, number, ofCorrection);
+  const fromDesign = layer === "from_design";
+  const design = useDesign(jobId, number, fromDesign ? JSON.stringify([flank, axes]) : undefined);
+  const factor = micrometres(axes);
   const measured = useMemo(() => (nodes.data ? kept(nodes.data) : undefined), [nodes.data]);
   const earlier = useMemo(() => (before.data ? kept(before.data) : undefined), [before.data]);
   const made = useMemo(
-    () => (measured ? layered(measured, layer, fit.data?.result.residuals, earlier, correction.data) : undefined),
-    [measured, layer, fit.data, earlier, correction.data],
+    () =>
+      measured
+        ? fromDesign
+          ? { surface: lessDesign(measured, factor, design.data?.deviation_um) }
+          : layered(measured, layer, fit.data?.result.residuals, earlier, correction.data)
+        : undefined,
+    [measured, layer, fit.data, earlier, correction.data, design.data, factor],
   );
-  const waits = [nodes, ofFit && fit, layer === "difference" && before, ofCorrection && correction].filter(
-    (one) => one !== false,
-  );
+  const waits = [
+    nodes,
+    ofFit && fit,
+    layer === "difference" && before,
+    ofCorrection && correction,
+    fromDesign && design,
+  ].filter((one) => one !== false);
   return {
     nodes,
     measured,
     surface: made?.surface,
-    exact: made?.exact ?? true,
+    exact: made && "exact" in made ? made.exact : true,
     /** Residuals and fitted values of a curve have no surface. */
     residuals: fit.data?.result.residuals,
     answered: correction.data?.answer !== undefined && correction.data.answer !== null,
@@ -149,6 +176,15 @@ export function useLayer({ jobId, number, fitId, layer, other, corrected }) {
     errors: waits.flatMap(({ error, reload }) => (error === undefined ? [] : [{ error, reload }])),
     loading: waits.some(({ data, error }) => data === undefined && error === undefined),
   };
+}
+
+/** Measured heights less the design, µm. @param {FlankSurface} measured @param {number | undefined} factor @param {readonly number[] | undefined} design */
+function lessDesign(measured, factor, design) {
+  if (factor === undefined || design === undefined) return undefined;
+  return withHeights(
+    measured,
+    measured.z.map((z, k) => factor * z - (design[k] ?? Number.NaN)),
+  );
 }
 
 /**

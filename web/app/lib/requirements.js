@@ -10,7 +10,7 @@ import { parseNumber } from "./format.js";
 /** @typedef {(typeof FIGURES)[number]["name"] | PitchName} FigureName */
 /** @typedef {(typeof PITCH_FIGURES)[number]["name"]} PitchName */
 /** @typedef {"both" | "left" | "right"} Side */
-/** @typedef {{ kind: "profile" | "helix", flank: "" | "left" | "right", axis: "roll_length" | "diameter" | "roll_angle", upper: string, lower: string }} BandForm */
+/** @typedef {{ kind: "profile" | "helix", flank: "" | "left" | "right", against: "involute" | "design", axis: "roll_length" | "diameter" | "roll_angle", upper: string, lower: string }} BandForm */
 /** @typedef {"notANumber" | "twoEnds" | "order" | "points"} Fault */
 /**
  * @typedef {object} RequirementsForm
@@ -103,7 +103,14 @@ export function requiredLimits(requirements, flank, name, tolerances) {
 export const emptyRequirements = () => ({ class: "", limits: {}, bands: [] });
 
 /** @returns {BandForm} */
-export const emptyBand = () => ({ kind: "profile", flank: "", axis: "roll_length", upper: "", lower: "" });
+export const emptyBand = () => ({
+  kind: "profile",
+  flank: "",
+  against: "involute",
+  axis: "roll_length",
+  upper: "",
+  lower: "",
+});
 
 /** @param {Requirements | undefined} requirements @param {(value: number) => string} write @returns {RequirementsForm} */
 export function requirementsForm(requirements, write) {
@@ -130,9 +137,10 @@ export function requirementsForm(requirements, write) {
   if (more.length > 0 || (design && !form.design)) form.designOthers = Object.fromEntries(more);
   const lines = (/** @type {readonly number[][]} */ points) =>
     points.map((point) => point.map(write).join("  ")).join("\n");
-  form.bands = (requirements?.k_bands ?? []).map(({ kind, flank, profile_axis: axis, upper, lower }) => ({
+  form.bands = (requirements?.k_bands ?? []).map(({ kind, flank, against, profile_axis: axis, upper, lower }) => ({
     kind,
     flank: flank ?? "",
+    against: against ?? "involute",
     axis: axis ?? "roll_length",
     upper: lines(upper),
     lower: lines(lower),
@@ -149,11 +157,15 @@ export function requirementsOf(form) {
   const faults = {};
   const limits = limitsIn(form, form.class, FIGURES, faults);
   const pitches = limitsIn(form, form.pitchClass, PITCH_FIGURES, faults);
-  const bands = form.bands.map(({ kind, flank, axis, ...edges }, i) => {
+  const bands = form.bands.map(({ kind, flank, against, axis, ...edges }, i) => {
     const [upper, lower] = [pointsOf(edges.upper), pointsOf(edges.lower)];
     if (!upper) faults[bandPlace(i, "upper")] = "points";
     if (!lower) faults[bandPlace(i, "lower")] = "points";
-    const more = { ...(flank ? { flank } : {}), ...(kind === "profile" ? { profile_axis: axis } : {}) };
+    const more = {
+      ...(flank ? { flank } : {}),
+      ...(against === "design" ? { against } : {}),
+      ...(kind === "profile" ? { profile_axis: axis } : {}),
+    };
     return { kind, ...more, upper: upper ?? [], lower: lower ?? [] };
   });
   const design = designIn(form, faults);

@@ -55,25 +55,28 @@ export function asPosted({ sign = "din", deviation_sign, direction = "transverse
 
 /**
  * @param {GearTrace} trace @param {EvaluatedTrace} evaluated @param {EvaluationSettings} settings @param {Gear | undefined} gear
- * @param {boolean} [modified] the request told modifications, whose design lines are not answered
  * @returns {Sheet}
  */
-export function sheetOf(trace, evaluated, settings, gear, modified = false) {
+export function sheetOf(trace, evaluated, settings, gear) {
   const profile = trace.kind === "profile";
   const rolled = (/** @type {number} */ diameter) => (gear ? rollLength(gear, diameter) : diameter);
   const places = profile ? (trace.roll_length_mm ?? (trace.diameter_mm ?? []).map(rolled)) : (trace.z_mm ?? []);
   const told = profile ? settings.profile_diameter_range_mm?.map(rolled) : settings.helix_range_mm;
   const ends = evaluated.range_mm ?? told;
   const range = ends && /** @type {[number, number]} */ ([...ends].sort((a, b) => a - b));
+  const line = settings.against === "involute" ? undefined : designOf(trace, evaluated);
   const samples = places.map((at, i) => {
     const value = trace.valid?.[i] === false ? null : (trace.deviation_um[i] ?? null);
     const within = !range || (at >= range[0] - 1e-9 && at <= range[1] + 1e-9);
-    return { at, value, design: trace.design_um?.[i] ?? 0, inside: within };
+    return { at, value, design: line?.[i] ?? 0, inside: within };
   });
   const curve = (/** @type {readonly number[] | undefined} */ heights) =>
-    heights && range && !modified ? aboutDesign(heights, range, samples) : [];
+    heights && range ? aboutDesign(heights, range, samples) : [];
   return { samples, range, mean: curve(evaluated.mean_line_um), parabola: curve(evaluated.mean_parabola_um) };
 }
+
+/** The design line of a trace. @param {GearTrace} trace @param {EvaluatedTrace} evaluated */
+const designOf = (trace, evaluated) => evaluated.design_um ?? trace.design_um;
 
 const PARABOLA_STEPS = 24;
 
@@ -129,9 +132,23 @@ export function requiredBands(sheet, trace, evaluated, settings, gear) {
     const line = (/** @type {readonly number[][]} */ points) =>
       points.map(([at = 0, value = 0]) => [placeOf(band, gear, at), factor * (value - shift)]);
     const [upper, lower] = factor > 0 ? [line(band.upper), line(band.lower)] : [line(band.lower), line(band.upper)];
-    const drawn = (/** @type {readonly number[][]} */ points) => points.map(([at = 0, value = 0]) => ({ at, value }));
-    const limits = sheet.samples.map(({ at }) => ({ low: heightAt(lower, at), high: heightAt(upper, at) }));
-    return [{ upper: drawn(upper), lower: drawn(lower), limits, required: true }];
+    const design = band.against === "design" ? designOf(trace, evaluated) : undefined;
+    const about = (/** @type {readonly number[][]} */ points, /** @type {number} */ at, /** @type {number} */ i) => {
+      const height = heightAt(points, at);
+      return height === undefined ? undefined : height + (design?.[i] ?? 0);
+    };
+    const limits = sheet.samples.map(({ at }, i) => ({ low: about(lower, at, i), high: about(upper, at, i) }));
+    // a line about the design is bent between its points
+    const drawn = (/** @type {readonly number[][]} */ points, /** @type {"low" | "high"} */ edge) =>
+      design
+        ? sheet.samples
+            .flatMap(({ at }, i) => {
+              const value = limits[i]?.[edge];
+              return value === undefined ? [] : [{ at, value }];
+            })
+            .sort((a, b) => a.at - b.at)
+        : points.map(([at = 0, value = 0]) => ({ at, value }));
+    return [{ upper: drawn(upper, "high"), lower: drawn(lower, "low"), limits, required: true }];
   });
 }
 

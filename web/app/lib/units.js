@@ -9,6 +9,16 @@ export function unitSign(unit) {
   return unit ? (SIGNS[unit] ?? unit) : undefined;
 }
 
+/** µm of the units of heights. */
+const MICROMETRES = /** @type {Record<string, number>} */ ({ nm: 1e-3, um: 1, mm: 1000, in: 25400 });
+
+/** Heights times this are µm of material that stands out; none where their unit is the caller's own. @param {Axes | null | undefined} axes */
+export function micrometres(axes) {
+  const height = axes?.z ?? axes?.y;
+  const factor = MICROMETRES[height?.unit ?? ""];
+  return factor !== undefined && height?.positive === "material_in" ? -factor : factor;
+}
+
 /** The unit of the heights. @param {Axes | null | undefined} axes */
 export function heightUnit(axes) {
   return unitSign(axes?.z?.unit ?? axes?.y?.unit);

@@ -105,8 +105,7 @@ function Evaluation({ job, number, record, choice, onDone }) {
   const kinds = /** @type {const} */ (["profile", "helix"]).filter((kind) =>
     evaluation.traces.some((trace) => trace.kind === kind),
   );
-  const modified = (request.modifications?.length ?? 0) > 0;
-  const without = modified || evaluation.traces.some((trace) => trace.slope_um !== undefined && !trace.mean_line_um);
+  const without = evaluation.traces.some((trace) => trace.slope_um !== undefined && !trace.mean_line_um);
   return html`
     <section class="panel" aria-labelledby="about">
       <header><h2 id="about">${t.record}</h2></header>
@@ -115,6 +114,7 @@ function Evaluation({ job, number, record, choice, onDone }) {
           { name: t.made, value: data(fmt.value.time(record.created_at)) },
           { name: t.overall, value: data(evaluation.beyond_classes ? ">11" : fmt.value.count(evaluation.class)) },
           { name: t.signOf, value: t[settings.sign ?? "din"] },
+          { name: t.against, value: t[`against_${settings.against ?? "involute"}`] },
           { name: t.level, value: data(`${fmt.value.fixed(100 * (settings.level ?? 0.95), 0)}\u202f%`) },
         ],
       })}
@@ -140,11 +140,11 @@ function Evaluation({ job, number, record, choice, onDone }) {
       const known = wanted ? tolerances.data : undefined;
       const values = settings.tolerances === "unrounded" ? known?.unrounded : known?.rounded;
       const required = !picked && evaluation.traces.some((one) => one.kind === kind && one.k_bands?.length);
-      const band = modified ? undefined : (values?.[`${kind}_total_um`] ?? undefined);
+      const band = values?.[`${kind}_total_um`] ?? undefined;
       return html`<section key=${kind} class="panel" aria-labelledby=${kind}>
         <header><h2 id=${kind}>${t[kind]}</h2></header>
-        ${traces.length > 0 && h(EvaluationSheet, { kind, traces, evaluation, gear, band, required, modified })}
-        ${wanted && !required && !modified && tolerances.loading && !known && html`<p class="hint" aria-hidden="true">\u00a0</p>`}
+        ${traces.length > 0 && h(EvaluationSheet, { kind, traces, evaluation, gear, band, required })}
+        ${wanted && !required && tolerances.loading && !known && html`<p class="hint" aria-hidden="true">\u00a0</p>`}
         ${band !== undefined && !required && known && html`<p class="hint">${t.band(fmt.value.um(band), known.class, symbolsOf(kind).total.replace("_", ""))}</p>`}
         ${h(EvaluationTable, { kind, evaluation, tolerances: known, csvName: `${job.name} ${number} ${t[kind]}` })}
       </section>`;
@@ -160,7 +160,7 @@ function Evaluation({ job, number, record, choice, onDone }) {
       traces.length > 0 &&
       may("measure") &&
       html`<details class="panel another"><summary><h2>${t.again}</h2></summary>
-        ${h(EvaluationForm, { jobId: job.id, number, record: record.id, request: /** @type {EvaluateGear} */ (request), settings, onDone })}
+        ${h(EvaluationForm, { jobId: job.id, number, record: record.id, request: /** @type {EvaluateGear} */ (request), settings, designed: job.requirements?.design !== undefined, onDone })}
       </details>`
     }`;
 }

@@ -18,7 +18,7 @@ import { hasDatum } from "../flank/layers.js";
 import { FlankView } from "../flank/view.js";
 import { LAYERS, useFit, useJobLimit, useLayer, useNodes } from "../flank/use_layers.js";
 import { marksOf } from "../lib/exclude.js";
-import { heightUnit } from "../lib/units.js";
+import { heightUnit, micrometres } from "../lib/units.js";
 import { t as common } from "../i18n/common.js";
 import { t as correctionText } from "../i18n/correction.js";
 import de from "../i18n/de/iteration.js";
@@ -200,18 +200,29 @@ function Layers({ job, iteration, traced, told, fitId, standing, exclusion, onMa
   const layer = LAYERS.find((name) => name === query.value.get("layer")) ?? "measured";
   const wanted = Number(query.value.get("with"));
   const other = others.includes(wanted) ? wanted : (others.filter((one) => one < iteration.number).at(-1) ?? others[0]);
-  const shown = useLayer({ jobId: job.id, number: iteration.number, fitId, layer, other, corrected });
+  const shown = useLayer({
+    jobId: job.id,
+    number: iteration.number,
+    fitId,
+    layer,
+    other,
+    corrected,
+    measurand: iteration,
+  });
+  const { flank, axes } = iteration;
+  const designed = job.requirements?.design && job.gear && flank && axes?.u && axes.v && micrometres(axes);
   const offered = LAYERS.filter(
     (name) =>
+      (name !== "from_design" || designed || layer === "from_design") &&
       (name !== "difference" || others.length > 0) &&
       ((name !== "predicted" && name !== "answered") || corrected) &&
       (name !== "teeth" || teeth.length > 0 || layer === "teeth") &&
       (name !== "answered" || layer === "answered" || shown.answered || layer !== "predicted"),
   );
   const ofCorrection = layer === "predicted" || layer === "answered";
-  const unit = ofCorrection ? "µm" : (heightUnit(iteration.axes) ?? common.callersUnit);
+  const unit = ofCorrection || layer === "from_design" ? "µm" : (heightUnit(iteration.axes) ?? common.callersUnit);
   // residuals and differences are smaller than measured deviations and have their own scale
-  const compared = layer !== "residual" && layer !== "difference";
+  const compared = layer !== "residual" && layer !== "difference" && layer !== "from_design";
   const alike = traced.filter(({ axes }) => (heightUnit(axes) ?? common.callersUnit) === unit);
   const scale = useJobLimit(
     job.id,

@@ -44,8 +44,7 @@ function OneEvaluation({ number, evaluated }) {
   const { record, result, request, gear, tolerances } = evaluated;
   const traces = Array.isArray(request.traces) ? request.traces : [];
   const settings = result.evaluation;
-  const modified = (request.modifications?.length ?? 0) > 0;
-  const without = modified || result.traces.some((trace) => trace.slope_um !== undefined && !trace.mean_line_um);
+  const without = result.traces.some((trace) => trace.slope_um !== undefined && !trace.mean_line_um);
   const bands = settings.k_bands ?? [];
   const values = settings.tolerances === "unrounded" ? tolerances?.unrounded : tolerances?.rounded;
   const kinds = /** @type {const} */ (["profile", "helix"]).filter((kind) =>
@@ -61,12 +60,12 @@ function OneEvaluation({ number, evaluated }) {
       }
     </div>
     ${kinds.map((kind) => {
-      const band = modified ? undefined : (values?.[`${kind}_total_um`] ?? undefined);
+      const band = values?.[`${kind}_total_um`] ?? undefined;
       const required = result.traces.some((one) => one.kind === kind && one.k_bands?.length);
       const symbol = symbolsOf(kind).total.replace("_", " ");
       return html`<div key=${kind} class="report-kind-of">
         <h4>${words[kind]}</h4>
-        ${traces.length > 0 && h(EvaluationSheet, { kind, traces, evaluation: result, gear, band, required, modified, paper: true })}
+        ${traces.length > 0 && h(EvaluationSheet, { kind, traces, evaluation: result, gear, band, required, paper: true })}
         ${band !== undefined && !required && tolerances && html`<p class="quiet">${words.band(fmt.value.um(band), tolerances.class, symbol)}</p>`}
         ${h(EvaluationTable, { kind, evaluation: result, tolerances, brief: true, of: common.iteration(number) })}
       </div>`;

@@ -81,6 +81,30 @@ browserTest("other ranges and a class to conform to make another evaluation", { 
   assert.equal(new URL(page.url()).searchParams.get("record"), items[1].id);
 });
 
+browserTest("traces are read against the job’s design", {}, async (world) => {
+  const { page, open, stands, job, iteration, call } = world;
+  const requirements = { design: { profile_crowning_um: 4, helix_crowning_um: 5 }, tolerance_limits: { class: 7 } };
+  const { id } = await job({ requirements });
+  await iteration(id);
+  await call("POST", `/v1/jobs/${id}/iterations/1/evaluations`, await posted());
+  await open(pathOf(id));
+  await page.getByText("the involute").first().waitFor();
+  await page.getByText("Evaluate with other ranges, sign or class").click();
+  await page.getByLabel("Deviations from").selectOption("design");
+  await page.getByRole("button", { name: "Evaluate", exact: true }).click();
+  await page.locator("dd", { hasText: "the design" }).waitFor();
+  await stands();
+  const { items } = await call("GET", `/v1/jobs/${id}/iterations/1/records`);
+  const [first, last] = await Promise.all(
+    items.map((/** @type {{ id: string }} */ one) => call("GET", `/v1/jobs/${id}/iterations/1/records/${one.id}`)),
+  );
+  assert.equal(last.result.evaluation.against, "design");
+  const cells = page.getByRole("table", { name: "Profiles" }).locator("tbody tr").first().locator("td .cell");
+  agrees(await cells.nth(5).textContent(), last.result.traces[0].crowning_um);
+  const less = first.result.traces[0].crowning_um - last.result.traces[0].crowning_um;
+  assert.ok(Math.abs(less - 4) < 1e-6, String(less));
+});
+
 browserTest(
   "charts lie flat on a narrow screen",
   { context: { viewport: { width: 700, height: 900 } } },

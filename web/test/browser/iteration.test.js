@@ -72,6 +72,29 @@ browserTest(
   },
 );
 
+browserTest("a map from the design", {}, async ({ page, open, stands, job, iteration, call }) => {
+  const { id } = await job({ requirements: { design: { profile_crowning_um: 8, helix_crowning_um: 5 } } });
+  await iteration(id);
+  await open(map(id, 1));
+  await page.getByLabel("Layer").selectOption({ label: "Measured, from the design" });
+  await page.waitForURL(/layer=from_design/);
+  await stands();
+  const [{ z }, { deviation_um: design }] = await Promise.all(
+    ["nodes", "design"].map((what) => call("GET", `/v1/jobs/${id}/iterations/1/${what}`)),
+  );
+  const columns = z[0].length;
+  const left = z.flatMap((/** @type {(number | null)[]} */ row, /** @type {number} */ i) =>
+    row.flatMap((height, k) => (height === null ? [] : [height - design[i * columns + k]])),
+  );
+  await page.locator('[data-extreme="greatest"]', { hasText: digits(Math.max(...left)) }).waitFor();
+  await page.locator('[data-extreme="least"]', { hasText: digits(Math.min(...left)) }).waitFor();
+  // without a design there is no such layer
+  const plain = await job();
+  await iteration(plain.id);
+  await open(map(plain.id, 1));
+  assert.equal(await page.getByLabel("Layer").locator("option", { hasText: "design" }).count(), 0);
+});
+
 browserTest("a layer is saved as CSV and as PNG", {}, async ({ page, open, job, iteration, call }) => {
   const { id } = await job();
   await iteration(id);

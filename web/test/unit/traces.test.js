@@ -53,7 +53,9 @@ test("mean lines and parabolas are those that were answered, over the design lin
     { at: 5, value: 0.5 },
     { at: 10, value: 3.5 },
   ]);
-  assert.deepEqual(sheetOf(helix(), means, {}, gear, true).mean, [], "not where the design is not answered");
+  const answered = { ...means, design_um: [0, 2, 4, 6] };
+  assert.deepEqual(sheetOf(helix({ design_um: [0, 1, 3, 4] }), answered, {}, gear).mean[1], { at: 10, value: 4.5 });
+  assert.deepEqual(sheetOf(helix(), answered, { against: "involute" }, gear).mean, sheet.mean, "about the involute");
   assert.deepEqual(sheetOf(helix(), evaluated, {}, gear).mean, [], "not where there was no answer");
 });
 
@@ -101,6 +103,29 @@ test("bands that are asked for lie where they take the trace, in the sign in whi
   ]);
   assert.deepEqual(drawn("right", { deviation_sign: "material" })?.upper[0], { at: 0, value: -1 });
   assert.equal(outsideBy({ at: 0, value: 9, design: 0, inside: true }, { low: -1, high: 2 }), 7);
+});
+
+test("a band about the design follows its line, whatever the figures are about", () => {
+  const band = { kind: /** @type {const} */ ("helix"), against: /** @type {const} */ ("design") };
+  const line = (/** @type {number} */ value) => [
+    [0, value],
+    [15, value],
+  ];
+  const settings = {
+    against: /** @type {const} */ ("involute"),
+    k_bands: [{ ...band, upper: line(1), lower: line(-1) }],
+  };
+  const found = {
+    ...means,
+    design_um: [0, 2, 4, 6],
+    k_bands: [{ band: 0, within: true, room_um: 1, shift_um: 0.5, nearest_mm: [0, 5] }],
+  };
+  const drawn = requiredBands(sheetOf(helix(), found, settings, gear), helix(), found, settings, gear)[0];
+  assert.deepEqual(
+    drawn?.upper.map(({ value }) => value),
+    [0.5, 2.5, 4.5, 6.5],
+  );
+  assert.deepEqual(drawn?.limits[3], { low: 4.5, high: 6.5 });
 });
 
 test("signs and directions of posted deviations", () => {

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use super::{
     Crossings, Layout, ListedPoint, Meaning, Missing, Table, TableReason, Unit,
     columns::{LEAST_SHARE, Roles},
+    crossings::traces,
     reader::Cells,
     refusal::refused,
     words::{flank_of, kind_of},
@@ -12,13 +13,19 @@ use super::{
 use crate::{
     estimation::{self, Nodes},
     formats::file_error::FileError,
-    gear::{Kind, Side},
+    gear::{
+        Kind, Side,
+        evaluation::{Levelled, OwnZeros},
+    },
     geometry::space::Vector,
     numerics::cancel,
 };
 
 /// Most flanks that a table has nodes of: both of a gear with a thousand teeth.
 const MOST_FLANKS: usize = 2000;
+
+/// Fewest samples of a trace whose zero is estimated.
+const LEAST_SAMPLES: usize = 3;
 
 /// Nodes of one flank of one tooth, or of whatever a table without such columns is of.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,13 +38,17 @@ pub struct NodeSet {
     pub count: usize,
     /// Rows without a height, and crossings of a grid without a row.
     pub missing: usize,
-    /// The nodes.
+    /// The nodes. Those of traces with separate zeros follow trace by trace, with the zeros
+    /// subtracted.
     pub nodes: Result<Nodes, estimation::Faults>,
     /// How they lie.
     pub layout: Layout,
     /// How its traces meet, where the table says which of them are profiles and helices and they
     /// cross. Helix traces that count the other way are turned in `nodes`.
     pub crossings: Option<Crossings>,
+    /// The traces, where the table tells them apart and they do not share one zero: they do not
+    /// cross, or differ where they do.
+    pub own_zeros: Option<OwnZeros>,
 }
 
 impl Layout {
@@ -166,12 +177,13 @@ impl Table {
         }
         let each = groups.into_iter().map(|((tooth, flank), rows)| {
             let crossings = Crossings::pooled(&of_sides[&flank]);
-            let (nodes, layout, count) = self.nodes_of(roles, &rows, crossings.as_ref());
+            let (nodes, layout, count, own_zeros) = self.nodes_of(roles, &rows, crossings.as_ref());
             let places = match &nodes {
                 Ok(Nodes::Grid(grid)) => grid.z().len(),
                 _ => rows.len(),
             };
-            NodeSet { tooth: tooth.map(str::to_owned), flank, count, missing: places - count, nodes, layout, crossings }
+            let (tooth, missing) = (tooth.map(str::to_owned), places - count);
+            NodeSet { tooth, flank, count, missing, nodes, layout, crossings, own_zeros }
         });
         let mut sets: Vec<NodeSet> = each.collect();
         sets.sort_by_key(|set| std::cmp::Reverse(set.count));
@@ -187,7 +199,10 @@ impl Table {
     fn crossings(&self, roles: Roles, rows: &[usize]) -> Option<Crossings> {
         let (Roles::Surface { along, across, height }, Some(kind)) = (roles, self.kinds()) else { return None };
         let [along, across, height] = [self.numbers_at(along)?, self.numbers_at(across)?, self.numbers_at(height)?];
-        Crossings::of(rows.iter().filter_map(|row| Some((kind(*row)?, [along[*row], across[*row], height[*row]]))))
+        let weight = self.numbers(Meaning::Weight);
+        let counts = |row: &usize| weight.is_none_or(|weight| weight[*row] != 0.0);
+        let sample = |row: &usize| Some((kind(*row)?, [along[*row], across[*row], height[*row]]));
+        Crossings::of(&rows.iter().filter(|row| counts(row)).filter_map(sample).collect::<Vec<_>>())
     }
 
     fn nodes_of(
@@ -195,7 +210,7 @@ impl Table {
         roles: Roles,
         rows: &[usize],
         crossings: Option<&Crossings>,
-    ) -> (Result<Nodes, estimation::Faults>, Layout, usize) {
+    ) -> (Result<Nodes, estimation::Faults>, Layout, usize, Option<OwnZeros>) {
         let take = |column: usize| -> Vec<f64> {
             self.numbers_at(column).map_or(Vec::new(), |numbers| rows.iter().map(|row| numbers[*row]).collect())
         };
@@ -208,12 +223,20 @@ impl Table {
                     let helices = z.iter_mut().zip(rows).filter(|(_, row)| kind(**row) == Some(Kind::Helix));
                     helices.for_each(|(z, _)| *z = 0.0 - *z);
                 }
-                let surface = Surface { u: take(along), v: take(across), z, weight };
+                let mut surface = Surface { u: take(along), v: take(across), z, weight };
                 let count = surface.z.iter().filter(|z| !z.is_nan()).count();
+                // who says that it is a grid says that it has one zero
+                if self.given_layout != Some(Layout::Grid)
+                    && !crossings.is_some_and(Crossings::share_zero)
+                    && let Some(kind) = self.kinds()
+                    && let Some(zeros) = surface.subtract_zeros(|k| kind(rows[k]))
+                {
+                    return (surface.scattered(), Layout::Scattered, count, Some(zeros));
+                }
                 let grid = if self.given_layout == Some(Layout::Scattered) { None } else { surface.grid() };
                 match grid {
-                    Some(grid) => (grid, Layout::Grid, count),
-                    None => (surface.scattered(), Layout::Scattered, count),
+                    Some(grid) => (grid, Layout::Grid, count, None),
+                    None => (surface.scattered(), Layout::Scattered, count, None),
                 }
             }
             Roles::Curve { along, height } | Roles::Points { at: [along, height, _], .. } => {
@@ -221,7 +244,7 @@ impl Table {
                 let count = y.iter().filter(|y| !y.is_nan()).count();
                 let kept = |list: &[f64]| of_nodes(list, &y);
                 let nodes = Nodes::curve(kept(&x), kept(&y), weight.map(|weight| kept(&weight)));
-                (nodes, Layout::Curve, count)
+                (nodes, Layout::Curve, count, None)
             }
         }
     }
@@ -233,13 +256,39 @@ fn of_nodes(list: &[f64], heights: &[f64]) -> Vec<f64> {
 }
 
 /// The number at the beginning of a tooth's name, which may have a letter for the trace; else the
-/// name.
+/// name. The word "tooth" before it is left out.
 fn number_of(tooth: &str) -> &str {
+    let words = tooth.split_once(char::is_whitespace);
+    let tooth = match words {
+        Some((word, name)) if ["tooth", "zahn"].contains(&word.to_lowercase().as_str()) => name.trim_start(),
+        _ => tooth,
+    };
     let digits = tooth.find(|c: char| !c.is_ascii_digit()).unwrap_or(tooth.len());
     if digits > 0 { &tooth[..digits] } else { tooth }
 }
 
 impl Surface {
+    /// Sorts the nodes by traces and subtracts the zero of each; `None` of a single trace, of rows
+    /// that are neither of a profile nor of a helix, and of traces with fewer than
+    /// [`LEAST_SAMPLES`]. Missing heights are left out.
+    fn subtract_zeros(&mut self, kind: impl Fn(usize) -> Option<Kind>) -> Option<OwnZeros> {
+        let sample = |k: usize| Some((kind(k)?, [self.u[k], self.v[k], self.z[k]]));
+        let traces = traces(&(0..self.z.len()).map(sample).collect::<Option<Vec<_>>>()?);
+        if traces.len() < 2 || traces.values().any(|trace| trace.len() < LEAST_SAMPLES) {
+            return None;
+        }
+        let lengths = traces.values().map(Vec::len).collect();
+        let order = traces.into_values().flatten();
+        let weights = self.weight.take();
+        let (places, weight): (Vec<[f64; 3]>, Vec<f64>) = order
+            .map(|k| ([self.u[k], self.v[k], self.z[k]], weights.as_ref().map_or(1.0, |weights| weights[k])))
+            .unzip();
+        let Levelled { places, zeros } = Levelled::of_places(&places, &weight, lengths);
+        self.weight = weights.map(|_| weight);
+        [self.u, self.v, self.z] = [0, 1, 2].map(|c| places.iter().map(|place| place[c]).collect());
+        Some(zeros)
+    }
+
     fn scattered(self) -> Result<Nodes, estimation::Faults> {
         let Surface { u, v, z, weight } = self;
         let kept = |list: &[f64]| of_nodes(list, &z);

@@ -29,7 +29,8 @@ pub(super) fn candidates(
     })
 }
 
-/// The pair by which the most cells are numbers in rows of equal length.
+/// The pair by which the most cells are numbers in rows of equal length. Blanks separate nothing in
+/// a table with tabs: its cells may have several words.
 pub(super) fn detect(
     sample: &[Row<'_>],
     separator: Option<Separator>,
@@ -38,6 +39,10 @@ pub(super) fn detect(
     let mut best = None;
     for (separator, decimal) in candidates(separator, decimal) {
         let score = score(sample, separator, decimal);
+        let has_tabs = |(most, (found, _)): (Score, _)| found == Separator::Tab && most.0 >= score.0;
+        if separator == Separator::Spaces && best.is_some_and(has_tabs) {
+            continue;
+        }
         if best.is_none_or(|(most, _)| score > most) {
             best = Some((score, (separator, decimal)));
         }
@@ -81,6 +86,9 @@ mod tests {
             (&["id;x;y;z", "P1;1,5;-2;0,25"], Separator::Semicolon, Decimal::Comma),
             (&["1,5\t2\t3"], Separator::Tab, Decimal::Comma),
             (&[" 1.5   2 3 "], Separator::Spaces, Decimal::Point),
+            (&["left flank\tTooth 1\t1.5\t2\t3"], Separator::Tab, Decimal::Point),
+            (&["linke Flanke\tZahn 1\t1,5\t2\t3,5"], Separator::Tab, Decimal::Comma),
+            (&["a line\twith tabs", "1.5 2 3"], Separator::Spaces, Decimal::Point),
             (&["1,5 2,5 3"], Separator::Spaces, Decimal::Comma),
             (&["\"1,5\",\"2,5\""], Separator::Comma, Decimal::Comma),
             (&["1, 2, 3"], Separator::Comma, Decimal::Point),

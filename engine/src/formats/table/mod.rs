@@ -24,7 +24,7 @@ pub(super) use points::field;
 pub(super) use reader::{looks_like_a_table, parse};
 pub use {
     content::NodeSet,
-    crossings::Crossings,
+    crossings::{Crossings, HelixSign},
     fault::{TableFault, TableNote, TablePlace, TableReason},
     points::{ListedPoint, write_points},
     reader::{Table, read, shape},

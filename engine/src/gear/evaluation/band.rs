@@ -1,14 +1,18 @@
 //! Bands that traces must lie in: the upper and the lower line of a K-chart.
 //!
 //! Lines are drawn through points (place, deviation) and straight between them, deviations of
-//! material in µm, transverse, about the unmodified flank. Measuring machines zero each trace by
-//! itself, so a trace `δ` lies in the band if some shift of the whole trace takes it there:
+//! material in µm, transverse, about the unmodified flank or the design line. Measuring machines
+//! zero each trace by itself, so a trace `δ` lies in the band if some shift of the whole trace takes
+//! it there:
 //! `lower(x) ≤ δ(x) + s ≤ upper(x)` at every sample `x`, that is `max(lower − δ) ≤ s ≤ min(upper −
 //! δ)`. What is left between the two is the room of the trace, below 0 where it has none. A line
 //! says nothing beyond its ends. It is straight over the coordinate that its points are given in:
 //! over diameters it is bent over roll lengths.
 
-use super::spacing::{HOLE_DISTANCES, LONGEST_DISTANCE};
+use super::{
+    against::Against,
+    spacing::{HOLE_DISTANCES, LONGEST_DISTANCE},
+};
 use crate::gear::{Gear, Kind, ProfileAxis, Side};
 
 /// A band.
@@ -18,6 +22,8 @@ pub struct Band {
     pub kind: Kind,
     /// Of which flank; of both where it does not say.
     pub side: Option<Side>,
+    /// What its deviations are about.
+    pub against: Against,
     /// What places of profiles are; those of helices are z.
     pub axis: ProfileAxis,
     /// Places (mm, of roll angles rad), ascending, and µm of material.
@@ -118,6 +124,7 @@ mod tests {
         Band {
             kind: Kind::Profile,
             side: None,
+            against: Against::Involute,
             axis: ProfileAxis::RollLength,
             upper: vec![[0.0, 4.0], [8.0, 4.0], [10.0, 0.0]],
             lower: vec![[0.0, -2.0], [10.0, -8.0]],

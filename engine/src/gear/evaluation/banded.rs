@@ -23,7 +23,8 @@ fn hold(band: &Band, subject: &Subject, suspects: Option<&Suspects>) -> Option<F
     let excluded = suspects.filter(|_| subject.settings.outliers == Outliers::Exclude);
     let left_out =
         |at: f64| excluded.is_some_and(|all| all.places.iter().any(|place| (place.from..=place.to).contains(&at)));
-    let samples = trace.at.iter().zip(&trace.deviation).asking(20);
-    let samples = samples.map(|(at, given)| [*at, scale * given]);
+    let about = band.against.line(subject.design);
+    let samples = trace.at.iter().zip(&trace.deviation).enumerate().asking(20);
+    let samples = samples.map(|(i, (at, given))| [*at, scale * (given - about.map_or(0.0, |line| line[i]))]);
     band.found(subject.gear, samples.filter(|[at, deviation]| !deviation.is_nan() && !left_out(*at)))
 }

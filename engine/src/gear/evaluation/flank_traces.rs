@@ -60,8 +60,9 @@ pub fn flank_traces(gear: &Gear, posted: &[Posted], settings: &Settings) -> Vec<
         });
         let before = flank.places.len();
         let scale = along * settings.given.to_material(trace.kind, trace.side);
+        let line = settings.against.line(*design);
         for (k, (&at, &deviation)) in trace.at.iter().zip(&trace.deviation).enumerate() {
-            let about = deviation - design.map_or(0.0, |design| design[k]);
+            let about = deviation - line.map_or(0.0, |line| line[k]);
             let [roll, z] = if trace.kind == Kind::Profile { [at, fixed] } else { [fixed, at] };
             if within(roll, rolls) && within(z, helix) && about.is_finite() {
                 flank.places.push([roll, z, scale * about]);

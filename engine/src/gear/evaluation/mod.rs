@@ -6,6 +6,7 @@
 //! [`crate::gear::trace::Direction`], answered so). Surfaces are fits of [`crate::estimation`].
 //! Conventions of sign stand in [`settings`].
 
+mod against;
 pub mod band;
 mod banded;
 mod classes;
@@ -36,6 +37,7 @@ mod trace_surface;
 mod values;
 pub mod warning;
 
+pub use against::Against;
 pub use classes::Classes;
 use classes::Classified;
 pub use design::design;
@@ -49,7 +51,7 @@ use single::Outcome;
 pub use spacing::{HOLE_DISTANCES, LEAST_COVERED, LONGEST_DISTANCE};
 use subject::Subject;
 pub use summary::{Spread, Summary, Twist};
-pub use trace_surface::{Levelled, TraceFigures, TraceSurface, figures_of_traces};
+pub use trace_surface::{Levelled, OwnZeros, TraceFigures, TraceSurface, figures_of_traces};
 pub use values::{Assessable, EDGE, FEWEST_SAMPLES, Suspect, Suspects, Values};
 pub use warning::Warning;
 
@@ -64,7 +66,7 @@ use crate::fault::{Common, Faults};
 use crate::numerics::cancel;
 
 /// A trace and, where the flank is modified by design, its design line: µm per sample in the sign
-/// and direction of the deviations, taken away from them.
+/// and direction of the deviations.
 #[derive(Clone, Copy, Debug)]
 pub struct Posted<'a> {
     /// The trace as measured.

@@ -54,16 +54,17 @@ pub(super) fn defined(subject: &Subject) -> (Vec<Sample>, Samples) {
         Samples { posted: trace.at.len(), undefined: 0, used: 0, undefined_in_range: 0, excluded: 0, zone: 0 };
     let (middle, half) = (0.5 * (window.low + window.high), 0.5 * window.length());
     let looked_at = window.plus_material.in_form() || window.plus_material.in_total();
+    let about = subject.settings.against.line(subject.design);
     let mut all = Vec::with_capacity(trace.at.len());
     for (i, (&at, &given)) in trace.at.iter().zip(&trace.deviation).enumerate().asking(20) {
-        let about_design = given - subject.design.map_or(0.0, |design| design[i]);
+        let about_line = given - about.map_or(0.0, |line| line[i]);
         let within = is_within(window, at);
-        if about_design.is_nan() {
+        if about_line.is_nan() {
             samples.undefined += 1;
             samples.undefined_in_range += usize::from(within);
         } else {
             let zone = !within && looked_at && at >= window.zone[0] - EDGE && at <= window.zone[1] + EDGE;
-            let (u, deviation) = ((at - middle) / half, scale * about_design);
+            let (u, deviation) = ((at - middle) / half, scale * about_line);
             let relief = window.tip_relief.is_some_and(|[from, to]| at >= from - EDGE && at <= to + EDGE);
             all.push(Sample { at, u, deviation, within, zone, relief, suspect: false });
         }

@@ -7,6 +7,7 @@ use super::super::{
     trace::{Direction, Kind},
 };
 use super::{
+    against::Against,
     band::Band,
     fault::{SettingFaults, SettingField, SettingReason},
     limits::SidedLimits,
@@ -193,6 +194,8 @@ pub struct Settings {
     pub given: DeviationSign,
     /// Line along which the deviations given are taken.
     pub direction: Direction,
+    /// What figures are about.
+    pub against: Against,
     /// Sign of slopes.
     pub sign: SlopeSign,
     /// Whether tolerances are rounded before a class is found.
@@ -217,6 +220,7 @@ impl Default for Settings {
             helix: None,
             given: DeviationSign::default(),
             direction: Direction::default(),
+            against: Against::default(),
             sign: SlopeSign::default(),
             rounding: Default::default(),
             outliers: Outliers::default(),

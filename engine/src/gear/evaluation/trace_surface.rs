@@ -277,29 +277,67 @@ impl FlankTraces {
         (count > 0.0).then(|| EstimatedVariance::sum(shares))
     }
 
-    /// The places with the zeros of the traces taken off, so that the traces meet in their surface.
+    /// Returns the places after the zeros of the traces are subtracted, so that the traces meet in
+    /// their second-order surface.
     pub fn levelled(&self, gear: &Gear, settings: &Settings) -> Levelled {
         let frame = Frame::new(gear, self, settings);
-        let traces = samples(self, &frame);
-        let Some(found) = through(&traces, false).filter(|_| self.each.len() > 1) else {
-            return Levelled { places: self.places.clone(), along: [true; 2], whole: true };
-        };
-        let levels = self.each.iter().zip(&found.zeros).flat_map(|(trace, zero)| [*zero].repeat(trace.samples));
-        let places = self.places.iter().zip(levels).map(|([roll, z, deviation], zero)| [*roll, *z, deviation - zero]);
-        let told = |term: usize| found.coefficients[term].is_some();
-        Levelled { places: places.collect(), along: [told(1), told(2)], whole: (1..TERMS).all(told) }
+        Levelled::new(&self.places, self.lengths(), &samples(self, &frame))
     }
 }
 
-/// Places of traces that fit together.
+/// Places of traces whose separate zeros are subtracted.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Levelled {
-    /// Roll length, z, deviation.
+    /// Roll length, z, deviation: one trace after the other.
     pub places: Vec<[f64; 3]>,
-    /// Whether the traces tell a slope along the profile and one along the helix.
+    /// The traces.
+    pub zeros: OwnZeros,
+}
+
+/// Traces with separate zeros, and the terms of the second-order surface that they determine.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OwnZeros {
+    /// Number of places of each trace.
+    pub lengths: Vec<usize>,
+    /// Whether they determine a slope along the profile and one along the helix.
     pub along: [bool; 2],
-    /// Whether they tell all terms of second order but the constant.
+    /// Whether they determine all terms but the constant.
     pub whole: bool,
+}
+
+impl Levelled {
+    fn new(places: &[[f64; 3]], lengths: Vec<usize>, samples: &[Vec<Sample>]) -> Self {
+        let Some(found) = through(samples, false).filter(|_| lengths.len() > 1) else {
+            return Levelled { places: places.to_vec(), zeros: OwnZeros { lengths, along: [true; 2], whole: true } };
+        };
+        let zeros = lengths.iter().zip(&found.zeros).flat_map(|(length, zero)| std::iter::repeat_n(*zero, *length));
+        let places = places.iter().zip(zeros).map(|([u, v, deviation], zero)| [*u, *v, deviation - zero]).collect();
+        let determined = |term: usize| found.coefficients[term].is_some();
+        let along = [determined(1), determined(2)];
+        Levelled { places, zeros: OwnZeros { lengths, along, whole: (1..TERMS).all(determined) } }
+    }
+
+    /// Subtracts the zeros of traces of `lengths` places each: first and second coordinate and
+    /// height, in any units. `weight` has an entry for each place.
+    pub fn of_places(places: &[[f64; 3]], weight: &[f64], lengths: Vec<usize>) -> Self {
+        let range = |c: usize| {
+            places
+                .iter()
+                .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], place| [low.min(place[c]), high.max(place[c])])
+        };
+        let [us, vs] = [range(0), range(1)];
+        let sample = |([u, v, deviation], weight): (&[f64; 3], &f64)| Sample {
+            u: mapped(*u, us),
+            v: mapped(*v, vs),
+            deviation: *deviation,
+            // another is no weight, and refused with the nodes
+            weight: if weight.is_finite() { weight.max(0.0) } else { 0.0 },
+        };
+        let mut rest = places.iter().zip(weight);
+        let samples: Vec<Vec<Sample>> =
+            lengths.iter().map(|length| rest.by_ref().take(*length).map(sample).collect()).collect();
+        Levelled::new(places, lengths, &samples)
+    }
 }
 
 /// The surfaces of the flanks with several traces, in the order of teeth, left flanks first; and

@@ -118,6 +118,10 @@ pub struct EvaluatedTraceBody {
     /// As that of the slope.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub crowning_within: Option<bool>,
+    /// The design line of the trace: µm for each sample, in the sign and the direction of its
+    /// deviations. Left out where nothing of it differs from 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub design_um: Option<Vec<f64>>,
     /// The bands that the trace must lie in (`k_bands`), and whether it does.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub k_bands: Vec<KBandFindingBody>,
@@ -278,9 +282,10 @@ pub struct TwistBody {
     pub sections_mm: Option<[f64; 2]>,
 }
 
-/// The second-order surface through all traces of a tooth flank, over the evaluation ranges (not
-/// extended to reference lengths), transverse; by plain least squares, every sample counting by the
-/// length that it stands for. Each trace has a zero of its own, unless `traces_share_zero`.
+/// The second-order surface through all traces of a tooth flank, over the evaluation ranges, with
+/// slopes extended to their reference lengths, transverse; by plain least squares, every sample
+/// counting by the length that it stands for. Each trace has a zero of its own, unless
+/// `traces_share_zero`.
 /// Standard errors are what noise of the samples makes of the figures, as for traces: form that the
 /// surface leaves is no noise.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]

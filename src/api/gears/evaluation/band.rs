@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
+use super::against::AgainstName;
 use crate::api::{
     faults::Faults,
     gears::trace::KindName,
@@ -10,7 +11,10 @@ use crate::api::{
 };
 use flankfit_engine::gear::{
     Gear, Kind, ProfileAxis,
-    evaluation::band::{Band, Found},
+    evaluation::{
+        Against,
+        band::{Band, Found},
+    },
     trace::MOST_DEVIATION,
 };
 
@@ -23,8 +27,8 @@ pub const MOST_POINTS_IN_ALL: usize = 4000;
 
 /// A band that traces must lie in, as a K-chart has it: an upper and a lower line through points
 /// `[place, µm]`, straight between them over the coordinate that places are given in, of deviations
-/// from the unmodified flank, transverse and positive where material stands out. Each trace may be
-/// shifted as a whole, since measuring machines zero each by itself.
+/// from the unmodified flank or the design, transverse and positive where material stands out. Each
+/// trace may be shifted as a whole, since measuring machines zero each by itself.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = KBand, example = json!({"kind": "profile", "profile_axis": "diameter",
@@ -35,6 +39,9 @@ pub struct KBandBody {
     /// Of which flank; of both where it is left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub flank: Option<SideName>,
+    /// What the deviations are about. Default `involute`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub against: Option<AgainstName>,
     /// What places of profiles are. Default `roll_length`. Those of helices are z in mm.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub profile_axis: Option<ProfileAxisName>,
@@ -105,6 +112,11 @@ pub fn on_all(bands: &[KBandBody], gear: &Gear, at: &str) -> Result<Vec<Band>, F
 }
 
 impl KBandBody {
+    /// Whether its deviations are about the design.
+    pub fn is_about_design(&self) -> bool {
+        self.against == Some(AgainstName::Design)
+    }
+
     fn check(&self, at: &str, faults: &mut Faults) {
         if self.kind == KindName::Helix && self.profile_axis.is_some() {
             faults.push(format!("{at}/profile_axis"), "places of helices are z in mm; leave it out");
@@ -146,7 +158,9 @@ impl KBandBody {
             points.iter().enumerate().map(point).collect()
         };
         let (upper, lower) = (line("upper", &self.upper), line("lower", &self.lower));
-        let band = Band { kind: Kind::from(self.kind), side: self.flank.map(Into::into), axis, upper, lower };
+        let against = self.against.map_or(Against::Involute, Into::into);
+        let (kind, side) = (Kind::from(self.kind), self.flank.map(Into::into));
+        let band = Band { kind, side, against, axis, upper, lower };
         faults.into_result(band)
     }
 }

@@ -78,6 +78,19 @@ macro_rules! limits {
         }
 
         impl $name {
+            /// Leaves out limits of slopes, crownings and twist, which are of the flank and not of
+            /// its distance from the design.
+            fn without_shapes(self) -> Self {
+                $name {
+                    profile_slope_um: None,
+                    helix_slope_um: None,
+                    profile_crowning_um: None,
+                    helix_crowning_um: None,
+                    twist_um: None,
+                    ..self
+                }
+            }
+
             /// Refuses limits that do not ascend.
             fn check_order(&self, at: &str, faults: &mut Faults) {
                 let told = [
@@ -160,6 +173,12 @@ impl ToleranceLimitsBody {
             profile_total: own.profile_total.or(both.profile_total),
             helix_total: own.helix_total.or(both.helix_total),
         }
+    }
+
+    /// Returns the limits of figures about the design.
+    pub fn about_design(self) -> Self {
+        let of = |own: Option<FlankLimitsBody>| own.map(FlankLimitsBody::without_shapes);
+        ToleranceLimitsBody { left: of(self.left), right: of(self.right), ..self.without_shapes() }
     }
 
     pub fn sided(&self) -> SidedLimits {

@@ -3,6 +3,7 @@
 use super::{
     answer::*,
     band::KBandFindingBody,
+    design_lines,
     request::{EvaluateBody, EvaluationSettingsBody},
 };
 use crate::{
@@ -22,10 +23,10 @@ use crate::{
     jobs::Measurand,
 };
 use flankfit_engine::gear::{
-    Gear, Kind,
+    Gear,
     evaluation::{
-        self, Classes, Evaluated, Evaluation, Posted, Spread, Summary, Suspect, Suspects, TraceSurface, Twist, Values,
-        fault::TraceFaults, settings::Settings, within,
+        self, Against, Classes, Evaluated, Evaluation, Posted, Spread, Summary, Suspect, Suspects, TraceSurface, Twist,
+        Values, fault::TraceFaults, settings::Settings, within,
     },
     tolerance::Class,
 };
@@ -44,28 +45,26 @@ pub fn build(
     let Some(gear) = posted.as_ref().or(own) else {
         return Err(Problem::invalid(Faults::one("/gear", "missing")));
     };
-    let read = body.traces(gear).map_err(Problem::invalid)?;
+    let mut read = body.traces(gear).map_err(Problem::invalid)?;
     if let Some(of) = of {
         let flanks = read.traces.iter().map(|trace| (ToothOf::Named(&trace.tooth), trace.side));
         refuse_others(of, flanks, ["/traces"; 2]).map_err(Problem::invalid)?;
     }
+    let notices =
+        design_lines::complete(&mut body.evaluation, required.as_ref(), gear, &read.traces, &mut read.designs)
+            .map_err(Problem::invalid)?;
     let posted: Vec<Posted<'_>> = read
         .traces
         .iter()
         .zip(&read.designs)
         .map(|(trace, design)| Posted { trace, design: design.as_deref() })
         .collect();
-    let mut notices = Vec::new();
-    if let Some(required) = required {
-        let helix = read.traces.iter().any(|trace| trace.kind == Kind::Helix);
-        notices = required.fill(&mut body.evaluation, gear, helix);
-    }
     let settings = body.evaluation.settings_on(gear).map_err(Problem::invalid)?;
     let accept_units = body.evaluation.accept_units == Some(true);
     let (evaluation, implausible) =
         evaluated(gear, &posted, settings, accept_units).map_err(|faults| Problem::invalid(body.placed(&faults)))?;
     let explicit = body.evaluation.explicit(&evaluation);
-    let mut answer = EvaluationBody::new(evaluation, explicit);
+    let mut answer = EvaluationBody::new(evaluation, explicit).with_designs(read.designs);
     answer.warnings.extend(implausible);
     answer.warnings.extend(notices);
     answer.warnings.extend(body.gear.as_ref().and_then(GearBody::hand_assumed));
@@ -82,7 +81,13 @@ pub fn evaluated(
     accept_units: bool,
 ) -> Result<(Evaluation, Option<NoticeBody>), TraceFaults> {
     let mut evaluation = evaluation::evaluate(gear, posted, &settings)?;
-    let implausible = (!accept_units).then(|| implausible_traces(&evaluation, gear)).flatten();
+    // a distance from the design says nothing about units
+    let about_involute = match settings.against == Against::Design && posted.iter().any(|one| one.design.is_some()) {
+        true => Some(evaluation::evaluate(gear, posted, &Settings { against: Against::Involute, ..settings.clone() })?),
+        false => None,
+    };
+    let measured = about_involute.as_ref().unwrap_or(&evaluation);
+    let implausible = (!accept_units).then(|| implausible_traces(measured, gear)).flatten();
     if implausible.is_some() {
         (settings.limits, settings.bands) = Default::default();
         evaluation = evaluation::evaluate(gear, posted, &settings)?;
@@ -110,6 +115,14 @@ impl EvaluationBody {
             evaluation: settings,
             warnings: evaluation.warnings.iter().map(NoticeBody::from).collect(),
         }
+    }
+
+    /// Adds the design lines of the traces; lines of zeros are left out.
+    pub fn with_designs(mut self, lines: impl IntoIterator<Item = Option<Vec<f64>>>) -> Self {
+        for (trace, line) in self.traces.iter_mut().zip(lines) {
+            trace.design_um = line.filter(|line| line.iter().any(|x| *x != 0.0));
+        }
+        self
     }
 }
 
@@ -140,6 +153,7 @@ impl From<Evaluated> for EvaluatedTraceBody {
             mean_line_um: values.map(|v| v.line.map(|height| height + 0.0)),
             mean_parabola_um: values.map(|v| v.parabola.map(|height| height + 0.0)),
             crowning_within: held(|values| values.crowning, limits.crowning),
+            design_um: None,
             k_bands: trace.bands.into_iter().map(KBandFindingBody::from).collect(),
             form_plus_material_um: values.map(|v| v.form_plus_material).filter(|raised| *raised > 0.0),
             total_plus_material_um: values.map(|v| v.total_plus_material).filter(|raised| *raised > 0.0),

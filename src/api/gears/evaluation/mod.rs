@@ -1,8 +1,10 @@
 //! Evaluation by ISO 1328-1: traces, pitch and the surface of a flank.
 
+pub mod against;
 pub mod answer;
 pub mod band;
 pub mod conformity;
+pub mod design_lines;
 pub mod evaluate;
 pub mod figures;
 pub mod flank_surface;

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::{
+    against::{self, AgainstName},
     band::{self, KBandBody},
     conformity::ToleranceLimitsBody,
 };
@@ -17,9 +18,9 @@ use crate::api::{
 };
 use flankfit_engine::estimation::spec::DEFAULT_LEVEL;
 use flankfit_engine::gear::{
-    Gear, Kind, Trace,
+    Gear, Trace,
     evaluation::{
-        self, Evaluation,
+        self, Against, Evaluation,
         fault::{TraceFaults, TraceField},
         flank_surface::{FigureTerms, Reference},
         settings::{
@@ -90,6 +91,11 @@ pub struct EvaluationSettingsBody {
     /// Along what deviations were taken. Default `transverse`; answers are transverse.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub direction: Option<DirectionName>,
+    /// What figures are about. Default `design` with `modifications` or `design_um`, else
+    /// `involute`. Against a design the job's limits of slopes, crownings and twist, which are of
+    /// the flank, are not compared.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub against: Option<AgainstName>,
     /// About what the form deviation of profiles is taken. Default `line`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub profile_mean: Option<MeanName>,
@@ -361,6 +367,7 @@ impl EvaluationSettingsBody {
             helix,
             given,
             direction: self.direction.map_or(Direction::Transverse, Into::into),
+            against: self.against.map_or(Against::Design, Into::into),
             sign: sign.into(),
             rounding: self.tolerances.map_or(Rounding::Rounded, Into::into),
             outliers: self.outliers.map_or(Outliers::Keep, Into::into),
@@ -418,10 +425,7 @@ impl EvaluateBody {
             let settings = self.evaluation.settings();
             for (i, (trace, given)) in traces.iter().zip(&mut designs).enumerate() {
                 let Some(line) = evaluation::design(gear, modifications, trace, &settings) else {
-                    let name = if trace.kind == Kind::Profile { "section_z_mm" } else { "section_diameter_mm" };
-                    let detail =
-                        "modifications may differ from section to section: say where on the involute the trace lies";
-                    faults.push(format!("/traces/{i}/{name}"), detail);
+                    faults.push(against::section(i, trace), against::NO_SECTION);
                     continue;
                 };
                 match given {

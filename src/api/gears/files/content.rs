@@ -9,7 +9,7 @@ use crate::{
             notice::NoticeBody,
         },
         json::text::{SHORT, ShortText},
-        measurand::axes::{AxesBody, AxisBody, MeasurandBody, PositiveName, known_axis},
+        measurand::axes::{AxesBody, AxisBody, MeasurandBody, PositiveName, known_axis, trace_lengths},
         problem::Problem,
         tables::nodes,
     },
@@ -18,7 +18,7 @@ use crate::{
 use flankfit_engine::{
     estimation::Nodes,
     formats::{FileError, Note, Notes},
-    gear::{Gear, Side, Trace, deviation::Deviations},
+    gear::{Gear, Side, Trace, deviation::Deviations, evaluation::OwnZeros},
 };
 
 /// A file, read.
@@ -51,16 +51,6 @@ pub struct FlankNodes {
     pub places: Vec<[f64; 3]>,
     /// Of traces with a zero each.
     pub own_zeros: Option<OwnZeros>,
-}
-
-/// What is known of traces with a zero each.
-pub struct OwnZeros {
-    /// How many nodes each trace has.
-    pub lengths: Vec<usize>,
-    /// Whether they tell a slope along the profile and one along the helix.
-    pub along: [bool; 2],
-    /// Whether they tell all terms of a second-order surface but the constant.
-    pub whole: bool,
 }
 
 /// What cannot be read, with line and column.
@@ -123,9 +113,7 @@ impl FlankNodes {
     pub fn measurand(&self, nodes: &Nodes) -> Result<Measurand, Faults> {
         let along_profile = known_axis("roll_length", "mm", None);
         let along_helix = known_axis("face_width", "mm", None);
-        let lengths =
-            |own: &OwnZeros| own.lengths.iter().map(|length| u32::try_from(*length).unwrap_or(u32::MAX)).collect();
-        let trace_lengths = self.own_zeros.as_ref().map(lengths);
+        let trace_lengths = self.own_zeros.as_ref().map(trace_lengths);
         let height = known_axis("deviation", "um", Some(PositiveName::MaterialOut))
             .map(|axis| AxisBody { trace_lengths, ..axis });
         let axes = match (self.varies(0), self.varies(1)) {

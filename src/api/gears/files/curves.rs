@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::{
-    content::{FileRead, FlankNodes, OwnZeros, notices},
+    content::{FileRead, FlankNodes, notices},
     gears, pitch,
     spec::ImportSpecBody,
 };
@@ -11,8 +11,9 @@ use crate::api::{
     faults::Faults,
     gears::{
         evaluation::{
+            against::AgainstName,
             answer::EvaluationBody,
-            evaluate,
+            design_lines, evaluate,
             request::{
                 DeviationSignName, DirectionName, EvaluateBody, EvaluationSettingsBody, PlusMaterialName, SignName,
             },
@@ -74,35 +75,46 @@ pub(in crate::api) fn read(
     let traces: Vec<Trace> = placed.traces.into_iter().map(|placed| placed.trace).collect();
     let accept_units = spec.evaluation.as_ref().and_then(|evaluation| evaluation.accept_units);
     let pitch = pitch::read(curves, &gear, accept_units, required.as_ref(), &mut warnings);
-    let mut settings = settings(curves, &gear, spec.evaluation.clone().unwrap_or_default(), &mut warnings);
-    if let Some(required) = required {
-        let helix = traces.iter().any(|trace| trace.kind == Kind::Helix);
-        warnings.extend(required.fill(&mut settings, &gear, helix));
-    }
-    Ok(FileRead { pitch, ..of_traces(gear, traces, &settings, warnings) })
+    let settings = settings(curves, &gear, spec.evaluation.clone().unwrap_or_default(), &mut warnings);
+    Ok(FileRead { pitch, ..of_traces(gear, traces, settings, required.as_ref(), warnings)? })
 }
 
 /// Returns the traces of a file with the settings of their evaluation.
 pub(super) fn of_traces(
     gear: Gear,
     traces: Vec<Trace>,
-    settings: &EvaluationSettingsBody,
+    mut settings: EvaluationSettingsBody,
+    required: Option<&RequirementsBody>,
     mut warnings: Vec<NoticeBody>,
-) -> FileRead {
-    let evaluation = evaluated(&gear, &traces, settings, &mut warnings);
-    let nodes = nodes_of(&gear, &traces, settings);
+) -> Result<FileRead, Problem> {
+    if settings.against == Some(AgainstName::Design) && required.is_none_or(|required| required.design.is_none()) {
+        let detail = "there is no design: give the job's requirements a `design`";
+        return Err(Problem::invalid(Faults::one(format!("/spec{}", design_lines::AT), detail)));
+    }
+    let mut lines = vec![None; traces.len()];
+    let evaluation = design_lines::complete(&mut settings, required, &gear, &traces, &mut lines).and_then(|notices| {
+        warnings.extend(notices);
+        evaluated(&gear, &traces, &lines, &settings, &mut warnings)
+    });
+    let evaluation = evaluation.unwrap_or_else(|faults| {
+        let why: Vec<String> =
+            faults.list().iter().map(|fault| format!("{}: {}", fault.pointer, fault.detail)).collect();
+        warnings.push(NoticeBody::new("not_evaluated", &why.join("; ")));
+        None
+    });
+    let nodes = nodes_of(&gear, &traces, &settings);
     let evaluation = evaluation.map(|mut found| {
         found.warnings.splice(0..0, warnings.iter().cloned());
-        found
+        found.with_designs(lines.iter().cloned())
     });
     let request = evaluation.as_ref().map(|found| EvaluateBody {
         gear: Some(GearBody::from(gear.data())),
-        traces: traces.iter().map(TraceBody::from).collect(),
+        traces: traces.iter().zip(lines).map(|(trace, design_um)| TraceBody { design_um, ..trace.into() }).collect(),
         modifications: Vec::new(),
         modification_range: None,
         evaluation: found.evaluation.clone(),
     });
-    FileRead { gear, traces, evaluation, request, pitch: None, deviations: None, nodes, warnings }
+    Ok(FileRead { gear, traces, evaluation, request, pitch: None, deviations: None, nodes, warnings })
 }
 
 /// Ranges and lengths of the file where the caller left them out; deviations have the sign of DIN.
@@ -181,28 +193,20 @@ fn settings(
 fn evaluated(
     gear: &Gear,
     traces: &[Trace],
+    lines: &[Option<Vec<f64>>],
     settings: &EvaluationSettingsBody,
     warnings: &mut Vec<NoticeBody>,
-) -> Option<EvaluationBody> {
+) -> Result<Option<EvaluationBody>, Faults> {
     if traces.is_empty() {
-        return None;
+        return Ok(None);
     }
-    let found = settings.settings_on(gear);
     let accept_units = settings.accept_units == Some(true);
-    let found = found.and_then(|on| evaluate::evaluated(gear, &posted(traces), on, accept_units).map_err(Faults::from));
-    match found {
-        Ok((found, implausible)) => {
-            warnings.extend(implausible);
-            let explicit = settings.explicit(&found);
-            Some(EvaluationBody::new(found, explicit))
-        }
-        Err(faults) => {
-            let why: Vec<String> =
-                faults.list().iter().map(|fault| format!("{}: {}", fault.pointer, fault.detail)).collect();
-            warnings.push(NoticeBody::new("not_evaluated", &why.join("; ")));
-            None
-        }
-    }
+    let posted: Vec<Posted<'_>> =
+        traces.iter().zip(lines).map(|(trace, line)| Posted { trace, design: line.as_deref() }).collect();
+    let (found, implausible) = evaluate::evaluated(gear, &posted, settings.settings_on(gear)?, accept_units)?;
+    warnings.extend(implausible);
+    let explicit = settings.explicit(&found);
+    Ok(Some(EvaluationBody::new(found, explicit)))
 }
 
 /// The flanks with their samples as nodes, along the normal. Zeros that traces have by themselves
@@ -214,8 +218,8 @@ fn nodes_of(gear: &Gear, traces: &[Trace], settings: &EvaluationSettingsBody) ->
         let (places, own_zeros) = match settings.traces_share_zero {
             true => (flank.places.clone(), None),
             false => {
-                let Levelled { places, along, whole } = flank.levelled(gear, &settings);
-                (places, Some(OwnZeros { lengths: flank.lengths(), along, whole }))
+                let Levelled { places, zeros } = flank.levelled(gear, &settings);
+                (places, Some(zeros))
             }
         };
         FlankNodes {

@@ -21,7 +21,7 @@ use flankfit_engine::{
         table::ListedPoint,
     },
     gear::{
-        Gear, Kind, Trace,
+        Gear, Trace,
         deviation::{
             self, Deviations, FootlessPoints, MeasuredPoint, Measurement, Node, Reference, fault::MeasureField,
         },
@@ -89,11 +89,7 @@ pub(in crate::api) fn of_model(
         let mut settings = spec.evaluation.clone().unwrap_or_default();
         settings.direction = settings.direction.or(Some(DirectionName::Normal));
         settings.deviation_sign = settings.deviation_sign.or(Some(DeviationSignName::Material));
-        if let Some(required) = required {
-            let helix = traces.iter().any(|trace| trace.kind == Kind::Helix);
-            warnings.extend(required.fill(&mut settings, &gear, helix));
-        }
-        return Ok(curves::of_traces(gear, traces, &settings, warnings));
+        return curves::of_traces(gear, traces, settings, required.as_ref(), warnings);
     }
     let mut nodes = Vec::new();
     for flank in &of_gear.flanks {

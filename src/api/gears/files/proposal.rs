@@ -21,7 +21,7 @@ use flankfit_engine::{
     fault::words::rounded,
     formats::{
         FileError, Table,
-        table::{Layout, Meaning, NodeSet, TableReason, Unit},
+        table::{HelixSign, Layout, Meaning, NodeSet, TableReason, Unit},
     },
 };
 
@@ -178,9 +178,17 @@ pub fn answer(
             (None, Vec::new())
         }
     };
-    for set in sets.iter().filter(|set| set.crossings.is_some_and(|crossings| crossings.helices_are_turned())) {
-        warnings.push(NoticeBody::new("helices_turned", &turned(set)));
+    for set in &sets {
+        match set.crossings.map(|crossings| crossings.helix_sign()) {
+            Some(HelixSign::Turned) => warnings.push(NoticeBody::new("helices_turned", &turned(set))),
+            Some(HelixSign::Undetermined) => warnings.push(NoticeBody::new("sign_assumed", &sign_assumed(set))),
+            Some(HelixSign::AsGiven) | None => {}
+        }
     }
+    for set in sets.iter().filter(|set| set.own_zeros.is_some()) {
+        warnings.push(NoticeBody::new("own_zeros_assumed", &own_zeros(set)));
+    }
+    let zeros = sets.first().filter(|_| with_nodes).and_then(|set| set.own_zeros.as_ref());
     let proposal = ProposalBody {
         separator: table.separator.into(),
         decimal: table.decimal.into(),
@@ -201,7 +209,7 @@ pub fn answer(
                 missing: set.missing,
             })
             .collect(),
-        axes: layout.and_then(|layout| nodes::axes(&table, layout)),
+        axes: layout.and_then(|layout| nodes::axes(&table, layout, zeros)),
         preview: preview(&table),
         warnings,
         read: None,
@@ -236,6 +244,25 @@ fn unknown(error: &FileError) -> NoticeBody {
 fn turned(set: &NodeSet) -> String {
     format!(
         "{}: its helix traces count the other way than its profiles, which they cross, and are turned",
+        nodes::name_of(set)
+    )
+}
+
+/// Which helix traces may count the other way.
+fn sign_assumed(set: &NodeSet) -> String {
+    format!(
+        "{}: where its traces cross they do not determine the sign of the helix traces, which are taken for positive \
+         where material stands out, as the profiles are",
+        nodes::name_of(set)
+    )
+}
+
+/// Which traces have separate zeros, and how to say that they have not.
+fn own_zeros(set: &NodeSet) -> String {
+    format!(
+        "{}: its traces do not meet where they cross, or do not cross, so each is taken to have a zero of its own, which is \
+         subtracted; where all heights \
+         count from one zero, map the column of traces as `ignore`",
         nodes::name_of(set)
     )
 }

@@ -3,6 +3,7 @@ export default {
   map: "Flankenkarte",
   layer: "Ebene",
   measured: "Gemessen",
+  from_design: "Gemessen, Abweichung von der Auslegung",
   fitted: "Ausgeglichen",
   residual: "Residuum",
   difference: "Unterschied zu einer anderen Iteration",

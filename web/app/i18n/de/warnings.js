@@ -5,6 +5,8 @@ export default {
   // fits
   attracted_entirely:
     "Kein Abstand zum Zielwert hebt sich vom Rauschen ab: Die Antwort ist der Zielwert selbst, ohne Gewicht.",
+  design_range_assumed:
+    "Die Auslegung nennt keinen Bereich für ihre Größen: angenommen sind die Auswertebereiche.",
   beyond_double: "Einzelne Werte überschreiten den Bereich der Gleitkommazahlen und fehlen.",
   condition_unknown: "Die äußersten Eigenwerte sind noch nicht sicher bestimmt; die Kondition ist offen.",
   constraints_active:
@@ -82,7 +84,7 @@ export default {
   worse_than_least_squares:
     "Diese Wahl lässt einen größeren Fehler erwarten als die kleinsten Quadrate; siehe die anderen Kriterien.",
   // traces, pitch and run-out
-  figures_not_determined: "Die Linienzüge bestimmen nicht alle Größen der Flanke.",
+  figures_not_determined: "Die Messpunkte bestimmen nicht alle Größen der Flanke.",
   foreign_reference_length: "Die Winkelabweichungen beziehen sich auf mehr Länge, als das Rad hat: keine Klassen.",
   helix_sign_doubtful: "Mit umgekehrten Flankenlinien passten die Linienzüge besser zusammen: Vorzeichen prüfen.",
   hole_in_trace: "Im Auswertebereich fehlt ein Stück des Linienzugs.",
@@ -168,6 +170,8 @@ export default {
     "Eine Anforderung des Auftrags ist auf diese Auswertung nicht anzuwenden und bleibt beiseite.",
   traces_with_own_zeros:
     "Keine Kenngrößen: Jede Kurve hat ihren eigenen Nullpunkt; ihre Auswertung nennt, was sie hat.",
+  own_zeros_assumed:
+    "Die Kurven treffen sich nicht: Für jede ist ein eigener Nullpunkt angenommen, der abgezogen wird.",
   // files
   gear_differs: "Das Zahnrad der Datei weicht vom Zahnrad des Auftrags ab.",
   hand_assumed: "Die Steigungsrichtung ist nicht angegeben: Rechtssteigend ist angenommen.",
@@ -190,7 +194,7 @@ export default {
   plus_material_assumed: "Die Plusmaterial-Regel der Datei ist nicht bekannt; sie ist angenommen.",
   pitch_sign_assumed: "Die Zählrichtung der Zähne steht nicht in der Datei; sie ist angenommen oder aus dem Rundlauf.",
   pitch_without_flank: "Kein Titel sagt, von welcher Flanke diese Teilungen sind.",
-  sign_assumed: "Das Vorzeichen der Abweichungen steht nicht in der Datei; es ist angenommen.",
+  sign_assumed: "Das Vorzeichen von Abweichungen ergibt sich nicht aus der Datei; es ist angenommen.",
   stray_point: "Ein Punkt der Datei gehört zu keiner Flanke.",
   trace_without_positions: "Eine Kurve der Datei hat keine Orte und bleibt weg.",
   unknown_tooth: "Eine Kurve nennt einen Zahn, den das Rad nicht hat.",

@@ -2,6 +2,7 @@ export default {
   map: "Flank map",
   layer: "Layer",
   measured: "Measured",
+  from_design: "Measured, from the design",
   fitted: "Fitted",
   residual: "Residual",
   difference: "Difference to another iteration",

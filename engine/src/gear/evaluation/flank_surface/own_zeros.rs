@@ -16,7 +16,10 @@ use nalgebra::{DMatrix, DVector};
 use super::super::noise::EstimatedVariance;
 use crate::{
     estimation::spec::DEFAULT_CONDITION_LIMIT,
-    numerics::{cancel::Asking, qr_with_rhs, svd},
+    numerics::{
+        cancel::{self, Asking},
+        qr_with_rhs, svd,
+    },
 };
 
 /// A sample of a trace.
@@ -79,6 +82,7 @@ fn means(trace: &[Sample], share_zero: bool) -> ([f64; TERMS], f64) {
 pub(crate) fn through(traces: &[Vec<Sample>], share_zero: bool) -> Option<Through> {
     let (mut r, mut qty, mut rss) = (DMatrix::zeros(0, TERMS), DVector::zeros(0), 0.0);
     for trace in traces {
+        cancel::checkpoint();
         let (middle, level) = means(trace, share_zero);
         let above = r.nrows();
         let mut columns = DMatrix::zeros(above + trace.len(), TERMS);
