@@ -6833,8 +6833,8 @@ export interface components {
         /**
          * @description A band that traces must lie in, as a K-chart has it: an upper and a lower line through points
          *     `[place, µm]`, straight between them over the coordinate that places are given in, of deviations
-         *     from the unmodified flank or the design, transverse and positive where material stands out. Each trace may be
-         *     shifted as a whole, since measuring machines zero each by itself.
+         *     from the unmodified flank or the design, transverse and positive where material stands out. Each
+         *     trace may be shifted as a whole, since measuring machines zero each by itself.
          * @example {
          *       "kind": "profile",
          *       "lower": [
@@ -11780,9 +11780,10 @@ export interface components {
             excluded: number;
         };
         /**
-         * @description The second-order surface through all traces of a tooth flank, over the evaluation ranges (not
-         *     extended to reference lengths), transverse; by plain least squares, every sample counting by the
-         *     length that it stands for. Each trace has a zero of its own, unless `traces_share_zero`.
+         * @description The second-order surface through all traces of a tooth flank, over the evaluation ranges, with
+         *     slopes extended to their reference lengths, transverse; by plain least squares, every sample
+         *     counting by the length that it stands for. Each trace has a zero of its own, unless
+         *     `traces_share_zero`.
          *     Standard errors are what noise of the samples makes of the figures, as for traces: form that the
          *     surface leaves is no noise.
          */
