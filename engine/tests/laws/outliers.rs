@@ -12,8 +12,8 @@ use flankfit_engine::estimation::{
     fit, fit_remembering,
     result::{Outliers, Warning},
     spec::{
-        Along, Correlation, Degree, Errors, Estimator, Filter, FilterAxis, Gaussian, Loss, MEstimator, Model, NodeAt,
-        PolynomialBasis, Prior, PriorSpread, Regularization, Terms,
+        Along, Constraint, ConstraintKind, Correlation, Degree, Errors, Estimator, Filter, FilterAxis, Gaussian, Loss,
+        MEstimator, Model, NodeAt, PolynomialBasis, Prior, PriorSpread, Regularization, Terms,
     },
 };
 use nalgebra::{DMatrix, DVector};
@@ -238,12 +238,14 @@ fn every_fit_but_a_robust_one_tests_its_nodes() {
     let nodes = USUAL.grid(&errors);
     let prior = Prior::Given { mean: vec![0.0; 9], spread: PriorSpread::StdError(vec![10.0; 9]) };
     let ar = Errors { correlation: Correlation::Ar1 { rho: Some(0.3) }, along: Along::V, lines: None };
+    let concave = Constraint { kind: ConstraintKind::Concave, along: Some(FilterAxis::V), domain: None };
     let smooth = Filter::Gaussian(Gaussian { axis: Some(FilterAxis::V), cutoff: 5.0, robust: None });
     for spec in [
         FitSpec { regularization: Regularization::default(), ..plain() },
         FitSpec { prior: Some(prior), ..plain() },
         FitSpec { errors: Some(ar), ..plain() },
         FitSpec { filters: vec![smooth], ..plain() },
+        FitSpec { constraints: vec![concave], ..plain() },
     ] {
         assert_eq!(indices(&fit(&nodes, &spec).expect("a fit")), [70], "{spec:?}");
     }

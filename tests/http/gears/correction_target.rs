@@ -122,6 +122,22 @@ async fn what_is_within_its_limits_stays() {
     app.stop().await;
 }
 
+/// A class bounds slopes about 0; a crowning that has no limits is left as measured.
+#[tokio::test]
+async fn slopes_of_a_class_are_aimed_at_zero() {
+    let app = TestApp::start().await;
+    let required = json!({"tolerance_limits": {"class": 5, "profile_crowning_um": [2, 6]}});
+    let path = measured(&app, &required, [7.0, -9.0, 3.7, 5.5]).await;
+    let made = correct(&app, &path, json!({"settings_used": "all"})).await;
+    assert_eq!(made["target"], json!({"kind": "limits"}));
+    for (name, target) in [("profile_slope_um", 0.0), ("helix_slope_um", 0.0), ("profile_crowning_um", 4.0)] {
+        close(figure(&made, name)["target"].as_f64().unwrap(), target, 1e-9);
+    }
+    let left = figure(&made, "helix_crowning_um");
+    assert_eq!((&left["target"], left.get("limits_um")), (&left["before"], None), "{left}");
+    app.stop().await;
+}
+
 /// The next measurement is compared with the prediction, whatever the job requires by then.
 #[tokio::test]
 async fn a_kept_target_does_not_change_with_the_job() {

@@ -204,3 +204,29 @@ async fn a_dependency_says_whether_it_is_the_basis_or_the_nodes() {
     assert!(found.get("basis").is_none());
     assert_eq!(found["near_dependencies"][0]["cause"], "nodes");
 }
+
+/// A flank with a node that is suspected is accepted with a reason only.
+#[tokio::test]
+async fn a_suspected_node_asks_for_a_reason() {
+    let app = TestApp::start().await;
+    let requirements = json!({"tolerance_limits": {"profile_slope_um": [-90, 90]}});
+    let job = json!({"name": "w", "gear": spur(), "requirements": requirements});
+    let job = send(app.post("/v1/jobs", job.to_string())).await;
+    let at = format!("{}/iterations", job.header("location"));
+    for (number, off) in [(1, 77.0), (2, 0.0)] {
+        assert_eq!(send(app.post(&at, iteration(off).to_string())).await.status, 201);
+        let accepted = async |more: Value| {
+            let mut body = json!({"decision": "accept"});
+            body.as_object_mut().unwrap().extend(more.as_object().unwrap().clone());
+            send(app.client.patch(app.url(&format!("{at}/{number}"))).json(&body)).await
+        };
+        let plain = accepted(json!({})).await;
+        if number == 1 {
+            assert_eq!(plain.pointers(), ["/reason"], "{}", plain.text);
+            assert!(plain.text.contains("gross errors"), "{}", plain.text);
+            assert_eq!(accepted(json!({"reason": "dust at the tip"})).await.status, 200);
+        } else {
+            assert_eq!(plain.status, 200, "{}", plain.text);
+        }
+    }
+}

@@ -98,6 +98,19 @@ fn verified(database: &Path, more: &[&str]) -> (Option<i32>, String, String) {
     (run.status.code(), text(run.stdout), text(run.stderr))
 }
 
+/// Nothing was made yet, or the files are gone: nobody who reads "intact" must believe that.
+#[tokio::test]
+async fn an_empty_database_is_called_empty() {
+    let folder = tempfile::tempdir().unwrap();
+    let database = folder.path().join("test.db");
+    let url = in_file(&database);
+    let app = harness::TestApp::start_in(folder, |settings| settings.database_url = url).await;
+    let (code, said, errors) = verified(&database, &[]);
+    assert_eq!(code, Some(0), "{said}{errors}");
+    assert!(said.starts_with("empty: there is nothing in this database that was audited"), "{said}");
+    app.stop().await;
+}
+
 #[tokio::test]
 async fn the_command_line_finds_what_was_changed() {
     let folder = tempfile::tempdir().unwrap();

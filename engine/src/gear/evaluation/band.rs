@@ -2,12 +2,11 @@
 //!
 //! Lines are drawn through points (place, deviation) and straight between them, deviations of
 //! material in µm, transverse, about the unmodified flank or the design line. Measuring machines
-//! zero each trace by itself, so a trace `δ` lies in the band if some shift of the whole trace takes
-//! it there:
-//! `lower(x) ≤ δ(x) + s ≤ upper(x)` at every sample `x`, that is `max(lower − δ) ≤ s ≤ min(upper −
-//! δ)`. What is left between the two is the room of the trace, below 0 where it has none. A line
-//! says nothing beyond its ends. It is straight over the coordinate that its points are given in:
-//! over diameters it is bent over roll lengths.
+//! zero each trace by itself, so a trace `δ` lies in the band if some shift of the whole trace
+//! takes it there: `lower(x) ≤ δ(x) + s ≤ upper(x)` at every sample `x`, that is `max(lower − δ) ≤
+//! s ≤ min(upper − δ)`. What is left between the two is the room of the trace, below 0 where it
+//! has none. A line says nothing beyond its ends. It is straight over the coordinate that its
+//! points are given in: over diameters it is bent over roll lengths.
 
 use super::{
     against::Against,
