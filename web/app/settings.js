@@ -17,6 +17,8 @@ export const shownLanguage = computed(() => languageOfPage.value ?? language.val
 /** @type {import("../vendor/ui.js").Signal<Theme>} */
 export const theme = signal(oneOf(kept["theme"], ["system", "light", "dark"]) ?? "system");
 export const shortcuts = signal(kept["shortcuts"] !== false);
+/** Whether the list of jobs has a line a job. */
+export const compact = signal(kept["compact"] === true);
 
 effect(() => {
   const root = document.documentElement;
@@ -28,7 +30,12 @@ effect(() => {
 /** Keeps the settings from now on. */
 export function keep() {
   effect(() => {
-    const settings = { language: language.value, theme: theme.value, shortcuts: shortcuts.value };
+    const settings = {
+      language: language.value,
+      theme: theme.value,
+      shortcuts: shortcuts.value,
+      compact: compact.value,
+    };
     try {
       localStorage.setItem(PLACE, JSON.stringify(settings));
     } catch {

@@ -21,6 +21,10 @@ export const PIXEL = 25.4 / 96;
 const EDGE = { long: 18, across: 34, end: 34 };
 /** Height of the ticks and the scale bar below the frame, pixels. */
 const BELOW = 36;
+/** What the unit at the end of an axis needs, pixels. */
+const UNIT = 26;
+/** How far labels are apart at least, one below the other, pixels. */
+const LINE = 11;
 /** Least and greatest length of a scale bar, pixels: 3 … 20 mm. */
 const [SHORTEST_BAR, LONGEST_BAR] = [3 / PIXEL, 20 / PIXEL];
 
@@ -46,6 +50,8 @@ export function KChart({ sheet, scale, bands = [], flat = false, dash, name, sum
   const { samples } = sheet;
   const [a, b] = scale.deviation;
   const ticks = ticksOf(a, b, wide);
+  const lengths = lengthLabels(scale.length, sheet.range, scale.perLength, flat);
+  const beside = flat ? [] : lengths.map(({ at }) => EDGE.long / 2 + long - along(at));
   const [whole, tall] = [width + EDGE.across + EDGE.end, height + EDGE.long + BELOW];
   return html`<svg class="k-chart chart" width=${`${(whole * PIXEL).toFixed(3)}mm`} height=${`${(tall * PIXEL).toFixed(3)}mm`}
     viewBox=${`0 0 ${whole} ${tall}`} role="img" aria-label=${`${name}. ${summary}`}>
@@ -57,13 +63,14 @@ export function KChart({ sheet, scale, bands = [], flat = false, dash, name, sum
         ? html`<text key=${`t${value}`} x=${EDGE.across - 5} y=${y} dy="0.35em" text-anchor="end" translate="no">${fmt.value.fixed(value, 0)}</text>`
         : html`<text key=${`t${value}`} x=${x} y=${y + 16} text-anchor="middle" translate="no">${fmt.value.fixed(value, 0)}</text>`;
     })}
-    ${lengthTicks(scale.length).map((at) => {
+    ${lengths.map(({ at, text, end }) => {
       const [x = 0, y = 0] = point(at, scale.deviation[0]).split(" ").map(Number);
+      const kind = end ? "k-range-end" : undefined;
       return flat
-        ? html`<text key=${`l${at}`} x=${x} y=${y + 16} text-anchor="middle" translate="no">${fmt.value.fixed(at, 1)}</text>`
-        : html`<text key=${`l${at}`} x=${EDGE.across - 5} y=${y} dy="0.35em" text-anchor="end" translate="no">${fmt.value.fixed(at, 1)}</text>`;
+        ? html`<text key=${`l${at}`} class=${kind} x=${Math.min(x, EDGE.across + width + EDGE.end - UNIT - labelWidth(text) / 2)} y=${y + 16} text-anchor="middle" translate="no">${text}</text>`
+        : html`<text key=${`l${at}`} class=${kind} x=${EDGE.across - 5} y=${y} dy="0.35em" text-anchor="end" translate="no">${text}</text>`;
     })}
-    ${units(flat, width, height)}
+    ${units(flat, width, height, beside)}
     ${scaleBars(scale, flat, width, height)}
     ${bands.map(
       ({ upper, lower, required }, i) =>
@@ -97,12 +104,17 @@ export function KChart({ sheet, scale, bands = [], flat = false, dash, name, sum
   </svg>`;
 }
 
-/** The axes' units, where sheets have them. @param {boolean} flat @param {number} width @param {number} height */
-function units(flat, width, height) {
+/**
+ * The axes' units, where sheets have them; the one beside the frame where no length stands.
+ * @param {boolean} flat @param {number} width @param {number} height @param {readonly number[]} taken where lengths stand beside the frame
+ */
+function units(flat, width, height, taken) {
+  const top = EDGE.long / 2;
+  const free = [top, top + 13, top + 26, top + 39].find((y) => taken.every((one) => Math.abs(one - y) >= LINE));
   const [below, beside] = flat ? ["mm", "µm"] : ["µm", "mm"];
   return html`<g class="k-unit" translate="no">
     <text x=${EDGE.across + width + EDGE.end} y=${EDGE.long / 2 + height + 16} text-anchor="end">${below}</text>
-    <text x="0" y=${EDGE.long / 2 + 4}>${beside}</text>
+    <text x="0" y=${(free ?? top) + 4}>${beside}</text>
   </g>`;
 }
 
@@ -170,6 +182,27 @@ function ticksOf(low, high, wide) {
   const step = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000].find((one) => (one * wide) / (high - low) >= apart) ?? 1000;
   const first = Math.ceil(low / step - 1e-9);
   return Array.from({ length: Math.floor(high / step + 1e-9) - first + 1 }, (_, i) => (first + i) * step);
+}
+
+/** About the width of a label, pixels. @param {string} text */
+const labelWidth = (text) => 6.5 * text.length;
+
+/**
+ * The labels of the length axis: the ends of the evaluation range, and ticks where these leave room.
+ * @param {readonly [number, number]} length @param {readonly [number, number] | undefined} range @param {number} perLength pixels for a mm @param {boolean} flat
+ * @returns {{ at: number, text: string, end: boolean }[]}
+ */
+function lengthLabels(length, range, perLength, flat) {
+  const apart = (/** @type {{ at: number, text: string }} */ a, /** @type {{ at: number, text: string }} */ b) =>
+    Math.abs(a.at - b.at) * perLength >= (flat ? (labelWidth(a.text) + labelWidth(b.text)) / 2 + 8 : LINE);
+  const ends = (range ?? []).map((at) => {
+    const whole = Math.abs(at * 10 - Math.round(at * 10)) < 0.05 || Math.abs(at) >= 100;
+    return { at, text: fmt.value.fixed(at, whole ? 1 : 2), end: true };
+  });
+  const [first, last] = ends;
+  const drawn = first && last && !apart(first, last) ? [first] : ends;
+  const ticks = lengthTicks(length).map((at) => ({ at, text: fmt.value.fixed(at, 1), end: false }));
+  return [...drawn, ...ticks.filter((tick) => drawn.every((end) => apart(tick, end)))];
 }
 
 /** @param {readonly [number, number]} length */

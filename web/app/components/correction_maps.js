@@ -10,6 +10,7 @@ import { countsOf, extremesOf, withHeights } from "../flank/surface.js";
 import { t } from "../i18n/correction.js";
 import { t as flank } from "../i18n/flank.js";
 import { fmt } from "../i18n/i18n.js";
+import { micrometres } from "../lib/units.js";
 import { h, html } from "../../vendor/ui.js";
 import { useAsTable } from "./as_table.js";
 
@@ -22,8 +23,8 @@ import { useAsTable } from "./as_table.js";
 export function CorrectionMaps({ nodes, axes, kept, paper = false }) {
   const measured = surfaceOf(nodes);
   if (!measured) return html`<p class="quiet">${t.noMaps}</p>`;
-  // corrections count in µm, + = material out
-  const factor = (axes?.z?.unit === "mm" ? 1000 : 1) * (axes?.z?.positive === "material_in" ? -1 : 1);
+  // corrections count in µm, + = material out, and take heights of which nothing was said as such
+  const factor = micrometres(axes) ?? 1;
   const before = withHeights(
     measured,
     measured.z.map((z) => factor * z),

@@ -37,6 +37,7 @@ export function DecisionBadge({ decision }) {
  */
 export function Decision({ iteration, etag, reason, put, reload }) {
   const [asked, setAsked] = useState(/** @type {DecisionName | null} */ (null));
+  const likely = objectionsOf(iteration).length === 0 ? "accept" : "remachine";
   return html`<section class="panel" aria-labelledby="decision">
     <h2 id="decision">${t.decision}</h2>
     <p>${iteration.decision ? h(DecisionBadge, { decision: iteration.decision }) : html`<span class="quiet">${t.none}</span>`}
@@ -46,7 +47,7 @@ export function Decision({ iteration, etag, reason, put, reload }) {
       short: true,
       children: () => html`<div class="actions">
         ${ORDER.map(
-          (one) => html`<button key=${one} type="button" class=${`button${one === "reject" ? " danger" : ""}`}
+          (one) => html`<button key=${one} type="button" class=${`button${one === likely ? " primary" : ""}`}
             onClick=${() => setAsked(one)}>${t[one]}</button>`,
         )}
       </div>`,

@@ -41,9 +41,9 @@ export function Frame({ children }) {
           ${h(MainLink, { path: "/settings", label: t.settings })}</ul>
       </nav>
     </header>
-    ${h(Notices, null)}
+    ${h(Notices, null)}${h(Toasts, null)}
     <main id="content" tabindex="-1" aria-busy=${busy ? "true" : "false"}>${children}</main>
-    ${h(Toasts, null)}${h(KeyDialog, null)}${h(ShortcutHelp, null)}
+    ${h(KeyDialog, null)}${h(ShortcutHelp, null)}
   `;
 }
 

@@ -25,7 +25,7 @@ export function PitchSheet({ pitch, tolerances, csvName, of }) {
   const flanks = /** @type {const} */ (["left", "right"]).flatMap((flank) => pitch[flank] ?? []);
   const warnings = csvName === undefined ? [] : pitch.warnings;
   return html`
-    ${flanks.map((one) => h(Pitches, { key: one.flank, of: one, csvName }))}
+    ${flanks.map((one) => h(Pitches, { key: one.flank, of: one, all: flanks, csvName }))}
     ${pitch.runout && h(Runout, { of: pitch.runout, csvName })}
     ${h(PitchTable, { pitch, tolerances, csvName, of })}
     ${warnings.length > 0 && h(WarningList, { warnings })}`;
@@ -95,8 +95,17 @@ const probesOf = (rows) =>
     text: t.reading(fmt.value.count(tooth), value === null ? ABSENT : fmt.value.fixed(value, 2)),
   }));
 
-/** The charts of a flank. @param {{ of: FlankPitch, csvName: string | undefined }} props */
-function Pitches({ of, csvName }) {
+/** Single pitches and their limits. @param {FlankPitch} flank */
+const singlesOf = ({ single_pitch_deviation_um: singles, single_pitch_limits_um: limits }) => [
+  ...singles,
+  ...(limits ?? []),
+];
+
+/**
+ * The charts of a flank.
+ * @param {{ of: FlankPitch, all: readonly FlankPitch[], csvName: string | undefined }} props `all`: the flanks that are drawn on one scale
+ */
+function Pitches({ of, all, csvName }) {
   const { flank, single_pitch_deviation_um: singles, index_deviation_um: index } = of;
   const whose = t[flank];
   const teeth = /** @type {const} */ ([0.5, singles.length + 0.5]);
@@ -113,7 +122,7 @@ function Pitches({ of, csvName }) {
       ].join(" "),
       height: tall(csvName, 200),
       x,
-      y: upwards(csvName, t.singleShort, [...singles, ...limits]),
+      y: upwards(csvName, t.singleShort, all.flatMap(singlesOf)),
       ...toRead(csvName, t.singleOf(whose), t.singleShort, bars),
       children: (plot) => html`
         ${h(Bars, { plot, bins: bars.flatMap(({ tooth, value }) => (value === null ? [] : [{ from: tooth - 0.4, to: tooth + 0.4, count: value }])) })}
@@ -127,7 +136,11 @@ function Pitches({ of, csvName }) {
       height: tall(csvName, 240),
       x,
       // beside a low chart is no room for more
-      y: upwards(csvName, csvName === undefined ? t.deviation : t.index, index),
+      y: upwards(
+        csvName,
+        csvName === undefined ? t.deviation : t.index,
+        all.flatMap((one) => one.index_deviation_um),
+      ),
       ...toRead(csvName, t.cumulativeOf(whose), t.index, curve),
       children: (plot) => html`
         ${h(Rule, { plot, y: 0, kind: "zero" })}

@@ -12,11 +12,12 @@ const toasts = signal(/** @type {Toast[]} */ ([]));
 /** @type {import("../../vendor/ui.js").Signal<string>} */
 const spoken = signal("");
 
-/** Shows a sentence; what failed stays until it is dismissed. @param {string} text @param {Toast["kind"]} [kind] */
+/** Shows a sentence; what failed stays until it is dismissed, anything else until the next one. @param {string} text @param {Toast["kind"]} [kind] */
 export function notify(text, kind = "done") {
   last += 1;
   const id = last;
-  toasts.value = [...toasts.value, { id, text, kind }].slice(-4);
+  const others = kind === "failed" ? toasts.value : toasts.value.filter((toast) => toast.kind === "failed");
+  toasts.value = [...others, { id, text, kind }].slice(-4);
   if (kind !== "failed") setTimeout(() => dismiss(id), STAYS);
 }
 

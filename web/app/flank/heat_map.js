@@ -51,9 +51,11 @@ const MOST_LINES = 60;
 
 /** @param {HeatMapProps} props */
 export function HeatMap(props) {
-  const { name, summary, surface, limit, small = false, height = small ? 96 : 380, flipU = false, density } = props;
+  const { name, summary, surface, limit, small = false, flipU = false, density } = props;
   const id = useId();
   const [holder, width] = useWidth();
+  // on wide screens a map grows in both directions
+  const height = props.height ?? (small ? 96 : Math.round(Math.min(560, Math.max(380, 0.36 * width))));
   const margin = small ? NONE : MARGIN;
   const whole = useMemo(() => boxOf(surface), [surface.u, surface.v]);
   const box = props.window ?? whole;

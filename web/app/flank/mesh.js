@@ -131,6 +131,49 @@ export function projection({ yaw, pitch, zoom }, { width, height, radius }) {
   ];
 }
 
+/** What an edge's word keeps from the edge, pixels. */
+const ASIDE = 6;
+
+/**
+ * Where the words of the four edges stand in the picture: outside of the middle of each edge, whichever lies further out,
+ * that of the nominal plane or of the surface; and always within the picture.
+ * Seen along the flank, where the two of a pair would stand on each other, there is only the nearer.
+ * @template {string} K
+ * @param {Box} box @param {ReturnType<typeof projection>} project @param {{ width: number, height: number }} frame
+ * @param {Record<K, string>} words @param {Record<K, readonly [number, number]>} sides towards which side each lies, along the width and upwards: −1, 0, 1
+ * @param {Record<K, number>} heights of the surface there, as drawn
+ * @param {{ letter: number, line: number }} size about what a letter and a line need, pixels
+ * @returns {{ key: K, text: string, x: number, y: number }[]}
+ */
+export function edgeWords({ u, v }, project, frame, words, sides, heights, { letter, line }) {
+  const keys = /** @type {K[]} */ (Object.keys(words));
+  const [middleX, middleY] = project(0, 0, 0);
+  const within = (/** @type {number} */ at, /** @type {number} */ half, /** @type {number} */ most) =>
+    Math.min(most - half - 2, Math.max(half + 2, at));
+  return keys.flatMap((key) => {
+    const [across, up] = sides[key];
+    const place = /** @type {const} */ ([(across * (v[1] - v[0])) / 2, (up * (u[1] - u[0])) / 2]);
+    const [x, plane, near] = project(...place, 0);
+    const [dx, dy] = [x - middleX, plane - middleY];
+    const far = Math.hypot(dx, dy);
+    if (far < line && near < 0) return [];
+    const [outX, outY] = far < 1 ? [0, 1] : [dx / far, dy / far];
+    const [halfX, halfY] = [(letter * words[key].length) / 2, line / 2];
+    // heights are upright in the picture
+    const seen = project(...place, heights[key])[1];
+    const y = outY < 0 ? Math.min(plane, seen) : Math.max(plane, seen);
+    const by = ASIDE + halfX * Math.abs(outX) + halfY * Math.abs(outY);
+    return [
+      {
+        key,
+        text: words[key],
+        x: within(x + by * outX, halfX, frame.width),
+        y: within(y + by * outY, halfY, frame.height),
+      },
+    ];
+  });
+}
+
 /** A node in the picture. @param {FlankSurface} surface @param {number} index @param {number} scale @param {boolean} flipU @param {ReturnType<typeof projection>} project */
 export function nodeInPicture(surface, index, scale, flipU, project) {
   const [x, y, z] = placeOf(surface, index, scale, flipU, boxOf(surface));

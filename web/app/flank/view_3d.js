@@ -8,8 +8,19 @@ import { niceAbove } from "../lib/colour.js";
 import { query, setQuery } from "../navigation.js";
 import { html, useLayoutEffect, useMemo, useRef, useState } from "../../vendor/ui.js";
 import { useWidth } from "../charts/chart.js";
-import { CLOSER, indicesOf, linesOf, nodeInPicture, nodeSeenAt, projection, thinnedTo, verticesOf } from "./mesh.js";
-import { boxOf, nodeOf } from "./surface.js";
+import { barLength } from "../charts/k_chart.js";
+import {
+  CLOSER,
+  edgeWords,
+  indicesOf,
+  linesOf,
+  nodeInPicture,
+  nodeSeenAt,
+  projection,
+  thinnedTo,
+  verticesOf,
+} from "./mesh.js";
+import { boxOf, nearestNode, nodeOf } from "./surface.js";
 
 /** @typedef {import("./surface.js").FlankSurface} FlankSurface */
 /** @typedef {import("./surface.js").FlankNode} FlankNode */
@@ -28,6 +39,11 @@ const VIEWS = {
   3: { yaw: 0, pitch: 89, zoom: 1 },
 };
 const FIRST = /** @type {Camera} */ (VIEWS[1]);
+/** Where the edges lie, along the width and upwards; whichever way u counts, the tip is above. */
+const SIDES = /** @type {const} */ ({ root: [0, -1], tip: [0, 1], faceI: [-1, 0], faceII: [1, 0] });
+const LETTERS = { letter: 6.8, line: 14 };
+/** The longest scale bar, pixels; one of more than this many limits would say nothing: heights are not seen from there. */
+const [BAR, LIMITS] = [75, 4];
 
 /** Whether this browser draws in space. */
 export function hasWebgl() {
@@ -53,7 +69,7 @@ export function Flank3d({ surface, limit, unit, name, summary, flipU, at, onAt, 
   const scene = useRef(/** @type {Awaited<ReturnType<typeof built>> | null} */ (null));
   const [error, setError] = useState(/** @type {unknown} */ (undefined));
   const [ready, setReady] = useState(false);
-  const [turning, setTurning] = useState(false);
+  const [turning, setTurning] = useState(/** @type {Camera | undefined} */ (undefined));
   const magnification = useMemo(() => magnificationOf(surface, limit, unit), [surface, limit, unit]);
   const scaled = magnification * (unit === "µm" ? 1e-3 : 1);
   const text = query.value.get("camera");
@@ -111,15 +127,16 @@ export function Flank3d({ surface, limit, unit, name, summary, flipU, at, onAt, 
     const drag = dragged.current;
     if (!drag) return;
     if (drag.now === drag.from && Math.hypot(event.clientX - drag.x, event.clientY - drag.y) < CLICK) return;
-    setTurning(true);
     drag.now = turned(drag.from, (event.clientX - drag.x) / 3, (event.clientY - drag.y) / 3);
+    setTurning(drag.now);
     scene.current?.draw(drag.now, width, HEIGHT, true);
   };
-  const project = projection(camera, { width, height: HEIGHT, radius: radiusOf(surface) });
+  const frame = { width, height: HEIGHT };
+  const project = projection(turning ?? camera, { ...frame, radius: radiusOf(surface) });
   const release = (/** @type {PointerEvent & { currentTarget: Element }} */ event) => {
     const drag = dragged.current;
     dragged.current = null;
-    setTurning(false);
+    setTurning(undefined);
     if (!drag) return;
     if (drag.now !== drag.from) return settle(drag.now);
     if (event.type === "pointercancel") return;
@@ -129,6 +146,9 @@ export function Flank3d({ surface, limit, unit, name, summary, flipU, at, onAt, 
     if (index !== undefined) onAt(nodeOf(surface, index));
   };
   const mark = at && !turning ? nodeInPicture(surface, at.index, scaled, flipU, project) : undefined;
+  const edges = useMemo(() => edgeHeights(surface, scaled, flipU), [surface, scaled, flipU]);
+  const names = { root: t.root, tip: t.tip, faceI: t.faceI, faceII: t.faceII };
+  const words = ready ? edgeWords(boxOf(surface), project, frame, names, SIDES, edges, LETTERS) : [];
   if (error !== undefined) return html`<p class="hint" role="status">${t.noWebgl}</p>`;
   return html`<div class="flank-3d">
     <div class="actions" role="group" aria-label=${t.views}>
@@ -143,15 +163,43 @@ export function Flank3d({ surface, limit, unit, name, summary, flipU, at, onAt, 
       onPointerMove=${move} onPointerUp=${release} onPointerCancel=${release}>
       <canvas ref=${canvas} width=${width} height=${HEIGHT}></canvas>
       ${
-        mark &&
+        ready &&
         html`<svg class="chart chart-crosshair" width=${width} height=${HEIGHT} aria-hidden="true">
-          <circle cx=${mark[0]} cy=${mark[1]} r="6" />
+          ${words.map(({ key, text: word, x, y }) => html`<text key=${key} x=${x} y=${y} dy="0.35em" text-anchor="middle">${word}</text>`)}
+          ${heightBar(project, scaled, limit, unit)}
+          ${mark && html`<circle cx=${mark[0]} cy=${mark[1]} r="6" />`}
         </svg>`
       }
     </div>
     <p class="picked" role="status" translate="no">${at ? says(at) : ""}</p>
     <p class="hint">${t.magnified(fmt.value.count(magnification))} ${t.turnHint}</p>
   </div>`;
+}
+
+/** Heights in the middle of the edges, as drawn. @param {FlankSurface} surface @param {number} scaled @param {boolean} flipU */
+function edgeHeights(surface, scaled, flipU) {
+  const { u, v } = boxOf(surface);
+  const at = (/** @type {readonly [number, number]} */ [across, up]) => {
+    const along = (u[0] + u[1] + (flipU ? -up : up) * (u[1] - u[0])) / 2;
+    const { z } = nearestNode(surface, along, (v[0] + v[1] + across * (v[1] - v[0])) / 2);
+    return Number.isFinite(z) ? z * scaled : 0;
+  };
+  return { root: at(SIDES.root), tip: at(SIDES.tip), faceI: at(SIDES.faceI), faceII: at(SIDES.faceII) };
+}
+
+/**
+ * A round height as long as it is seen, which is always upright.
+ * @param {ReturnType<typeof projection>} project @param {number} scaled @param {number} limit @param {string | undefined} unit
+ */
+function heightBar(project, scaled, limit, unit) {
+  const pixels = project(0, 0, 0)[1] - project(0, 0, scaled)[1];
+  const height = barLength(0, pixels, BAR);
+  if (height === 0 || height > LIMITS * limit) return null;
+  const [x, y] = [14, HEIGHT - 14];
+  return html`<g class="height-bar" translate="no">
+    <path d=${`M${x - 4} ${y}h8M${x} ${y}v${-height * pixels}m-4 0h8`} />
+    <text x=${x + 9} y=${y - (height * pixels) / 2} dy="0.35em">${`${fmt.value.input(height)}${unit ? ` ${unit}` : ""}`}</text>
+  </g>`;
 }
 
 /** How far from its middle a flank is seen. @param {FlankSurface} surface */

@@ -7,6 +7,7 @@ import { t } from "../i18n/jobs.js";
 import { fmt } from "../i18n/i18n.js";
 import { setQuery } from "../navigation.js";
 import { href } from "../router.js";
+import { compact } from "../settings.js";
 import { h, html, useEffect, useRef, useState } from "../../vendor/ui.js";
 import { firstPage, isReversed, noFilters, SORTS, STATUSES } from "./filters.js";
 
@@ -29,6 +30,14 @@ export function StatusCounts({ filters, sort, counts }) {
   return html`<nav class="status-counts" aria-label=${t.byStatus}>
     <ul>${entry(undefined, t.all)}${STATUSES.map((status) => entry(status, t[status]))}</ul>
   </nav>`;
+}
+
+/** Whether a job has one line, or what it is of below its name too. */
+export function Density() {
+  const toggle = () => {
+    compact.value = !compact.value;
+  };
+  return html`<button type="button" class="button density" aria-pressed=${compact.value ? "true" : "false"} onClick=${toggle}>${t.compact}</button>`;
 }
 
 /** @param {{ filters: Filters, sort: string, summary: JobSummary | undefined, error: unknown }} props */

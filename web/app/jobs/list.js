@@ -13,6 +13,7 @@ import { SURFACE_FIGURES } from "../lib/requirements.js";
 import { commonLimit } from "../lib/thumbnail.js";
 import { setQuery } from "../navigation.js";
 import { href } from "../router.js";
+import { compact } from "../settings.js";
 import { h, html } from "../../vendor/ui.js";
 import { firstPage } from "./filters.js";
 
@@ -41,7 +42,7 @@ export function JobList({ jobs, sort, tools }) {
     stacked: true,
     tools,
   });
-  return html`${list}${flanks && html`<p class="hint list-hint">${t.flankHint(fmt.value.input(limit))}</p>`}`;
+  return html`<div class=${`job-list${compact.value ? " compact" : ""}`}>${list}</div>${flanks && html`<p class="hint list-hint">${t.flankHint(fmt.value.input(limit))}</p>`}`;
 }
 
 /** @param {string} sort @param {number | undefined} limit of the flanks' colours; none where no job has one @returns {Column[]} */
@@ -144,7 +145,9 @@ function nameOf({ id, name, gear, tags, part_number: part, serial_number: serial
   const beside = gearInShort(gear);
   const tagged = Object.keys(tags).length > 0;
   const numbers = [part, serial].filter(Boolean).join(" · ");
-  return html`<a href=${href("/jobs/{job_id}", { job_id: id })} translate="no">${name}</a>
+  const link = html`<a href=${href("/jobs/{job_id}", { job_id: id })} title=${name} translate="no">${name}</a>`;
+  if (compact.value) return link;
+  return html`${link}
     ${numbers && html`<span class="job-numbers" translate="no">${numbers}</span>`}
     ${(beside || tagged) && html`<span class="job-more" translate="no">${beside && html`<span>${beside}</span>`}${tagged && h(Tags, { tags })}</span>`}`;
 }

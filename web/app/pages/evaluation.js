@@ -3,6 +3,7 @@
 import { may } from "../api/key.js";
 import { useRecord, useRecords } from "../api/records.js";
 import { useTolerances } from "../api/tolerances.js";
+import { Dfq } from "../components/dfq.js";
 import { EvaluationForm } from "../components/evaluation_form.js";
 import { EvaluationSheet } from "../components/evaluation_sheet.js";
 import { EvaluationTable, symbolsOf } from "../components/evaluation_table.js";
@@ -108,7 +109,8 @@ function Evaluation({ job, number, record, choice, onDone }) {
   const without = evaluation.traces.some((trace) => trace.slope_um !== undefined && !trace.mean_line_um);
   return html`
     <section class="panel" aria-labelledby="about">
-      <header><h2 id="about">${t.record}</h2></header>
+      <header><h2 id="about">${t.record}</h2>
+        ${h(Dfq, { jobId: job.id, number, record: record.id, name: `${job.name} ${number} ${t.title}` })}</header>
       ${h(Facts, {
         items: [
           { name: t.made, value: data(fmt.value.time(record.created_at)) },
@@ -170,7 +172,8 @@ function Pitch({ job, number, made }) {
   const id = query.value.get("pitch") ?? made.at(-1)?.id;
   const record = useRecord(job.id, number, id);
   return html`<section class="panel" aria-labelledby="pitch">
-    <header><h2 id="pitch">${pitchText.title}</h2></header>
+    <header><h2 id="pitch">${pitchText.title}</h2>
+      ${id && h(Dfq, { jobId: job.id, number, record: id, name: `${job.name} ${number} ${pitchText.title}` })}</header>
     ${
       made.length > 1 &&
       html`<div class="fields">${h(SelectField, {

@@ -9,7 +9,7 @@ import { Empty, loaded } from "../components/states.js";
 import { t as common } from "../i18n/common.js";
 import { t } from "../i18n/jobs.js";
 import { fmt } from "../i18n/i18n.js";
-import { FilterBar, StatusCounts } from "../jobs/filter_bar.js";
+import { Density, FilterBar, StatusCounts } from "../jobs/filter_bar.js";
 import { countOf, countsByStatus, filtersOf, listQuery, ON_A_PAGE, sortOf } from "../jobs/filters.js";
 import { JobList } from "../jobs/list.js";
 import { query } from "../navigation.js";
@@ -61,7 +61,9 @@ export default function Jobs() {
       ? h(Empty, { children: t.none, action: create })
       : html`
         <div class="job-filters">
-          ${h(StatusCounts, { filters, sort, counts: countsByStatus(filters, summary.data, counted) })}
+          <div class="job-counts">
+            ${h(StatusCounts, { filters, sort, counts: countsByStatus(filters, summary.data, counted) })}${h(Density, null)}
+          </div>
           ${h(FilterBar, { filters, sort, summary: summary.data, error: list.error })}
         </div>
         ${loaded({

@@ -172,3 +172,24 @@ browserTest("the list is narrowed down to a class", { statuses: [422], alone: tr
   await page.locator('[aria-invalid="true"]').waitFor();
   assert.equal(await page.getByLabel("Class", { exact: true }).getAttribute("aria-invalid"), "true");
 });
+
+browserTest(
+  "a compact list has one line a job, and stays compact",
+  { alone: true },
+  async ({ page, open, stands, job }) => {
+    const long = "long name ".repeat(16).trim();
+    await job({ name: long, tags: { cell: "B" } });
+    await open("/jobs");
+    const link = page.getByRole("link", { name: long });
+    const lines = () => link.evaluate((one) => one.getBoundingClientRect().height / 20.3);
+    assert.ok((await lines()) < 2.2, "two lines at most");
+    await page.getByRole("button", { name: "Compact" }).click();
+    await page.locator("tbody .tags").waitFor({ state: "detached" });
+    const height = () => page.locator("tbody tr").evaluate((row) => row.getBoundingClientRect().height);
+    assert.ok((await height()) <= 46, `${await height()} px`);
+    assert.equal(await link.getAttribute("title"), long);
+    await page.reload();
+    await stands();
+    assert.ok((await height()) <= 46, `${await height()} px`);
+  },
+);

@@ -102,7 +102,7 @@ export async function pageList({ job, iteration, call }) {
     {
       name: "iteration",
       path: `${first}?contours=1&lines=1&at=8.742%2C7.5`,
-      dialogs: [{ name: "decide", open: ".flank-beside .button.danger" }],
+      dialogs: [{ name: "decide", open: "section[aria-labelledby=decision] .actions > :last-child" }],
     },
     { name: "in-space", path: `/jobs/${weights.id}/iterations/1?space=1` },
     { name: "all-teeth", path: `/jobs/${round.id}/iterations/1?layer=teeth` },

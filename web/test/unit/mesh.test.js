@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { nodeInPicture, nodeSeenAt, projection } from "../../app/flank/mesh.js";
+import { edgeWords, nodeInPicture, nodeSeenAt, projection } from "../../app/flank/mesh.js";
 import { gridOf } from "../../app/flank/surface.js";
 
 const FRAME = { width: 600, height: 400, radius: 10 };
@@ -74,4 +74,32 @@ test("where a node is missing, nothing is seen", () => {
   const project = projection({ yaw: 0, pitch: 90, zoom: 1 }, { width: 100, height: 100, radius: 1 });
   const [x, y] = nodeInPicture(holed, 1, 1, false, project);
   assert.equal(nodeSeenAt(holed, 1, false, project, [x - 2, y - 2]), undefined);
+});
+
+const WORDS = { root: "root", tip: "tip", faceI: "face I", faceII: "face II" };
+const SIDES = /** @type {const} */ ({ root: [0, -1], tip: [0, 1], faceI: [-1, 0], faceII: [1, 0] });
+const SIZE = { letter: 7, line: 14 };
+const BOX = /** @type {import("../../app/flank/surface.js").Box} */ ({ u: [0, 8], v: [0, 15] });
+/** @param {import("../../app/flank/mesh.js").Camera} camera @param {Partial<Record<keyof typeof WORDS, number>>} [heights] */
+const wordsSeen = (camera, heights = {}) => {
+  const level = { root: 0, tip: 0, faceI: 0, faceII: 0, ...heights };
+  const words = edgeWords(BOX, projection(camera, FRAME), FRAME, WORDS, SIDES, level, SIZE);
+  return Object.fromEntries(words.map(({ key, x, y }) => [key, { x, y }]));
+};
+
+test("words stand outside of the edges that they name", () => {
+  const { root, tip, faceI, faceII } = wordsSeen({ yaw: 0, pitch: 90, zoom: 1 });
+  assert.ok(root && tip && faceI && faceII);
+  assert.ok(tip.y < 200 - 4 * 32 && root.y > 200 + 4 * 32 && Math.abs(tip.x - 300) < 1e-9);
+  assert.ok(faceI.x < 300 - 7.5 * 32 && faceII.x > 300 + 7.5 * 32);
+  const { root: lower } = wordsSeen({ yaw: 0, pitch: 35, zoom: 1 }, { root: -2 });
+  const { root: level } = wordsSeen({ yaw: 0, pitch: 35, zoom: 1 });
+  assert.ok(lower && level && lower.y > level.y + 30, "below a surface that falls there");
+});
+
+test("words stay in the picture, and along the flank the nearer hides the farther", () => {
+  for (const { x, y } of Object.values(wordsSeen({ yaw: 30, pitch: 40, zoom: 10 })))
+    assert.ok(x > 0 && x < 600 && y > 0 && y < 400, `${x} ${y}`);
+  const { faceI, faceII } = wordsSeen({ yaw: -90, pitch: 0, zoom: 1 });
+  assert.ok(faceI && !faceII);
 });

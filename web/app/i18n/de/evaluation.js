@@ -62,6 +62,8 @@ export default {
   asSigned: "im Vorzeichen, das verlangt war",
   zero: "keine",
   overall: "Gröbste Klasse",
+  dfq: "Q-DAS (.dfq)",
+  dfqHint: "Datei für die statistische Prozesslenkung",
   level: "Vertrauensniveau",
   made: "Bestimmt",
   warnings: "Warnungen",

@@ -28,6 +28,7 @@ export default {
   reversed: "Dieser Tag liegt vor dem ersten.",
   apply: "Anwenden",
   clear: "Alle Filter aufheben",
+  compact: "Kompakt",
   name: "Auftrag",
   part: "Teilenummer",
   serial: "Seriennummer",

@@ -5,8 +5,7 @@ export default {
   // fits
   attracted_entirely:
     "Kein Abstand zum Zielwert hebt sich vom Rauschen ab: Die Antwort ist der Zielwert selbst, ohne Gewicht.",
-  design_range_assumed:
-    "Die Auslegung nennt keinen Bereich für ihre Größen: angenommen sind die Auswertebereiche.",
+  design_range_assumed: "Die Auslegung nennt keinen Bereich für ihre Größen: angenommen sind die Auswertebereiche.",
   beyond_double: "Einzelne Werte überschreiten den Bereich der Gleitkommazahlen und fehlen.",
   condition_unknown: "Die äußersten Eigenwerte sind noch nicht sicher bestimmt; die Kondition ist offen.",
   constraints_active:

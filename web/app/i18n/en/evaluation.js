@@ -62,6 +62,8 @@ export default {
   asSigned: "in the sign that was asked for",
   zero: "none",
   overall: "Coarsest class",
+  dfq: "Q-DAS (.dfq)",
+  dfqHint: "File for statistical process control",
   level: "Confidence level",
   made: "Made",
   warnings: "Warnings",

@@ -27,6 +27,7 @@ export default {
   reversed: "This day is before the first.",
   apply: "Apply",
   clear: "Clear all filters",
+  compact: "Compact",
   name: "Job",
   part: "Part number",
   serial: "Serial number",
