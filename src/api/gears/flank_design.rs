@@ -103,7 +103,7 @@ design! {
 const MOST_UM: f64 = 1000.0;
 
 impl DesignBody {
-    /// Whether a range that its figures refer to is left open.
+    /// True if a range that its figures refer to is left open.
     pub fn lacks_range(&self) -> bool {
         let figures = |side| self.of(side).named().iter().any(|(_, figure)| figure.is_some());
         let open = self.profile_diameter_range_mm.is_none() || self.helix_range_mm.is_none();

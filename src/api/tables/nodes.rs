@@ -33,7 +33,7 @@ pub struct TableNodes {
     pub nodes: Nodes,
     /// Rows without a height, and crossings of a grid without a row.
     pub missing: usize,
-    /// Of its helix traces, where they cross profiles; those that count the other way are turned.
+    /// Sign of its helix traces, if they cross profiles; turned ones have their heights changed.
     pub helix_sign: Option<HelixSign>,
     /// Its traces, where each has a zero of its own.
     pub own_zeros: Option<OwnZeros>,

@@ -153,7 +153,7 @@ async fn files_are_read_against_the_design() {
     }
 }
 
-/// What has no design is refused with its place.
+/// A request that needs a design is refused with its place if there is none.
 #[tokio::test]
 async fn a_design_that_is_missing_is_named() {
     let app = TestApp::start().await;

@@ -125,7 +125,7 @@ async fn a_correction_of_the_gear_has_the_mean_of_the_fits() {
     app.stop().await;
 }
 
-/// What was measured is compared by least squares where the fit has a prior, which may hold the
+/// Measurements are compared by least squares if a fit has a prior, which may hold the
 /// prediction that is tested.
 #[tokio::test]
 async fn a_prior_does_not_answer_for_the_machine() {

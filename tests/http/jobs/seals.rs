@@ -98,7 +98,7 @@ fn verified(database: &Path, more: &[&str]) -> (Option<i32>, String, String) {
     (run.status.code(), text(run.stdout), text(run.stderr))
 }
 
-/// Nothing was made yet, or the files are gone: nobody who reads "intact" must believe that.
+/// An empty database is new, or its files are gone: "intact" would hide the latter.
 #[tokio::test]
 async fn an_empty_database_is_called_empty() {
     let folder = tempfile::tempdir().unwrap();

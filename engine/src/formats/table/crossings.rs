@@ -21,7 +21,7 @@ const CLEARLY: f64 = 0.2;
 const FEWEST: u32 = 4;
 /// Distances below this share of the range of the heights say nothing about the sign.
 const NOISE: f64 = 0.05;
-/// What two strokes over one point differ by without noise, as a share of the range.
+/// Difference of two strokes over one point without noise, as a share of the range.
 const REPEATABLE: f64 = 0.015;
 /// Probability that noise alone is taken for separate zeros.
 const FALSE_ALARM: f64 = 0.01;

@@ -21,7 +21,7 @@ pub struct Band {
     pub kind: Kind,
     /// Of which flank; of both where it does not say.
     pub side: Option<Side>,
-    /// What its deviations are about.
+    /// Line that its deviations are about.
     pub against: Against,
     /// What places of profiles are; those of helices are z.
     pub axis: ProfileAxis,

@@ -194,7 +194,7 @@ pub struct Settings {
     pub given: DeviationSign,
     /// Line along which the deviations given are taken.
     pub direction: Direction,
-    /// What figures are about.
+    /// Line that figures are about.
     pub against: Against,
     /// Sign of slopes.
     pub sign: SlopeSign,

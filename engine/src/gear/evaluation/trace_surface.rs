@@ -299,9 +299,9 @@ pub struct Levelled {
 pub struct OwnZeros {
     /// Number of places of each trace.
     pub lengths: Vec<usize>,
-    /// Whether they determine a slope along the profile and one along the helix.
+    /// True if they determine a slope along the profile, and one along the helix.
     pub along: [bool; 2],
-    /// Whether they determine all terms but the constant.
+    /// True if they determine all terms but the constant.
     pub whole: bool,
 }
 

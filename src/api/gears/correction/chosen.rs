@@ -19,7 +19,7 @@ pub struct ChosenFigures {
     pub figures: FitFiguresBody,
     /// Level of their intervals.
     pub level: f64,
-    /// Whether the fit has a prior.
+    /// True if the fit has a prior.
     pub has_prior: bool,
 }
 

@@ -112,7 +112,7 @@ pub fn on_all(bands: &[KBandBody], gear: &Gear, at: &str) -> Result<Vec<Band>, F
 }
 
 impl KBandBody {
-    /// Whether its deviations are about the design.
+    /// True if its deviations are about the design.
     pub fn is_about_design(&self) -> bool {
         self.against == Some(AgainstName::Design)
     }
