@@ -8,6 +8,7 @@ import en from "../i18n/en/iteration.js";
 import { h, html, useState } from "../../vendor/ui.js";
 import { Dialog } from "./dialog.js";
 import { Checkbox, SelectField, TextField } from "./form.js";
+import { FlankField, UnitField } from "./measurand_fields.js";
 import { Failure } from "./states.js";
 import { notify } from "./toast.js";
 
@@ -72,57 +73,27 @@ export function EditMeasurand({ iteration, etag, put, onClose }) {
       setSending(false);
     }
   };
-  const select = (
-    /** @type {string} */ label,
-    /** @type {string} */ value,
-    /** @type {(value: string) => void} */ onChange,
-    /** @type {readonly [string, string][]} */ options,
-    /** @type {string} */ pointer,
-  ) =>
-    h(SelectField, {
-      label,
-      required: true,
-      value,
-      options: options.map(([one, words]) => ({ value: one, label: words })),
-      onChange,
-      error,
-      pointer,
-    });
-  const units = /** @type {[string, string][]} */ ([
-    ["mm", "mm"],
-    ["um", "µm"],
-    ["nm", "nm"],
-    ["in", "in"],
-  ]);
   return h(Dialog, {
     title: t.editMeasurand,
     onClose,
     children: html`<form onSubmit=${send}>
       <div class="fields">
-        ${select(
-          t.flank,
-          flank,
-          setFlank,
-          [
-            ...(iteration.flank ? [] : /** @type {[string, string][]} */ ([["", t.notSaid]])),
-            ["left", t.left],
-            ["right", t.right],
-          ],
-          "/flank",
-        )}
+        ${h(FlankField, { value: flank, onChange: setFlank, none: iteration.flank ? undefined : t.notSaid, error, pointer: "/flank" })}
         ${h(TextField, { label: t.tooth, value: tooth, onInput: setTooth, maxLength: 200, error, pointer: "/tooth" })}
-        ${select(
-          t.along,
-          along,
-          setAlong,
-          [
-            ...(along === "" ? /** @type {[string, string][]} */ ([["", axes?.u?.quantity ?? ""]]) : []),
-            ["roll_length", t.rollLength],
-            ["diameter", t.diameter],
+        ${h(SelectField, {
+          label: t.along,
+          required: true,
+          value: along,
+          options: [
+            ...(along === "" ? [{ value: "", label: axes?.u?.quantity ?? "" }] : []),
+            { value: "roll_length", label: t.rollLength },
+            { value: "diameter", label: t.diameter },
           ],
-          "/axes/u",
-        )}
-        ${select(t.unitOfDeviations, unit, setUnit, units.some(([one]) => one === unit) ? units : [[unit, unit], ...units], "/axes/z/unit")}
+          onChange: setAlong,
+          error,
+          pointer: "/axes/u",
+        })}
+        ${h(UnitField, { value: unit, onChange: setUnit, error, pointer: "/axes/z/unit" })}
       </div>
       ${h(Checkbox, { label: t.acceptUnits, checked: accepted, onChange: setAccepted })}
       <p class="hint">${t.measurandHint}</p>

@@ -124,7 +124,7 @@ export function GearWarnings({ warnings }) {
 }
 
 /** A value once it has rested for a moment, so that not every key asks the server. @template T @param {T} value */
-function useRested(value) {
+export function useRested(value) {
   const [rested, setRested] = useState(value);
   useEffect(() => {
     const timer = setTimeout(() => setRested(value), 200);

@@ -1,6 +1,5 @@
 // Nodes from a file that is dropped or picked, or from text that is pasted.
 
-import { t as common } from "../i18n/common.js";
 import de from "../i18n/de/fit.js";
 import en from "../i18n/en/fit.js";
 import { texts } from "../i18n/i18n.js";
@@ -68,7 +67,7 @@ export function NodesInput({ onNodes, onRefused }) {
       <summary>${t.paste}</summary>
       <div class="pasted">
         ${h(TextField, { label: t.pasted, required: true, value: pasted, onInput: setPasted, lines: 6, hint: t.pasteHint })}
-        <div class="actions"><button type="button" class="button" onClick=${() => takeBytes(new Blob([pasted]), "")}>${common.fit}</button></div>
+        <div class="actions"><button type="button" class="button" onClick=${() => takeBytes(new Blob([pasted]), "")}>${t.fitNow}</button></div>
       </div>
     </details>
     <div aria-live="polite">

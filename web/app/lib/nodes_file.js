@@ -92,7 +92,14 @@ export function specOf({ nodes, spec }, { degree, by }) {
   const n = Number(degree) || 2;
   const told = "model" in spec && !degree;
   const columns = nodes.type === "matrix" ? { type: "linear" } : undefined;
-  const polynomial = { type: "polynomial", degree: nodes.type === "curve" ? n : [n, n], basis: "legendre" };
+  const curve = nodes.type === "curve";
+  const polynomial = {
+    type: "polynomial",
+    degree: curve ? n : [n, n],
+    basis: "legendre",
+    // the surface of second order, of which slopes, crownings and twist are
+    ...(curve || degree ? {} : { terms: "total" }),
+  };
   /** @type {Fields} */
   const made = { ...spec, model: told ? spec["model"] : (columns ?? polynomial) };
   if (by === "none") made["regularization"] = { type: "none" };

@@ -10,7 +10,7 @@ export function unitSign(unit) {
 }
 
 /** µm of the units of heights. */
-const MICROMETRES = /** @type {Record<string, number>} */ ({ nm: 1e-3, um: 1, mm: 1000, in: 25400 });
+export const MICROMETRES = /** @type {Record<string, number>} */ ({ nm: 1e-3, um: 1, mm: 1000, in: 25400 });
 
 /** Heights times this are µm of material that stands out; none where their unit is the caller's own. @param {Axes | null | undefined} axes */
 export function micrometres(axes) {

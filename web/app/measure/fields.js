@@ -1,6 +1,7 @@
 // The fields beside the files: what is fitted, and what is known of the measurement.
 
 import { SelectField, TextField } from "../components/form.js";
+import { AxesField, FlankField, UnitField } from "../components/measurand_fields.js";
 import de from "../i18n/de/measure.js";
 import en from "../i18n/en/measure.js";
 import { texts } from "../i18n/i18n.js";
@@ -28,6 +29,11 @@ export function MeasureFields({ typed, change, error, wrong, imports, fits, from
       fault: wrong[key] && t.noNumber,
       ...more,
     });
+  const chosen = (/** @type {keyof Typed} */ key) => ({
+    value: typed[key],
+    onChange: (/** @type {string} */ value) => change({ [key]: value }),
+    error,
+  });
   const select = (
     /** @type {keyof Typed} */ key,
     /** @type {string} */ label,
@@ -37,61 +43,22 @@ export function MeasureFields({ typed, change, error, wrong, imports, fits, from
     h(SelectField, {
       label,
       required: true,
-      value: typed[key],
-      options: options.map(([value, words]) => ({ value, label: words, verbatim: /^[µn]?m{1,2}$/.test(words) })),
-      onChange: (value) => change({ [key]: value }),
-      error,
+      options: options.map(([value, label]) => ({ value, label })),
+      ...chosen(key),
       ...more,
     });
   return html`<div class="measure-fields">
     <fieldset>
       <legend>${t.measurement}</legend>
       <div class="fields">
-        ${select(
-          "flank",
-          t.flank,
-          [
-            ["", t.asFile],
-            ["left", t.left],
-            ["right", t.right],
-          ],
-          { pointer: pointer("flank") },
-        )}
+        ${h(FlankField, { ...chosen("flank"), none: t.asFile, pointer: pointer("flank") })}
         ${text("tooth", t.tooth, { hint: t.toothHint, pointer: pointer("tooth"), maxLength: 200 })}
         ${imports && text("component", t.component, { hint: t.componentHint, pointer: pointer("component") })}
         ${fits && text("instrument", t.instrument, { pointer: "/instrument", maxLength: 200 })}
         ${fits && text("operator", t.operator, { pointer: "/operator", maxLength: 200 })}
         ${fits && text("measuredAt", t.measuredAt, { hint: t.measuredAtHint, pointer: "/measured_at", fault: wrong.measuredAt && t.noTime })}
-        ${
-          fits &&
-          !named &&
-          select(
-            "axes",
-            t.axes,
-            [
-              ["none", t.axesNone],
-              ["roll_length", t.axesRoll],
-              ["diameter", t.axesDiameter],
-            ],
-            { pointer: "/axes", hint: t.axesHint },
-          )
-        }
-        ${
-          fits &&
-          !named &&
-          typed.axes !== "none" &&
-          select(
-            "unit",
-            t.unitOfDeviations,
-            [
-              ["mm", "mm"],
-              ["um", "µm"],
-              ["nm", "nm"],
-              ["in", t.inches],
-            ],
-            { pointer: "/axes/z/unit" },
-          )
-        }
+        ${fits && !named && h(AxesField, { ...chosen("axes"), pointer: "/axes" })}
+        ${fits && !named && typed.axes !== "none" && h(UnitField, { ...chosen("unit"), pointer: "/axes/z/unit" })}
       </div>
       ${said && html`<p class="notice" data-preview="words">${said}</p>`}
       ${text("note", t.note, { lines: 2, pointer: pointer("note"), maxLength: 4000 })}

@@ -126,8 +126,8 @@ function filtersOf({ hampel, gaussian, cutoff }, curve) {
   return filters;
 }
 
-/** @param {Typed} typed @param {boolean} curve */
-function axesOf({ axes, unit }, curve) {
+/** Axes of a table without named columns. @param {Pick<Typed, "axes" | "unit">} typed @param {boolean} curve */
+export function axesOf({ axes, unit }, curve) {
   const heights = { quantity: "deviation", unit: unit || "um" };
   const profile = { quantity: axes, unit: "mm" };
   return curve ? { x: profile, y: heights } : { u: profile, v: { quantity: "face_width", unit: "mm" }, z: heights };

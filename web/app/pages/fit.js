@@ -1,16 +1,20 @@
 // Fits nodes of a file, or that are pasted, and stores nothing until it is asked to.
 
-import { api } from "../api/client.js";
+import { answer, api } from "../api/client.js";
 import { may } from "../api/key.js";
 import { useResource } from "../api/resource.js";
 import { useWatched } from "../api/watched.js";
 import { Allowed } from "../components/allowed.js";
 import { Facts } from "../components/figure.js";
+import { FigureTiles } from "../components/figure_tiles.js";
+import { FlankFigures } from "../components/flank_figures.js";
 import { SelectField } from "../components/form.js";
+import { emptyGear, GearFields, useRested } from "../components/gear_fields.js";
+import { AxesField, FlankField, measurandInWords, UnitField } from "../components/measurand_fields.js";
 import { NodesInput } from "../components/nodes_input.js";
 import { Page } from "../components/page.js";
 import { bodyOf, SaveIteration } from "../components/save_iteration.js";
-import { Empty, loaded } from "../components/states.js";
+import { Empty, Failure, loaded } from "../components/states.js";
 import { stopNote, Underway } from "../components/underway.js";
 import { criterionLabel } from "../components/criterion.js";
 import { FlankCurve } from "../flank/curve.js";
@@ -21,13 +25,21 @@ import de from "../i18n/de/fit.js";
 import en from "../i18n/en/fit.js";
 import { t as common } from "../i18n/common.js";
 import { fmt, texts } from "../i18n/i18n.js";
+import { digestOf } from "../lib/digest.js";
+import { useDraft } from "../lib/draft.js";
+import { flankSurfaceRequest, isSecondOrder } from "../lib/flank_surface.js";
+import { gearOf } from "../lib/gear_form.js";
 import { readNodes, specOf } from "../lib/nodes_file.js";
 import { heightUnit } from "../lib/units.js";
+import { likelyAlong, likelyFlank, likelyUnit } from "../measure/likely.js";
+import { axesOf } from "../measure/request.js";
 import { query, setQuery } from "../navigation.js";
 import { Fragment, h, html, useMemo, useState } from "../../vendor/ui.js";
 
 /** @typedef {import("../api/client.js").Schema<"FitResult">} FitResult */
 /** @typedef {import("../api/client.js").Schema<"Axes">} Axes */
+/** @typedef {import("../api/client.js").Schema<"Gear">} Gear */
+/** @typedef {ReturnType<typeof surfaceOf>} Surface */
 /** @typedef {import("../lib/nodes_file.js").NodesFile} NodesFile */
 /** @typedef {import("../lib/nodes_file.js").Fields} Fields */
 /** @typedef {{ file: NodesFile, name: string, turn: number }} Given */
@@ -43,9 +55,17 @@ export default function FitPage() {
   const [given, setGiven] = useState(givenBefore);
   const degree = query.value.get("degree") ?? undefined;
   const by = query.value.get("by") ?? undefined;
-  const spec = useMemo(() => given && specOf(given.file, { degree, by }), [given, degree, by]);
+  const [gearForm, setGearForm] = useDraft("gear of /fit", emptyGear);
+  const { gear } = gearOf(gearForm);
+  const measured = useMemo(() => given && surfaceOf(given.file.nodes), [given]);
+  const measurand = given && measurandOf(given, measured, gear);
+  const key = JSON.stringify([measurand?.axes, measurand?.flank]);
+  const spec = useMemo(
+    () => given && measurand && withMeasurand(specOf(given.file, { degree, by }), given.file, measurand),
+    [given, degree, by, key],
+  );
   const watched = useWatched();
-  const fit = useResource(given && spec ? `fit of ${given.turn} ${degree ?? ""} ${by ?? ""}` : null, (signal) =>
+  const fit = useResource(given && spec ? `fit of ${given.turn} ${degree ?? ""} ${by ?? ""} ${key}` : null, (signal) =>
     watched.run(
       ({ header, signal: own }) =>
         api.POST("/v1/fits", {
@@ -60,6 +80,7 @@ export default function FitPage() {
   const take = (/** @type {NodesFile} */ file, /** @type {string} */ name) => {
     turns += 1;
     setQuery({ at: undefined, zoom: undefined, limit: undefined, layer: undefined });
+    setQuery({ flank: undefined, axes: undefined, unit: undefined });
     setGiven({ file, name, turn: turns });
     keep(file.text, name);
   };
@@ -77,6 +98,7 @@ export default function FitPage() {
         ${h(NodesInput, { onNodes: take, onRefused: refuse })}
         ${h(Choices, { file: given?.file, degree, by })}
       </div>
+      ${given && measurand && h(Measurand, { file: given.file, surface: measured, measurand, gearForm, setGearForm })}
       ${h(Underway, { watched, label: t.fitting })}
       ${
         stopped
@@ -88,7 +110,7 @@ export default function FitPage() {
             ? loaded({
                 resource: fit,
                 lines: 12,
-                children: (result) => h(Fitted, { key: given.turn, given, spec, result }),
+                children: (result) => h(Fitted, { key: given.turn, given, spec, gear, result }),
               })
             : h(Empty, { children: t.none })
       }`,
@@ -162,12 +184,86 @@ function Choices({ file, degree = "", by = "" }) {
   </section>`;
 }
 
-/** @param {{ given: Given, spec: Fields, result: FitResult }} props */
-function Fitted({ given: { file, name }, spec, result }) {
+/** What was measured: as the file says, as was chosen, or what is most likely. @typedef {{ flank: string, axes: string, unit: string, named: boolean }} Measurand */
+
+/** @param {Given} given @param {Surface} surface @param {Gear | undefined} gear @returns {Measurand} */
+function measurandOf({ file, name }, surface, gear) {
+  const { flank, axes } = /** @type {{ flank?: string, axes?: Axes }} */ (file.spec);
+  const chosen = (/** @type {string} */ what) => query.value.get(what) ?? "";
+  return {
+    flank: chosen("flank") || (flank ?? likelyFlank(name)),
+    axes: chosen("axes") || (likelyAlong(surface, gear) ?? "none"),
+    unit: chosen("unit") || likelyUnit(surface),
+    named: axes?.z !== undefined || axes?.y !== undefined,
+  };
+}
+
+/** @param {Fields} spec @param {NodesFile} file @param {Measurand} measurand @returns {Fields} */
+function withMeasurand(spec, { nodes }, { flank, axes, unit, named }) {
+  return {
+    ...spec,
+    ...(flank ? { flank } : {}),
+    ...(named || axes === "none" || nodes.type === "matrix"
+      ? {}
+      : { axes: axesOf({ axes, unit }, nodes.type === "curve") }),
+  };
+}
+
+/**
+ * @param {{ file: NodesFile, surface: Surface, measurand: Measurand, gearForm: import("../lib/gear_form.js").GearForm,
+ *   setGearForm: (form: import("../lib/gear_form.js").GearForm) => void }} props
+ */
+function Measurand({ file, surface, measurand, gearForm, setGearForm }) {
+  const { named, axes } = measurand;
+  const choice = (/** @type {"flank" | "axes" | "unit"} */ what) => ({
+    value: measurand[what],
+    onChange: (/** @type {string} */ value) => setQuery({ [what]: value }, { step: true }),
+  });
+  if (file.nodes.type === "matrix") return null;
+  const words = named ? undefined : measurandInWords(surface, measurand);
+  return html`<section class="panel fit-measurand" aria-labelledby="measurand">
+    <h2 id="measurand">${t.measurand}</h2>
+    <div class="fields">
+      ${h(FlankField, { ...choice("flank"), none: measurand.flank ? undefined : t.notSaid })}
+      ${!named && h(AxesField, choice("axes"))} ${!named && axes !== "none" && h(UnitField, choice("unit"))}
+    </div>
+    ${words && html`<p class="notice">${words}</p>`}
+    ${
+      surface &&
+      html`<h3>${t.gear}</h3><p class="quiet">${t.figuresNeed}</p>
+      ${h(GearFields, { form: gearForm, onChange: setGearForm, error: undefined, at: "/gear", told: false })}`
+    }
+  </section>`;
+}
+
+/**
+ * Slopes, crownings and twist; none while their flank, axes or gear are not known.
+ * @param {NodesFile} file @param {Fields} spec @param {Gear | undefined} gear
+ */
+function useFigures(file, spec, gear) {
+  const { flank, axes } = /** @type {{ flank?: "left" | "right", axes?: Axes }} */ (spec);
+  const rested = useRested(JSON.stringify(gear));
+  const request = useMemo(
+    () =>
+      flank && rested ? flankSurfaceRequest(file.nodes, { axes, flank, gear: JSON.parse(rested), spec }) : undefined,
+    [file, spec, rested],
+  );
+  const key = useMemo(() => request && digestOf(JSON.stringify(request)), [request]);
+  return useResource(request ? `figures ${key}` : null, (signal) =>
+    answer(api.POST("/v1/gears/flank-surface", { signal, body: request ?? neverSent() })),
+  );
+}
+
+/** @param {{ given: Given, spec: Fields, gear: Gear | undefined, result: FitResult }} props */
+function Fitted({ given: { file, name }, spec, gear, result }) {
   const axes = /** @type {Axes | undefined} */ (spec["axes"]);
   const level = typeof spec["level"] === "number" ? spec["level"] : 0.95;
+  const figures = useFigures(file, spec, gear);
   return html`<div class="flank-page">
     <div class="flank-main">
+      ${figures.error !== undefined && h(Failure, { error: figures.error, retry: figures.reload })}
+      ${h(FigureTiles, { figures: figures.data })}
+      ${figures.data && !isSecondOrder(spec["model"]) && html`<p class="hint">${t.otherModel}</p>`}
       ${h(Layers, { file, name, axes, result })}
       <section class="panel" aria-labelledby="coefficients">
         <h2 id="coefficients">${t.coefficients}</h2>
@@ -182,6 +278,7 @@ function Fitted({ given: { file, name }, spec, result }) {
       ${h(Warnings, { result })}
       ${may("measure") && h(SaveIteration, { file, spec: { ...spec, include: file.spec["include"] } })}
     </div>
+    ${figures.data && h(FlankFigures, { figures: figures.data, level })}
   </div>`;
 }
 

@@ -7,16 +7,16 @@ import { OfflineError } from "../api/problem.js";
 import { Allowed } from "../components/allowed.js";
 import { useResource } from "../api/resource.js";
 import { JobPage } from "../components/job_page.js";
+import { measurandInWords } from "../components/measurand_fields.js";
 import { announce, notify } from "../components/toast.js";
 import { t as common } from "../i18n/common.js";
 import de from "../i18n/de/measure.js";
 import en from "../i18n/en/measure.js";
-import { fmt, texts } from "../i18n/i18n.js";
+import { texts } from "../i18n/i18n.js";
 import { QueueEntry } from "../measure/entry.js";
 import { MeasureFields } from "../measure/fields.js";
 import { proposed } from "../measure/read.js";
 import { contentOf, started } from "../measure/reader.js";
-import { inWords } from "../measure/likely.js";
 import { isJson } from "../lib/nodes_file.js";
 import { namesAxes, readTable } from "../lib/nodes_table.js";
 import { EMPTY, answered, wrongNumbers } from "../measure/request.js";
@@ -213,8 +213,7 @@ function Measure({ jobId, gear, reread }) {
     <section class="panel">
       ${h(MeasureFields, {
         typed: likely,
-        said:
-          likely.axes === "none" || named || kinds.includes("json") ? undefined : said(next?.content?.surface, likely),
+        said: named || kinds.includes("json") ? undefined : measurandInWords(next?.content?.surface, likely),
         named,
         change,
         error: failed?.error,
@@ -262,18 +261,6 @@ async function table(file, content, mapping) {
   } catch (error) {
     return { content: content.proposal ? content : { ...content, fault: "table" }, error };
   }
-}
-
-/** The meaning of the chosen values, in words. @param {import("../flank/surface.js").FlankSurface | undefined} surface @param {Typed} chosen */
-function said(surface, { axes, unit }) {
-  const words = inWords(surface, /** @type {import("../measure/likely.js").Unit} */ (unit || "um"));
-  if (!words) return undefined;
-  const [from, to] = [words.from, words.to].map(fmt.value.three);
-  return t.inWords(
-    fmt.value.three(words.greatest),
-    t[/** @type {"along_diameter"} */ (`along_${axes}`)],
-    `${from}–${to}`,
-  );
 }
 
 /** @param {Entry["content"]} content */

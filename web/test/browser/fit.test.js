@@ -193,3 +193,63 @@ browserTest("without a job a new one is made, and the nodes are still there", { 
     [["made on the way", 1]],
   );
 });
+
+browserTest(
+  "flank, axes, unit and gear are chosen, and the figures of the flank are shown",
+  {},
+  async ({ page, open, stands, job, call }) => {
+    const gear = { teeth: 52, normal_module_mm: 1 };
+    const { id } = await job({ name: "to hold the fit", gear });
+    const { nodes } = JSON.parse(await example("flank_z52.json"));
+    const lines = ["u;v;z"];
+    for (const [i, u] of nodes.u.entries())
+      for (const [j, v] of nodes.v.entries()) lines.push([u, v, nodes.z[i][j] ?? ""].join(";"));
+    const file = { name: "links.csv", mimeType: "text/csv", buffer: Buffer.from(lines.join("\n")) };
+    await open("/fit");
+    await page.getByLabel("Drop a file here").setInputFiles(file);
+    const measured = page.getByRole("region", { name: "What was measured" });
+    await measured.waitFor();
+    assert.equal(await measured.getByLabel("Flank").inputValue(), "left", "as the name of the file says");
+    assert.equal(await page.getByRole("list", { name: "Slopes, crownings, twist" }).count(), 0);
+    await measured.getByLabel("Teeth z").fill("52");
+    await measured.getByLabel("Normal module").fill("1");
+    // the gear says that u is a roll length
+    await measured.getByText("Greatest deviation").waitFor();
+    assert.deepEqual(
+      [await measured.getByLabel("Axes of a table").inputValue(), await measured.getByLabel("Unit").inputValue()],
+      ["roll_length", "um"],
+    );
+    const tiles = page.getByRole("list", { name: "Slopes, crownings, twist" });
+    await tiles.waitFor();
+    await stands();
+    const figures = await call("POST", "/v1/gears/flank-surface", {
+      gear,
+      flank: "left",
+      profile: nodes.u,
+      z_mm: nodes.v,
+      deviation_um: nodes.z,
+      regularization: { type: "spectral" },
+    });
+    const slope = figures.profile_slope_um;
+    const place = Math.max(0, 1 - Math.floor(Math.log10(slope.std_error)));
+    const words = (await tiles.getByRole("listitem").first().textContent()) ?? "";
+    assert.ok(words.includes(slope.value.toFixed(place).replace("-", "−")), `${words}: ${slope.value}`);
+    await page.getByRole("region", { name: "Slopes, crownings, twist", exact: true }).waitFor();
+    // they are those of the stored iteration, whose axes and flank are the chosen ones
+    await page.getByLabel("Find a job").fill("to hold the fit");
+    await page.getByLabel("Job", { exact: true }).selectOption(id);
+    await page.getByRole("button", { name: "Save", exact: true }).click();
+    await page.waitForURL(`**/jobs/${id}/iterations/1`);
+    const kept = await call("GET", `/v1/jobs/${id}/iterations/1`);
+    assert.deepEqual([kept.flank, kept.axes.u.quantity, kept.axes.z.unit], ["left", "roll_length", "um"]);
+    assert.ok(Math.abs(kept.fits[0].figures.profile_slope_um.value - slope.value) < 1e-6 * Math.abs(slope.value));
+    // on the other flank the helix slope has the other sign
+    await page.goBack();
+    await tiles.waitFor();
+    await page.getByRole("region", { name: "What was measured" }).getByLabel("Flank").selectOption("right");
+    await page.waitForURL(/flank=right/);
+    await stands();
+    const helix = (await tiles.getByRole("listitem").nth(1).textContent()) ?? "";
+    assert.ok(helix.includes("−") !== figures.helix_slope_um.value < 0, helix);
+  },
+);

@@ -148,6 +148,10 @@ export async function pageList({ job, iteration, call }) {
       fill: async ({ page }) => {
         await page.locator("main input[type=file]").first().setInputFiles(file);
         await page.locator(".facts").first().waitFor();
+        const gear = page.locator("[aria-labelledby=measurand] input");
+        await gear.nth(0).fill("52");
+        await gear.nth(1).fill("1");
+        await page.locator(".figure-tiles").waitFor();
       },
     },
     { name: "trace", path: `/jobs/${id}/trace` },

@@ -1,7 +1,7 @@
 /** @type {import("../i18n.js").Same<typeof import("../en/fit.js").default>} */
 export default {
   about: "Gleicht Messpunkte aus und speichert nichts, bis Sie sie als Iteration speichern.",
-  fitting: "Anpassung läuft",
+  fitting: "Ausgleich läuft",
   none: "Legen Sie eine Datei mit Messpunkten ab, oder fügen Sie sie ein. Sie werden sofort ausgeglichen.",
   nodes: "Messpunkte",
   drop: "Datei hier ablegen oder auswählen",
@@ -13,6 +13,14 @@ export default {
   empty: "Darin steht nichts.",
   json: "Das ist kein gültiges JSON.",
   noNodes: "Darin stehen keine Messpunkte.",
+  measurand: "Was gemessen wurde",
+  notSaid: "nicht angegeben",
+  gear: "Zahnrad",
+  figuresNeed:
+    "Mit Flanke, Achsen, Zähnezahl und Modul zeigt die Seite Profil- und Flankenlinien-Winkelabweichung, Balligkeiten und Verschränkung.",
+  otherModel:
+    "Diese Kenngrößen sind die einer Fläche zweiter Ordnung durch dieselben Messpunkte. Eine gespeicherte Iteration hat die des hier gewählten Modells; beide unterscheiden sich wenig.",
+  fitNow: "Ausgleichen",
   model: "Modell",
   polynomial: "Polynom",
   polynomialHint: "Bei einer Fläche: dieser Grad entlang u und entlang v.",

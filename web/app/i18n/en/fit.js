@@ -12,6 +12,14 @@ export default {
   empty: "There is nothing in it.",
   json: "This is no valid JSON.",
   noNodes: "There are no nodes in it.",
+  measurand: "What was measured",
+  notSaid: "not said",
+  gear: "Gear",
+  figuresNeed:
+    "With the flank, the axes, the number of teeth and the module, the page shows profile slope, helix slope, crownings and twist.",
+  otherModel:
+    "These figures are of a second-order surface through the same nodes. Those of a saved iteration are of the model chosen here; the two differ by little.",
+  fitNow: "Fit",
   model: "Model",
   polynomial: "Polynomial",
   polynomialHint: "Of a surface: this degree along u and along v.",
