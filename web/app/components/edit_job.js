@@ -12,9 +12,9 @@ import { FIELDS, gearOf } from "../lib/gear_form.js";
 import { editOf, patchOf, rebased } from "../lib/job_edit.js";
 import { t as requirementText } from "../i18n/requirements.js";
 import { ALL_FIGURES, limitsOf, requirementsOf, SIDES } from "../lib/requirements.js";
-import { h, html, useState } from "../../vendor/ui.js";
+import { h, html, useRef, useState } from "../../vendor/ui.js";
 import { Dialog } from "./dialog.js";
-import { Checkbox } from "./form.js";
+import { Checkbox, toFault } from "./form.js";
 import { GearFields } from "./gear_fields.js";
 import { JobFields } from "./job_fields.js";
 import { RequirementsFields, shownPointers } from "./requirements_fields.js";
@@ -44,13 +44,14 @@ export function EditJob({ version, onClose, onSaved }) {
   const [error, setError] = useState(/** @type {unknown} */ (undefined));
   const [theirs, setTheirs] = useState(/** @type {Version | undefined} */ (undefined));
   const [sending, setSending] = useState(false);
+  const form = useRef(/** @type {HTMLFormElement | null} */ (null));
   const params = { path: { job_id: version.data.id } };
   const { job, gear, withGear, requirements } = mine;
 
   const save = async (/** @type {JobEdit} */ edit, /** @type {Version} */ over) => {
     const body = patchOf(edit, read(over));
     setTold(true);
-    if (!body) return;
+    if (!body) return toFault(form.current);
     if (Object.keys(body).length === 0) {
       onSaved(over);
       return;
@@ -66,7 +67,10 @@ export function EditJob({ version, onClose, onSaved }) {
     } catch (failed) {
       if (failed instanceof ApiError && failed.status === 412) {
         await answer(api.GET("/v1/jobs/{job_id}", { params })).then(setTheirs, setError);
-      } else setError(failed);
+      } else {
+        setError(failed);
+        toFault(form.current);
+      }
       setSending(false);
     }
   };
@@ -97,7 +101,7 @@ export function EditJob({ version, onClose, onSaved }) {
         takeTheirs: () => goOn(theirs, read(theirs)),
         keepMine,
       })
-    : html`<form onSubmit=${submit} novalidate>
+    : html`<form ref=${form} onSubmit=${submit} novalidate>
         ${h(JobFields, { form: job, onChange: (form) => setMine({ ...mine, job: form }), error, told })}
         ${h(Checkbox, { label: t.gear, checked: withGear, onChange: (on) => setMine({ ...mine, withGear: on }) })}
         ${withGear && h(GearFields, { form: gear, onChange: (form) => setMine({ ...mine, gear: form }), error, at: "/gear", told })}

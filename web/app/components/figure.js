@@ -18,12 +18,12 @@ export function WithError({ value, error, unit }) {
 
 /**
  * Names with their values: short facts of one thing.
- * @param {{ items: readonly { name: string, value: Children, note?: Children }[], columns?: boolean }} props
+ * @param {{ items: readonly { name: Children, value: Children, note?: Children }[], columns?: boolean }} props
  */
 export function Facts({ items, columns = false }) {
   return html`<dl class=${columns ? "facts columns" : "facts"}>
     ${items.map(
-      ({ name, value, note }) => html`<div key=${name}>
+      ({ name, value, note }, i) => html`<div key=${typeof name === "string" ? name : i}>
         <dt>${name}</dt>
         <dd>${value}${note && html` <span class="quiet">${note}</span>`}</dd>
       </div>`,

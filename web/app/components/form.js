@@ -102,3 +102,14 @@ export function Checkbox({ label, checked, onChange }) {
     <span>${label}</span>
   </label>`;
 }
+
+/** Goes to the first field at fault, once it is marked, and opens the sections around it. @param {HTMLElement | null} form */
+export function toFault(form) {
+  requestAnimationFrame(() => {
+    const field = form?.querySelector('[aria-invalid="true"]');
+    if (!(field instanceof HTMLElement)) return;
+    for (let around = field.closest("details"); around; around = around.parentElement?.closest("details") ?? null)
+      around.open = true;
+    field.focus();
+  });
+}

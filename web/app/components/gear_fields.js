@@ -11,12 +11,23 @@ import { WarningList } from "./warnings.js";
 import { Fragment, h, html, useEffect, useState } from "../../vendor/ui.js";
 import { Facts } from "./figure.js";
 import { SelectField, TextField } from "./form.js";
+import { GearSymbol } from "./symbol.js";
 import { loaded } from "./states.js";
 
 /** @typedef {import("../lib/gear_form.js").GearForm} GearForm */
 /** @typedef {import("../api/client.js").Schema<"GearGeometry">} GearGeometry */
 
 const t = texts({ en, de });
+
+/** Fields that most gears leave empty: folded until one of them has a value. */
+const FOLDED = /** @type {const} */ ([
+  "tip_diameter_mm",
+  "root_diameter_mm",
+  "hand",
+  "tip_radius_mm",
+  "addendum_factor",
+  "protuberance_mm",
+]);
 
 /** An empty form. */
 export const emptyGear = () => formOf(undefined, String);
@@ -29,7 +40,7 @@ export function GearFields({ form, onChange, error, at, told }) {
   const { faults = {} } = gearOf(form);
   const set = (/** @type {keyof GearForm} */ name) => (/** @type {string} */ value) =>
     onChange({ ...form, [name]: value });
-  /** @param {keyof typeof FIELDS} name @param {string} label @param {{ unit?: string, hint?: string }} [more] */
+  /** @param {keyof typeof FIELDS} name @param {import("../../vendor/ui.js").ComponentChildren} label @param {{ unit?: string, hint?: string }} [more] */
   const number = (name, label, more = {}) => {
     const fault = faults[name];
     return h(TextField, {
@@ -54,17 +65,18 @@ export function GearFields({ form, onChange, error, at, told }) {
     { value: "", label: t.external },
     { value: "yes", label: t.internal },
   ];
-  return html`<div class="fields">
-      ${number("teeth", t.teeth)} ${number("normal_module_mm", t.module, { unit: "mm" })}
-      ${number("normal_pressure_angle_deg", t.pressure, { unit: "°", hint: t.pressureHint })}
-      ${number("helix_angle_deg", t.helix, { unit: "°", hint: t.helixHint })}
-      ${number("profile_shift_coefficient", t.shift)} ${number("face_width_mm", t.width, { unit: "mm" })}
-      ${h(SelectField, { label: t.kind, required: true, value: form.internal, onChange: set("internal"), options: kinds })}
+  const [filled] = useState(Boolean(form.internal) || FOLDED.some((name) => form[name] !== ""));
+  return html`<div class="fields thirds">
+      ${number("teeth", named(t.teeth, "z"))} ${number("normal_module_mm", named(t.module, "m_n"), { unit: "mm" })}
+      ${number("normal_pressure_angle_deg", named(t.pressure, "α_n"), { unit: "°", hint: t.pressureHint })}
+      ${number("helix_angle_deg", named(t.helix, "β"), { unit: "°", hint: t.helixHint })}
+      ${number("profile_shift_coefficient", named(t.shift, "x"))} ${number("face_width_mm", named(t.width, "b"), { unit: "mm" })}
     </div>
-    <details>
+    <details open=${filled}>
       <summary>${t.more}</summary>
       <div class="fields">
-        ${number("tip_diameter_mm", t.tip, { unit: "mm" })} ${number("root_diameter_mm", t.root, { unit: "mm" })}
+        ${h(SelectField, { label: t.kind, required: true, value: form.internal, onChange: set("internal"), options: kinds })}
+        ${number("tip_diameter_mm", named(t.tip, "d_a"), { unit: "mm" })} ${number("root_diameter_mm", named(t.root, "d_f"), { unit: "mm" })}
         ${h(SelectField, { label: t.hand, value: form.hand, onChange: set("hand"), options: hands, error, pointer: `${at}/hand` })}
       </div>
       <h3>${t.tool}</h3>
@@ -74,6 +86,9 @@ export function GearFields({ form, onChange, error, at, told }) {
       </div>
     </details>`;
 }
+
+/** A name with the symbol of what it names. @param {string} text @param {string} symbol */
+const named = (text, symbol) => html`${text} ${h(GearSymbol, { name: symbol })}`;
 
 /** What follows from a gear, while it is typed. @param {{ form: GearForm }} props */
 export function Derived({ form }) {
@@ -99,16 +114,16 @@ function Geometry({ data }) {
   const pair = (/** @type {readonly number[] | null | undefined} */ range) =>
     range ? html`<span translate="no">${f.mm(range[0])} … ${f.mm(range[1])} mm</span>` : ABSENT;
   const items = [
-    { name: t.reference, value: mm(data.reference_diameter_mm) },
-    { name: t.base, value: mm(data.base_diameter_mm) },
-    { name: t.tip, value: mm(data.tip_diameter_mm) },
-    { name: t.root, value: mm(data.root_diameter_mm) },
+    { name: named(t.reference, "d"), value: mm(data.reference_diameter_mm) },
+    { name: named(t.base, "d_b"), value: mm(data.base_diameter_mm) },
+    { name: named(t.tip, "d_a"), value: mm(data.tip_diameter_mm) },
+    { name: named(t.root, "d_f"), value: mm(data.root_diameter_mm) },
     { name: t.form, value: pair(data.usable_profile?.diameters_mm) },
     { name: t.rolls, value: pair(data.usable_profile?.roll_lengths_mm) },
-    { name: t.pitch, value: mm(data.transverse_base_pitch_mm) },
+    { name: named(t.pitch, "p_bt"), value: mm(data.transverse_base_pitch_mm) },
     { name: t.thickness, value: mm(data.tooth_thickness_mm) },
     { name: t.tipThickness, value: mm(data.tip_thickness_mm) },
-    { name: t.depth, value: mm(data.tooth_depth_mm) },
+    { name: named(t.depth, "h"), value: mm(data.tooth_depth_mm) },
     { name: t.undercut, value: data.undercut ? t.yes : t.no },
   ];
   return h(Fragment, null, h(Facts, { items, columns: true }), h(GearWarnings, { warnings: data.warnings }));

@@ -4,7 +4,7 @@ import de from "../i18n/de/new_job.js";
 import en from "../i18n/en/new_job.js";
 import { texts } from "../i18n/i18n.js";
 import { tagsOf } from "../lib/gear_form.js";
-import { h, html } from "../../vendor/ui.js";
+import { h, html, useState } from "../../vendor/ui.js";
 import { TextField } from "./form.js";
 
 /** @typedef {import("../lib/job_edit.js").JobForm} JobForm */
@@ -31,17 +31,21 @@ export function JobFields({ form, onChange, error, told }) {
       pointer: `/${name}`,
       fault: told && name === "name" && form.name.trim() === "" ? t.needed : undefined,
     });
+  const [tagged] = useState(form.tags !== "");
   return html`<div class="fields">
     ${line("name", t.name)} ${line("part_number", t.part)} ${line("serial_number", t.serial)} ${line("machine", t.machine)}
-    ${h(TextField, {
-      label: t.tags,
-      hint: t.tagsHint,
-      value: form.tags,
-      onInput: set("tags"),
-      lines: 2,
-      error,
-      pointer: "/tags",
-      fault: tagsOf(form.tags) === undefined ? t.tagsFault : undefined,
-    })}
-  </div>`;
+  </div>
+    <details open=${tagged}>
+      <summary>${t.tagsNow}</summary>
+      ${h(TextField, {
+        label: t.tags,
+        hint: t.tagsHint,
+        value: form.tags,
+        onInput: set("tags"),
+        lines: 2,
+        error,
+        pointer: "/tags",
+        fault: tagsOf(form.tags) === undefined ? t.tagsFault : undefined,
+      })}
+    </details>`;
 }

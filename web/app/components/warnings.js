@@ -1,7 +1,7 @@
 // Warnings of the server: in German by their codes, with the server's own sentence and its numbers beside it.
 
 import german from "../i18n/de/warnings.js";
-import { counted } from "../lib/warnings.js";
+import { counted, plain } from "../lib/warnings.js";
 import { shownLanguage } from "../settings.js";
 import { html } from "../../vendor/ui.js";
 
@@ -18,6 +18,3 @@ export function WarningList({ warnings }) {
     })}
   </ul>`;
 }
-
-/** Names that the server quotes as code stand as they are. @param {string} message */
-const plain = (message) => message.replaceAll("`", "");

@@ -12,3 +12,7 @@ export function counted(warnings) {
   }
   return [...all].map(([key, one]) => ({ key, ...one }));
 }
+
+/** A message as a reader reads it: names without the quotes of code, numbers with six digits at most. @param {string} message */
+export const plain = (message) =>
+  message.replaceAll("`", "").replace(/\d+\.\d{6,}/g, (digits) => String(Number(Number(digits).toPrecision(6))));

@@ -50,7 +50,7 @@ export function MeasureFields({ typed, change, error, wrong, imports, fits, from
   return html`<div class="measure-fields">
     <fieldset>
       <legend>${t.measurement}</legend>
-      <div class="fields">
+      <div class="fields thirds">
         ${h(FlankField, { ...chosen("flank"), none: t.asFile, pointer: pointer("flank") })}
         ${text("tooth", t.tooth, { hint: t.toothHint, pointer: pointer("tooth"), maxLength: 200 })}
         ${imports && text("component", t.component, { hint: t.componentHint, pointer: pointer("component") })}
@@ -68,7 +68,7 @@ export function MeasureFields({ typed, change, error, wrong, imports, fits, from
       html`<fieldset>
       <legend>${t.fit}</legend>
       ${fromFile && html`<p class="hint">${t.fromFile}</p>`}
-      <div class="fields">
+      <div class="fields thirds">
         ${select(
           "model",
           t.model,

@@ -223,7 +223,7 @@ function Measurand({ file, surface, measurand, gearForm, setGearForm }) {
   const words = named ? undefined : measurandInWords(surface, measurand);
   return html`<section class="panel fit-measurand" aria-labelledby="measurand">
     <h2 id="measurand">${t.measurand}</h2>
-    <div class="fields">
+    <div class="fields thirds">
       ${h(FlankField, { ...choice("flank"), none: measurand.flank ? undefined : t.notSaid })}
       ${!named && h(AxesField, choice("axes"))} ${!named && axes !== "none" && h(UnitField, choice("unit"))}
     </div>

@@ -5,7 +5,7 @@ import { answer, api } from "../api/client.js";
 import { may } from "../api/key.js";
 import { ApiError } from "../api/problem.js";
 import { Allowed } from "../components/allowed.js";
-import { Checkbox } from "../components/form.js";
+import { Checkbox, toFault } from "../components/form.js";
 import { Derived, emptyGear, GearFields } from "../components/gear_fields.js";
 import { GearFile } from "../components/gear_file.js";
 import { emptyJob, JobFields } from "../components/job_fields.js";
@@ -155,13 +155,4 @@ function read(job, gearForm, requirementsForm) {
   if (gear) body.gear = gear;
   if (requirements) body.requirements = requirements;
   return body;
-}
-
-/** Goes to the first field that is at fault, once it is marked. @param {HTMLElement | null} form */
-function toFault(form) {
-  requestAnimationFrame(() => {
-    const field = form?.querySelector('[aria-invalid="true"]');
-    field?.closest("details")?.setAttribute("open", "");
-    if (field instanceof HTMLElement) field.focus();
-  });
 }

@@ -92,6 +92,21 @@ browserTest("a gear changes, and fields go away", {}, async ({ page, open, job, 
   );
 });
 
+browserTest("a fault that is folded away is opened", {}, async ({ page, open, job }) => {
+  const { id } = await job();
+  await open(`/jobs/${id}`);
+  await page.getByRole("button", { name: "Edit" }).click();
+  const field = page.getByLabel("Twist, Right flank, to");
+  await page.getByText("Limits of one flank").click();
+  await field.fill("some");
+  await page.getByText("Limits of one flank").click();
+  await field.waitFor({ state: "hidden" });
+  await page.getByRole("button", { name: "Save" }).click();
+  await field.waitFor();
+  const row = page.getByRole("group", { name: "Twist", exact: true }).last();
+  await row.locator("input:focus").waitFor();
+});
+
 browserTest("only a job without iterations is deleted", { alone: true }, async ({ page, open, job, iteration }) => {
   const kept = await job({ name: "kept" });
   await iteration(kept.id);

@@ -13,6 +13,7 @@ browserTest(
     await page.getByRole("heading", { name: "New job" }).waitFor();
     await page.getByLabel("Name", { exact: true }).fill("Pump gear");
     await page.getByLabel("Machine").fill("grinder 3");
+    await page.getByText("Add tags").click();
     await page.getByLabel("Tags").fill("cell = B\nshift = early");
     await page.getByLabel("Teeth z").fill("52");
     await page.getByLabel("Normal module").fill("1");
@@ -34,6 +35,39 @@ browserTest(
     await page.getByText("Measure the flank").waitFor();
   },
 );
+
+browserTest("a name, teeth and a module are asked for among a few fields", {}, async ({ page, open, stands }) => {
+  await open("/jobs/new");
+  const fields = page.locator("main :is(input, select, textarea)");
+  const shown = await fields.evaluateAll((all) => all.filter((one) => one.checkVisibility()).length);
+  assert.ok(shown <= 12, `${shown} fields`);
+  assert.ok((await fields.count()) > 40, "the others are folded");
+  const derived = page.getByRole("region", { name: "What follows from it" });
+  await page.getByLabel("Teeth z").fill("12");
+  await page.getByLabel("Normal module").fill("1.9");
+  await derived.locator("dt sub", { hasText: "bt" }).waitFor();
+  await stands();
+  const words = (await derived.textContent()) ?? "";
+  assert.match(words, /undercut/, "a gear with a warning of many digits");
+  assert.doesNotMatch(words, /d_b|p_bt|\d\.\d{7}/);
+});
+
+browserTest("a fault in folded sections opens them", {}, async ({ page, open }) => {
+  await open("/jobs/new");
+  await page.getByLabel("Name", { exact: true }).fill("Folded");
+  await page.getByLabel("With gear data").uncheck();
+  await page.getByText("Enter them now").click();
+  await page.getByText("Limits of one flank").click();
+  const field = page.getByLabel("Profile slope, Left flank, from");
+  await field.fill("many");
+  await page.getByText("Limits of one flank").click();
+  await page.getByText("Enter them now").click();
+  assert.equal(await field.isVisible(), false);
+  await page.getByRole("button", { name: "Create the job" }).click();
+  await page.locator(":focus", { has: page.locator("xpath=self::input[@aria-invalid='true']") }).waitFor();
+  assert.equal(await field.isVisible(), true);
+  assert.equal(await field.evaluate((one) => one === document.activeElement), true);
+});
 
 browserTest("a plain job needs a name only", { alone: true }, async ({ page, open, call }) => {
   await open("/jobs/new");

@@ -6,7 +6,7 @@ import { test } from "node:test";
 import dependency from "../../app/i18n/de/dependencies.js";
 import problems from "../../app/i18n/de/problems.js";
 import german from "../../app/i18n/de/warnings.js";
-import { counted } from "../../app/lib/warnings.js";
+import { counted, plain } from "../../app/lib/warnings.js";
 
 const SOURCES = [
   "estimation/result/warning_codes.rs",
@@ -94,5 +94,12 @@ test("what cannot be told apart is said in German by its data", () => {
     dependency(["v", "v²"], { cosine: "-0,98" }, "basis"),
     "v und v² verlaufen in dieser Basis fast gleich (Kosinus -0,98). In der Basis von Legendre entfällt das: Die Fläche " +
       "und Größen aus ihr sind nicht betroffen.",
+  );
+});
+
+test("a message has no quotes of code and no more digits than a reader needs", () => {
+  assert.equal(
+    plain("`x` is 0.011; 1.1400000000000001 mm is below 0.123456789 mm"),
+    "x is 0.011; 1.14 mm is below 0.123457 mm",
   );
 });
