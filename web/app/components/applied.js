@@ -5,11 +5,11 @@ import { answer, api } from "../api/client.js";
 import { t } from "../i18n/correction.js";
 import { fmt } from "../i18n/i18n.js";
 import { useDraft } from "../lib/draft.js";
-import { parseNumber } from "../lib/format.js";
-import { escaped } from "../lib/correction.js";
-import { h, html, useState } from "../../vendor/ui.js";
+import { ABSENT, parseNumber } from "../lib/format.js";
+import { escaped, newValue, presentOf } from "../lib/correction.js";
+import { h, html, useId, useState } from "../../vendor/ui.js";
 import { Allowed } from "./allowed.js";
-import { proposedText, settingName, unitOf } from "./correction_result.js";
+import { proposedText, requestOf, settingName, unitOf } from "./correction_result.js";
 import { TextField } from "./form.js";
 import { Failure } from "./states.js";
 import { table } from "./table.js";
@@ -17,14 +17,19 @@ import { notify } from "./toast.js";
 
 /** @typedef {import("../api/client.js").Schema<"KeptCorrection">} KeptCorrection */
 /** @typedef {import("../api/client.js").Schema<"AppliedChanges">} AppliedChanges */
+/** @typedef {import("../api/client.js").Schema<"Job">} Job */
+/** @typedef {import("../lib/correction.js").Present} Present */
 /** @typedef {{ settings: Record<string, string>, note: string }} Draft as it was typed */
 
-/** @param {{ jobId: string, number: number | undefined, kept: KeptCorrection, onDone: () => void }} props `number`: of the corrected iteration; none of the gear */
-export function Applied({ jobId, number, kept, onDone }) {
+/**
+ * @param {{ job: Job, number: number | undefined, kept: KeptCorrection, onDone: () => void }} props `number`: of the corrected
+ *   iteration; none of the gear
+ */
+export function Applied({ job, number, kept, onDone }) {
   const { applied } = kept;
   const form = h(Allowed, {
     scope: "measure",
-    children: () => h(AppliedForm, { key: `${kept.id} ${applied?.id}`, jobId, number, kept, onDone }),
+    children: () => h(AppliedForm, { key: `${kept.id} ${applied?.id}`, job, number, kept, onDone }),
   });
   if (!applied) return html`<p class="quiet">${t.enteredAbout}</p>${form}`;
   return html`${h(Entry, { applied })}
@@ -64,15 +69,25 @@ function Entry({ applied }) {
 /** @param {number} change */
 const signed = (change) => `${change > 0 ? "+" : ""}${fmt.value.three(change)}`;
 
-/** @param {{ jobId: string, number: number | undefined, kept: KeptCorrection, onDone: () => void }} props */
-function AppliedForm({ jobId, number, kept, onDone }) {
+/** @param {{ job: Job, number: number | undefined, kept: KeptCorrection, onDone: () => void }} props */
+function AppliedForm({ job, number, kept, onDone }) {
   const { settings } = kept.result;
+  const { limits = {} } = requestOf(kept);
+  const [present, setPresent] = useDraft(`present ${job.machine ?? kept.method}`, noPresent, true);
   const proposed = Object.fromEntries(settings.map((setting) => [setting.name, proposedText(setting)]));
   const [draft, setDraft, forget] = useDraft(`applied ${kept.id}`, () => beginning(kept.applied, proposed));
   const [error, setError] = useState(/** @type {unknown} */ (undefined));
   const [shown, setShown] = useState(/** @type {ReadonlySet<string>} */ (new Set()));
   const [busy, setBusy] = useState(false);
   const attempt = useAttempt(`applied ${kept.id}`);
+  const newOf = (/** @type {string} */ name) =>
+    newValue(presentOf(present[name], kept.id), draft.settings[name] ?? "", limits[name]?.increment);
+  /** What the machine has after this correction. @param {{ name: string }} setting @returns {[string, Present][]} */
+  const entered = ({ name }) => {
+    const value = newOf(name);
+    const before = presentOf(present[name], kept.id);
+    return value === undefined ? [] : [[name, { correction: kept.id, present: before, next: fmt.value.input(value) }]];
+  };
   const send = async (/** @type {Event} */ event) => {
     event.preventDefault();
     if (busy) return;
@@ -97,13 +112,14 @@ function AppliedForm({ jobId, number, kept, onDone }) {
       };
       const header = attempt.headers(body);
       if (number === undefined) {
-        const params = { path: { job_id: jobId }, header };
+        const params = { path: { job_id: job.id }, header };
         await answer(api.POST("/v1/jobs/{job_id}/correction/applied", { params, body }));
       } else {
-        const params = { path: { job_id: jobId, number }, header };
+        const params = { path: { job_id: job.id, number }, header };
         await answer(api.POST("/v1/jobs/{job_id}/iterations/{number}/correction/applied", { params, body }));
       }
       attempt.done();
+      setPresent({ ...present, ...Object.fromEntries(settings.flatMap(entered)) });
       forget();
       notify(t.enteredDone);
       onDone();
@@ -115,20 +131,20 @@ function AppliedForm({ jobId, number, kept, onDone }) {
   };
   const known = ["/note", ...settings.map(({ name }) => `/settings/${escaped(name)}`)];
   return html`<form onSubmit=${send} novalidate>
-    <div class="fields correction-fields">
+    <p class="quiet">${t.presentAbout}</p>
+    <div>
       ${settings.map(({ name, unit }) =>
-        h(TextField, {
+        h(Setting, {
           key: name,
-          label: settingName(name),
-          // its sign is too small to be read alone
-          unit: unit === "arcmin" ? unit : unitOf(unit).trim(),
-          required: true,
-          numeric: true,
-          value: draft.settings[name] ?? "",
+          name,
+          unit: unitOf(unit).trim(),
+          change: draft.settings[name] ?? "",
+          onChange: (text) => setDraft({ ...draft, settings: { ...draft.settings, [name]: text } }),
+          present: presentOf(present[name], kept.id),
+          onPresent: (text) => setPresent({ ...present, [name]: { correction: kept.id, present: text, next: text } }),
+          value: newOf(name),
           error,
-          pointer: `/settings/${escaped(name)}`,
           fault: shown.has(name) ? t.notNumber : undefined,
-          onInput: (text) => setDraft({ ...draft, settings: { ...draft.settings, [name]: text } }),
         }),
       )}
     </div>
@@ -146,6 +162,36 @@ function AppliedForm({ jobId, number, kept, onDone }) {
       <button type="submit" class="button primary" aria-disabled=${busy ? "true" : undefined}>${t.enterSave}</button>
     </div>
   </form>`;
+}
+
+/** @returns {Record<string, Present>} */
+const noPresent = () => ({});
+
+/**
+ * The change of a setting, with its present value and the new one.
+ * @param {{ name: string, unit: string, change: string, onChange: (text: string) => void, present: string,
+ *   onPresent: (text: string) => void, value: number | undefined, error: unknown, fault: string | undefined }} props
+ */
+function Setting({ name, unit, change, onChange, present, onPresent, value, error, fault }) {
+  const id = useId();
+  const words = settingName(name);
+  const field = { numeric: true, required: true, unit };
+  return html`<div class="limits entered-setting" role="group" aria-label=${words}>
+    <p class="limits-name"><b translate=${words === name ? "no" : undefined}>${words}</b></p>
+    ${h(TextField, { ...field, label: t.change, value: change, onInput: onChange, error, pointer: `/settings/${escaped(name)}`, fault })}
+    ${h(TextField, {
+      ...field,
+      required: false,
+      label: t.present,
+      value: present,
+      onInput: onPresent,
+      fault: Number.isNaN(parseNumber(present)) ? t.notNumber : undefined,
+    })}
+    <div class="field">
+      <label for=${id}>${t.newValue}</label>
+      <output id=${id}>${value === undefined ? ABSENT : html`<b translate="no">${fmt.value.input(value)}</b> <span class="unit" translate="no">${unit}</span>`}</output>
+    </div>
+  </div>`;
 }
 
 /** Initial values of the form: the last entry, or the proposal. @param {AppliedChanges | null | undefined} applied @param {Record<string, string>} proposed @returns {Draft} */

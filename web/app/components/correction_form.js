@@ -78,7 +78,7 @@ export function CorrectionForm({ jobId, number, nodeCount, hasGear, last, onDone
   const known = [...AT_FIELDS, ...settings.map(({ name }) => `/limits/${escaped(name)}`)];
   const beside = error instanceof ApiError && error.problem.errors?.length && error.faultsBeside(known).length === 0;
   return html`<form onSubmit=${send} novalidate>
-    <div class="fields correction-fields">
+    <div class="fields thirds">
       ${h(SelectField, {
         ...common,
         label: t.by,

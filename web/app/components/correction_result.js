@@ -4,6 +4,7 @@ import { Strip, StripLegend } from "../charts/strip.js";
 import { t } from "../i18n/correction.js";
 import { fmt } from "../i18n/i18n.js";
 import { unitSign } from "../lib/units.js";
+import { significant } from "../lib/correction.js";
 import { ABSENT } from "../lib/format.js";
 import { stripDomain } from "../lib/strip.js";
 import { h, html } from "../../vendor/ui.js";
@@ -30,6 +31,10 @@ const NAMES = new Set([
   "tool_axis_offset",
 ]);
 
+/** What a correction was asked for with. @param {KeptCorrection} kept */
+export const requestOf = ({ request }) =>
+  /** @type {import("../api/client.js").Schema<"CorrectionRequest">} */ (/** @type {unknown} */ (request));
+
 /** A setting in words; those of a matrix have the caller's. @param {string} name @returns {string} */
 export function settingName(name) {
   if (NAMES.has(name)) return t[/** @type {"twist"} */ (name)];
@@ -44,11 +49,11 @@ const settingCell = (name) =>
     ? html`${settingName(name)} <code class="quiet" translate="no">${name}</code>`
     : html`<span translate="no">${name}</span>`;
 
-/** @param {string | null | undefined} unit */
-const sign = (unit) => unitSign(unit) ?? "";
+/** Minutes by their name: their sign is too small to be read. @param {string | null | undefined} unit */
+const sign = (unit) => (unit === "arcmin" || unit === "′" ? "arcmin" : (unitSign(unit) ?? ""));
 
-/** The sign of an angle stands at its number. @param {string | null | undefined} unit */
-export const unitOf = (unit) => (unit === "arcmin" || unit === "deg" ? sign(unit) : `\u202f${sign(unit)}`);
+/** The sign of degrees stands at its number. @param {string | null | undefined} unit */
+export const unitOf = (unit) => (unit === "deg" ? sign(unit) : `\u202f${sign(unit)}`);
 
 /** A change as it is entered: of a step all digits, else to the second digit of its error. @param {SettingChange} setting */
 function entered({ change, rounded, limited, fixed, undetermined, left, std_error }) {
@@ -67,18 +72,38 @@ export function proposedText(setting) {
 }
 
 /** @param {SettingChange} setting @returns {Children} */
-function notesOf({ unit, limited, fixed, undetermined, left, rounded, unrounded, unlimited, std_error }) {
+function notesOf({ unit, limited, fixed, rounded, unrounded, unlimited, std_error }) {
   const { value } = fmt;
   const told = (/** @type {number} */ number) => value.withError(number, std_error, sign(unit));
   return html`<span class="notes">
     ${limited && h(Badge, { kind: "warn", children: t.atLimit })}
     ${fixed && h(Badge, { kind: "plain", children: t.fixed })}
-    ${undetermined && h(Badge, { kind: "plain", children: t.undetermined })}
-    ${left && html`<span>${t[left]}</span>`}
     ${rounded && unrounded !== undefined && unrounded !== null && html`<span>${t.rounded(told(unrounded))}</span>`}
     ${unlimited !== undefined && unlimited !== null && limited && html`<span>${t.unlimited(told(unlimited))}</span>`}
   </span>`;
 }
+
+/** Why settings are left alone or their changes mean little, each reason once. @param {{ settings: readonly SettingChange[] }} props */
+function Reasons({ settings }) {
+  /** @param {(setting: SettingChange) => unknown} of */
+  const names = (of) =>
+    settings
+      .filter(of)
+      .map(({ name }) => settingName(name))
+      .join("; ");
+  const reasons = [
+    { reason: t.not_distinguishable, of: names((one) => one.left === "not_distinguishable" || isUnsure(one)) },
+    { reason: t.within_limits, of: names(({ left }) => left === "within_limits") },
+    { reason: t.undetermined, of: names(({ undetermined }) => undetermined) },
+  ].filter(({ of }) => of !== "");
+  return html`${reasons.map(({ reason, of }) => html`<span key=${reason} class="reason">${reason}: ${of}.</span> `)}`;
+}
+
+/** A change that is made although it is not distinguishable from none. @param {SettingChange} setting */
+const isUnsure = (setting) => !isIdle(setting) && !setting.limited && !significant(setting);
+
+/** @param {SettingChange} setting */
+const isIdle = ({ fixed, undetermined, left }) => Boolean(fixed || undetermined || left);
 
 /** A change as it is drawn; none where none was wanted. @param {SettingChange} setting */
 const drawnOf = ({ change, std_error, bias_bound, fixed, undetermined, left }) =>
@@ -103,8 +128,8 @@ export function Changes({ result, csvName, tools, of }) {
     stacked: true,
     rows: settings,
     rowKey: ({ name }) => name,
-    note: h(StripLegend, { estimates: settings.flatMap(drawnOf) }),
-    rowClass: ({ fixed, undetermined, left }) => (fixed || undetermined || left ? "idle" : ""),
+    note: html`${h(Reasons, { settings })}${h(StripLegend, { estimates: settings.flatMap(drawnOf) })}`,
+    rowClass: (row) => (isIdle(row) ? "idle" : isUnsure(row) ? "unsure" : ""),
     columns: [
       {
         key: "name",
@@ -150,7 +175,7 @@ export function Changes({ result, csvName, tools, of }) {
           const estimates = drawnOf(row);
           // how far from no change at all
           const domain = stripDomain([...estimates, { value: 0 }]);
-          return h(Strip, { estimates, unit: sign(row.unit), domain });
+          return h(Strip, { estimates, unit: unitSign(row.unit) ?? "", domain });
         },
       },
       { key: "notes", header: t.notes, cell: notesOf, csv: ({ limited }) => (limited ? t.atLimit : "") },

@@ -131,7 +131,7 @@ function Kept({ job, kept, onApplied }) {
         ${h(Figures, { kept: ofFlank(kept, side, own, measured?.flanks?.[side]), of })}`;
     })}
     <h3>${t.enteredTitle}</h3>
-    ${h(Applied, { jobId: job.id, number: undefined, kept, onDone: onApplied })}
+    ${h(Applied, { job, number: undefined, kept, onDone: onApplied })}
     ${measured && html`<h3>${t.answered}</h3>${h(Answer, { answer: measured, entered: Boolean(kept.applied) })}`}
     ${!measured && refused && html`<p>${t.notCompared} <span lang="en">${refused}</span></p>`}`;
 }

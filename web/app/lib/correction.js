@@ -193,3 +193,25 @@ function matrixOf(text, faults) {
 
 /** A name within a JSON Pointer. @param {string} name */
 export const escaped = (name) => name.replaceAll("~", "~0").replaceAll("/", "~1");
+
+/**
+ * Whether a change is distinguishable from none: greater than the half width of its 95 % interval, and made at all.
+ * @param {Pick<import("../api/client.js").Schema<"SettingChange">, "change" | "std_error" | "left">} setting
+ */
+export const significant = ({ change, std_error, left }) => !left && Math.abs(change) > 1.96 * (std_error ?? 0);
+
+/**
+ * The value to set, from texts: the present value and the change, rounded to the increment of the setting.
+ * @param {string} present @param {string} change @param {number | null | undefined} increment
+ * @returns {number | undefined} none where one of them is no number
+ */
+export function newValue(present, change, increment) {
+  const sum = (parseNumber(present) ?? Number.NaN) + (parseNumber(change) ?? Number.NaN);
+  if (Number.isNaN(sum)) return undefined;
+  return Number((increment ? Math.round(sum / increment) * increment : sum).toPrecision(12));
+}
+
+/** `present`: before the correction; `next`: after it, once it was entered. @typedef {{ correction: string, present: string, next: string }} Present */
+
+/** The value on the machine before a correction: once another was entered, that one's new value. @param {Present | undefined} kept @param {string} correction */
+export const presentOf = (kept, correction) => (kept?.correction === correction ? kept.present : kept?.next) ?? "";

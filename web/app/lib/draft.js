@@ -6,16 +6,18 @@ import { useState } from "../../vendor/ui.js";
  * A value that is kept in this tab under a name, until it has been sent and is forgotten.
  * @template Value
  * @param {string} name @param {() => Value} begin what it is before anything was typed
+ * @param {boolean} [lasting] kept in this browser, beyond the tab
  * @returns {[Value, (value: Value) => void, () => void]}
  */
-export function useDraft(name, begin) {
+export function useDraft(name, begin, lasting = false) {
   const place = `flankfit.draft ${name}`;
-  const [value, setValue] = useState(() => /** @type {Value} */ (kept(place) ?? begin()));
+  const store = () => (lasting ? localStorage : sessionStorage);
+  const [value, setValue] = useState(() => /** @type {Value} */ (kept(store, place) ?? begin()));
   /** @param {Value} next */
   const take = (next) => {
     setValue(next);
     try {
-      sessionStorage.setItem(place, JSON.stringify(next));
+      store().setItem(place, JSON.stringify(next));
     } catch {
       // a full store loses only what outlives the page
     }
@@ -23,7 +25,7 @@ export function useDraft(name, begin) {
   const forget = () => {
     setValue(begin());
     try {
-      sessionStorage.removeItem(place);
+      store().removeItem(place);
     } catch {
       // nothing was kept
     }
@@ -31,10 +33,10 @@ export function useDraft(name, begin) {
   return [value, take, forget];
 }
 
-/** @param {string} place */
-function kept(place) {
+/** @param {() => Storage} store @param {string} place */
+function kept(store, place) {
   try {
-    return JSON.parse(sessionStorage.getItem(place) ?? "null") ?? undefined;
+    return JSON.parse(store().getItem(place) ?? "null") ?? undefined;
   } catch {
     return undefined;
   }

@@ -8,7 +8,7 @@ import { Applied } from "../components/applied.js";
 import { CorrectionForm } from "../components/correction_form.js";
 import { CorrectionMaps } from "../components/correction_maps.js";
 import { ControlCsv } from "../components/control_csv.js";
-import { Answer, Apart, Changes, Figures, factsOf } from "../components/correction_result.js";
+import { Answer, Apart, Changes, Figures, factsOf, requestOf } from "../components/correction_result.js";
 import { Facts } from "../components/figure.js";
 import { JobPage, useNews } from "../components/job_page.js";
 import { loaded } from "../components/states.js";
@@ -21,7 +21,6 @@ import { h, html } from "../../vendor/ui.js";
 /** @typedef {import("../api/client.js").Schema<"KeptCorrection">} KeptCorrection */
 /** @typedef {import("../api/client.js").Schema<"Iteration">} Iteration */
 /** @typedef {import("../api/client.js").Schema<"Job">} Job */
-/** @typedef {import("../api/client.js").Schema<"CorrectionRequest">} CorrectionRequest */
 
 export const styles = ["correction"];
 
@@ -62,7 +61,7 @@ function Correction({ job, number, news }) {
           number,
           nodeCount: node_count,
           hasGear: Boolean(job.gear),
-          last: /** @type {CorrectionRequest | undefined} */ (kept.data?.request),
+          last: kept.data && requestOf(kept.data),
           onDone: () => {
             records.reload();
             scrollTo(0, 0);
@@ -118,7 +117,7 @@ function Kept({ job, iteration, kept, earlier, onApplied }) {
     </section>
     <section class="panel" aria-labelledby="entered">
       <h2 id="entered">${t.enteredTitle}</h2>
-      ${h(Applied, { jobId: job.id, number: iteration.number, kept, onDone: onApplied })}
+      ${h(Applied, { job, number: iteration.number, kept, onDone: onApplied })}
     </section>
     ${
       result.indistinguishable.length > 0 &&

@@ -191,11 +191,12 @@ browserTest("what was entered is kept, and the next measurement is compared with
   const { result } = await call("GET", `/v1/jobs/${id}/iterations/1/correction`);
   const entered = page.getByRole("region", { name: "Entered on the machine" });
   const crowning = result.settings.find((/** @type {{ name: string }} */ { name }) => name === "helix_crowning");
-  agrees(await entered.getByLabel("Helix crowning").inputValue(), crowning.change);
-  await entered.getByLabel("Helix crowning").fill("one");
+  const change = entered.getByRole("group", { name: "Helix crowning" }).getByLabel("Change");
+  agrees(await change.inputValue(), crowning.change);
+  await change.fill("one");
   await entered.getByRole("button", { name: "Save what was entered" }).click();
   await entered.getByText("This is no number.").waitFor();
-  await entered.getByLabel("Helix crowning").fill("−0,5");
+  await change.fill("−0,5");
   await entered.getByLabel("Note").fill("within its limits");
   await entered.getByRole("button", { name: "Save what was entered" }).click();
   const rows = entered.getByRole("table", { name: "Entered" }).locator("tbody tr");
@@ -222,7 +223,64 @@ browserTest("what was entered is kept, and the next measurement is compared with
   await page.getByText("for the changes entered").waitFor();
   // the form starts with the values of the entry
   await entered.getByText("Correct this entry").click();
-  assert.equal(await entered.getByLabel("Helix crowning").inputValue(), "-0.5");
+  assert.equal(await change.inputValue(), "-0.5");
+});
+
+browserTest("a present value shows the new one, and the next correction goes on from it", {}, async (world) => {
+  const { page, open, stands, job, iteration, call } = world;
+  const { id } = await job({ machine: "grinder of present values" });
+  await iteration(id);
+  await call("POST", `/v1/jobs/${id}/iterations/1/correction`, await request());
+  await open(pathOf(id));
+  const entered = page.getByRole("region", { name: "Entered on the machine" });
+  const angle = entered.getByRole("group", { name: "Profile angle" });
+  await angle.getByLabel("Present value").fill("2,03");
+  await angle.getByLabel("Change").fill("14.89");
+  // to its step of 0.05
+  await angle.getByRole("status", { name: "New value" }).getByText("16.9 arcmin").waitFor();
+  const helix = entered.getByRole("group", { name: "Helix angle" });
+  assert.equal(await helix.getByLabel("New value").textContent(), "–");
+  await page.reload();
+  await stands();
+  assert.equal(await angle.getByLabel("Present value").inputValue(), "2,03");
+  await entered.getByRole("button", { name: "Save what was entered" }).click();
+  await entered.getByRole("table", { name: "Entered" }).waitFor();
+  await entered.getByText("Correct this entry").click();
+  assert.equal(await angle.getByLabel("Present value").inputValue(), "2,03", "before this correction");
+  await call("POST", `/v1/jobs/${id}/iterations/1/correction`, await request());
+  await page.reload();
+  await stands();
+  assert.equal(await angle.getByLabel("Present value").inputValue(), "16.9", "what was entered then");
+});
+
+browserTest("a change that means little is not bold, and each reason is said once", {}, async (world) => {
+  const { page, open, stands, job, iteration, call } = world;
+  const { id } = await job();
+  await iteration(id);
+  await call("POST", `/v1/jobs/${id}/iterations/1/correction`, { ...(await request()), settings_used: "all" });
+  await open(pathOf(id));
+  const changes = page.getByRole("table", { name: "Changes of the machine settings" });
+  await changes.waitFor();
+  await stands();
+  const { result } = await call("GET", `/v1/jobs/${id}/iterations/1/correction`);
+  const rows = changes.locator("tbody tr");
+  let [unsure, sure] = [0, 0];
+  for (const [i, setting] of result.settings.entries()) {
+    if (setting.fixed || setting.undetermined || setting.left || setting.limited) continue;
+    const weight = await rows
+      .nth(i)
+      .locator(".change")
+      .evaluate((one) => Number(getComputedStyle(one).fontWeight));
+    const means = Math.abs(setting.change) > 1.96 * setting.std_error;
+    assert.equal(weight > 500, means, `${setting.name}: ${setting.change} ± ${setting.std_error}`);
+    if (means) sure += 1;
+    else unsure += 1;
+    if (setting.unit === "arcmin") assert.match((await rows.nth(i).locator(".change").textContent()) ?? "", /arcmin$/);
+  }
+  assert.ok(unsure > 0 && sure > 0, `${unsure} and ${sure}`);
+  assert.ok(result.settings.filter((/** @type {any} */ one) => one.undetermined).length > 1);
+  assert.equal(await page.getByText("not determined by this measurement").count(), 1);
+  assert.equal(await page.getByText("not distinguishable from none").count(), 1);
 });
 
 browserTest("the other flank is predicted once it was measured", {}, async (world) => {

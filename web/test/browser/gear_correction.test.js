@@ -95,7 +95,7 @@ browserTest("settings of one flank say which, and what was entered is compared",
   const first = file.split("\r\n").map((line) => line.split(",")[0]);
   assert.deepEqual(first.slice(1, 3), ["profile_angle_left", "profile_angle_right"]);
 
-  await panel.getByLabel("Profile angle, left").fill("15");
+  await panel.getByRole("group", { name: "Profile angle, left" }).getByLabel("Change").fill("15");
   await panel.getByLabel("Note").fill("rounded at the control");
   await panel.getByRole("button", { name: "Save what was entered" }).click();
   const entered = panel.getByRole("table", { name: "Entered" }).locator("tbody tr");

@@ -1,6 +1,14 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { draftOf, emptyDraft, requestOf, settingsOf } from "../../app/lib/correction.js";
+import {
+  draftOf,
+  emptyDraft,
+  newValue,
+  presentOf,
+  requestOf,
+  settingsOf,
+  significant,
+} from "../../app/lib/correction.js";
 
 const write = (/** @type {number | null | undefined} */ value) => (typeof value === "number" ? String(value) : "");
 
@@ -62,4 +70,21 @@ test("what is no number is found at its place", () => {
     { name: "a", unit: "µm" },
     { name: "b", unit: "µm" },
   ]);
+});
+
+test("a change is significant beyond the half width of its 95 % interval, and where it is made", () => {
+  assert.equal(significant({ change: 0.024, std_error: 0.042 }), false);
+  assert.equal(significant({ change: -14.89, std_error: 0.2 }), true);
+  assert.equal(significant({ change: 3 }), true);
+  assert.equal(significant({ change: 3, std_error: 0.1, left: "within_limits" }), false);
+});
+
+test("a new value is the present one and the change, rounded to the increment", () => {
+  assert.equal(newValue("1,2", "0.1", undefined), 1.3);
+  assert.equal(newValue("10", "−0,52", 0.05), 9.5);
+  assert.equal(newValue("10", "0.33", 0.05), 10.35);
+  assert.equal(newValue("", "0.33", 0.05), undefined);
+  assert.equal(newValue("ten", "0.33", 0.05), undefined);
+  const kept = { correction: "a", present: "10", next: "10.35" };
+  assert.deepEqual([presentOf(kept, "a"), presentOf(kept, "b"), presentOf(undefined, "a")], ["10", "10.35", ""]);
 });
