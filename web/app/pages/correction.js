@@ -100,6 +100,7 @@ function Kept({ job, iteration, kept, earlier, onApplied }) {
     const { data } = await answer(api.GET("/v1/jobs/{job_id}/iterations/{number}/nodes", { signal, params }));
     return { data: /** @type {import("../api/client.js").Schema<"Nodes">} */ (data) };
   });
+  const chosen = requestOf(kept).sensitivity.flank;
   const measure = toMeasure(job.id);
   const owner = `${encodeURIComponent(job.id)}/iterations/${iteration.number}`;
   return html`
@@ -113,6 +114,7 @@ function Kept({ job, iteration, kept, earlier, onApplied }) {
         ],
       })}
       <p class="quiet">${t.changesAbout} ${t.errorAbout}${earlier > 0 && html` ${t.earlier(earlier)}`}</p>
+      ${chosen && chosen !== iteration.flank && html`<p class="note warn">${t.chosenFlank(t[chosen])}</p>`}
       ${h(Changes, { result, csvName: `${name} ${t.changes}`, tools: h(ControlCsv, { owner, name, result }) })}
     </section>
     <section class="panel" aria-labelledby="entered">

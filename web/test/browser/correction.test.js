@@ -283,6 +283,27 @@ browserTest("a change that means little is not bold, and each reason is said onc
   assert.equal(await page.getByText("not distinguishable from none").count(), 1);
 });
 
+browserTest("a flank that the measurement does not name is said above the changes", {}, async (world) => {
+  const { page, open, stands, job, call } = world;
+  const { flank: _, ...nodes } = JSON.parse(await example("flank_z52.json"));
+  const { id } = await job();
+  await call("POST", `/v1/jobs/${id}/iterations`, nodes);
+  await open(pathOf(id));
+  await page.getByLabel("Flank", { exact: true }).selectOption("right");
+  await page.getByRole("button", { name: "Compute the correction" }).click();
+  const panel = page.getByRole("region", { name: "Changes of the machine settings", exact: true });
+  const banner = panel.getByText("the right one was chosen for this correction");
+  await banner.waitFor();
+  await stands();
+  const above = (await banner.boundingBox())?.y ?? 0;
+  assert.ok(above < ((await panel.getByRole("table").boundingBox())?.y ?? 0));
+  await call("PATCH", `/v1/jobs/${id}/iterations/1`, { flank: "right" });
+  await page.reload();
+  await panel.waitFor();
+  await stands();
+  assert.equal(await banner.count(), 0, "now the measurement names it");
+});
+
 browserTest("the other flank is predicted once it was measured", {}, async (world) => {
   const { page, open, stands, job, iteration, call } = world;
   const { requirements } = JSON.parse(await example("requests/job_requirements.json"));

@@ -128,6 +128,8 @@ export default {
     "Nach dem Mittel über alle Zähne beider Flanken, die seit der letzten Korrektur gemessen wurden, mit denselben Einstellungen für beide Flanken.",
   gearMethod: "Schleifverfahren",
   gearMake: "Korrektur berechnen",
+  chosenFlank: (flank) =>
+    `Die Messung nennt ihre Flanke nicht: Für diese Korrektur wurde die Flanke „${flank}“ gewählt. An der anderen Flanke haben die Änderungen, die die Flankenlinie drehen, das entgegengesetzte Vorzeichen.`,
   flank_left: "Linke Flanke",
   flank_right: "Rechte Flanke",
   other_left: "Die linke Flanke",

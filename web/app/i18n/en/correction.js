@@ -127,6 +127,8 @@ export default {
     "By the mean over all teeth of both flanks that were measured since the last correction, with the same settings for both flanks.",
   gearMethod: "Grinding method",
   gearMake: "Compute the correction",
+  chosenFlank: (/** @type {string} */ flank) =>
+    `The measurement does not name its flank: the ${flank} one was chosen for this correction. On the other flank the changes that turn the helix have the opposite sign.`,
   flank_left: "Left flank",
   flank_right: "Right flank",
   other_left: "The left flank",
