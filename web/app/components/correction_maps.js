@@ -58,14 +58,14 @@ function DeviationMap({ title, surface, limit, axes, paper }) {
   return html`<figure>
     <figcaption>
       <div class="map-head"><h3>${title}</h3>${!paper && button}</div>
-      <p class="quiet">${summaryOf(surface)}</p>
+      <p class="quiet">${summaryOf(surface, limit)}</p>
     </figcaption>
     ${
       asTable
         ? h(MapTable, { surface, title: flank.deviation, name: title, unit: "µm", axes, csvName: title })
         : html`${h(HeatMap, {
             name: title,
-            summary: summaryOf(surface),
+            summary: summaryOf(surface, limit),
             surface,
             limit,
             unit: "µm",
@@ -79,8 +79,9 @@ function DeviationMap({ title, surface, limit, axes, paper }) {
   </figure>`;
 }
 
-/** @param {FlankSurface} surface */
-function summaryOf(surface) {
+/** @param {FlankSurface} surface @param {number} limit of the scale */
+function summaryOf(surface, limit) {
   const ends = extremesOf(surface);
-  return t.mapSummary(fmt.value.um(ends?.least.z), fmt.value.um(ends?.greatest.z));
+  const height = (/** @type {number | undefined} */ z) => fmt.value.onScale(z, limit, "µm");
+  return t.mapSummary(height(ends?.least.z), height(ends?.greatest.z));
 }

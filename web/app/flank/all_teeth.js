@@ -70,6 +70,7 @@ export function AllTeeth({ jobId, number, records, name, flipU, file, onShown })
 function Teeth({ flanks, name, flipU, file, more }) {
   const picked = flanks.find(({ key }) => key === query.value.get("tooth")) ?? flanks[0];
   const scale = useMemo(() => commonScale(flanks.map(({ surface }) => surface)), [flanks]);
+  const height = (/** @type {number | undefined} */ z) => fmt.value.onScale(z, scale.limit, "µm");
   const missing = flanks.reduce((sum, { surface }) => sum + countsOf(surface).missing, 0);
   if (!picked) return null;
   const axes = mapAxes(AXES);
@@ -78,7 +79,7 @@ function Teeth({ flanks, name, flipU, file, more }) {
     <div class="teeth-maps">
       ${flanks.map((of) => {
         const { least, greatest } = inFigures(of);
-        const [title, said] = [nameOf(of), t.fromTo(fmt.value.um(least), fmt.value.um(greatest))];
+        const [title, said] = [nameOf(of), t.fromTo(height(least), height(greatest))];
         return html`<button key=${of.key} type="button" class="tooth-map" aria-pressed=${of === picked}
           onClick=${() => setQuery({ tooth: of.key }, { step: true })}>
           <b>${title}</b>
@@ -91,7 +92,7 @@ function Teeth({ flanks, name, flipU, file, more }) {
     <div class="flank-layout">
       ${h(Sections, { kind: "profile", flanks, picked, file })} ${h(Sections, { kind: "helix", flanks, picked, file })}
     </div>
-    ${h(TeethTable, { flanks, file })}
+    ${h(TeethTable, { flanks, file, height })}
     <h3>${nameOf(picked)}</h3>
     ${h(FlankView, { key: picked.key, surface: picked.surface, title: t.deviation, name: `${name}, ${nameOf(picked)}`, unit: "µm", axes: AXES, flipU, atLeast: scale.limit, file: `${file}-${picked.key}` })}
   </div>`;
@@ -145,7 +146,7 @@ function Sections({ kind, flanks, picked, file }) {
           header: t.deviation,
           unit: "µm",
           numeric: true,
-          cell: ({ y }) => html`<span translate="no">${fmt.value.um(y)}</span>`,
+          cell: ({ y }) => html`<span translate="no">${fmt.value.onScale(y, most, "µm")}</span>`,
           csv: ({ y }) => y,
         },
       ],
@@ -156,8 +157,8 @@ function Sections({ kind, flanks, picked, file }) {
   });
 }
 
-/** @param {{ flanks: readonly ToothFlank[], file: string }} props */
-function TeethTable({ flanks, file }) {
+/** @param {{ flanks: readonly ToothFlank[], file: string, height: (z: number | undefined) => string }} props */
+function TeethTable({ flanks, file, height }) {
   const rows = flanks.map((of) => ({ of, ...inFigures(of) }));
   /** @typedef {(typeof rows)[number]} Row */
   /** @param {"least" | "greatest" | "mean" | "rms"} key @param {string} header @returns {import("../components/table.js").Column<Row>} */
@@ -166,7 +167,7 @@ function TeethTable({ flanks, file }) {
     header,
     unit: "µm",
     numeric: true,
-    cell: (row) => html`<span translate="no">${fmt.value.um(row[key])}</span>`,
+    cell: (row) => html`<span translate="no">${height(row[key])}</span>`,
     csv: (row) => row[key],
   });
   return table({

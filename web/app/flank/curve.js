@@ -21,9 +21,11 @@ export function FlankCurve({ nodes, residuals, layer, axes, file }) {
   const measured = sorted(nodes.x.map((x, i) => ({ x, y: nodes.y[i] ?? Number.NaN })));
   const points = values ? sorted(values.map((y, k) => ({ x: place(k), y }))) : measured;
   const [x, unit] = [axisOf(axes?.x, "x"), heightUnit(axes)];
-  const heights = points.map(({ y }) => y);
+  const [across, up] = [domainOf(nodes.x), domainOf([...points.map(({ y }) => y), 0])];
+  const placeOf = (/** @type {number} */ at) => fmt.value.onScale(at, across[1] - across[0], "mm");
+  const heightOf = (/** @type {number} */ y) => fmt.value.onScale(y, Math.max(-up[0], up[1]), unit);
   const text = (/** @type {{ x: number, y: number }} */ one) =>
-    `${fmt.value.mm(one.x)}${x.unit ? ` ${x.unit}` : ""}: ${fmt.value.deviation(one.y, unit)}${unit ? ` ${unit}` : ""}`;
+    `${placeOf(one.x)}${x.unit ? ` ${x.unit}` : ""}: ${heightOf(one.y)}${unit ? ` ${unit}` : ""}`;
   const [least, greatest] = [
     points.reduce((a, b) => (b.y < a.y ? b : a), points[0] ?? { x: 0, y: 0 }),
     points.reduce((a, b) => (b.y > a.y ? b : a), points[0] ?? { x: 0, y: 0 }),
@@ -31,8 +33,8 @@ export function FlankCurve({ nodes, residuals, layer, axes, file }) {
   return h(Chart, {
     name: t.curve,
     summary: t.extremes(text(least), text(greatest)),
-    x: { ...x, domain: domainOf(nodes.x) },
-    y: { ...axisOf(axes?.y, "y"), domain: domainOf([...heights, 0]), nice: true },
+    x: { ...x, domain: across },
+    y: { ...axisOf(axes?.y, "y"), domain: up, nice: true },
     probes: points.map((one) => ({ ...one, text: text(one) })),
     data: {
       columns: [
@@ -41,7 +43,7 @@ export function FlankCurve({ nodes, residuals, layer, axes, file }) {
           header: x.label,
           unit: x.unit,
           numeric: true,
-          cell: (one) => html`<span translate="no">${fmt.value.mm(one.x)}</span>`,
+          cell: (one) => html`<span translate="no">${placeOf(one.x)}</span>`,
           csv: (one) => one.x,
         },
         {
@@ -49,7 +51,7 @@ export function FlankCurve({ nodes, residuals, layer, axes, file }) {
           header: t.deviation,
           unit,
           numeric: true,
-          cell: (one) => html`<span translate="no">${fmt.value.deviation(one.y, unit)}</span>`,
+          cell: (one) => html`<span translate="no">${heightOf(one.y)}</span>`,
           csv: (one) => one.y,
         },
       ],

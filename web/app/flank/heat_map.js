@@ -45,6 +45,7 @@ const MOST_LINES = 60;
  * @property {number} [density] pixels of the image for one of the page; 3 for print
  * @property {readonly import("../lib/exclude.js").NodeMark[]} [marks] nodes that are suspected or excluded
  * @property {{ u: number, v: number } | undefined} [at] the crosshair
+ * @property {(node: FlankNode) => string} [says] reads a node out
  * @property {((node: FlankNode) => void) | undefined} [onAt] pointer and arrows choose a node
  * @property {((box: Box) => void) | undefined} [onWindow] a rectangle was drawn
  */
@@ -257,21 +258,18 @@ function MapAxesDrawn({ axes, view, range, whole, percent = false }) {
   </g>`;
 }
 
-/**
- * A height as text, with decimals according to its scale: for small scales tenths of µm are too coarse.
- * @param {number} z @param {string | undefined} unit @param {number} limit of the scale
- */
-function heightText(z, unit, limit) {
-  const written =
-    unit === "µm" ? fmt.value.fixed(z, Math.max(1, 1 - Math.floor(Math.log10(limit)))) : fmt.value.deviation(z, unit);
-  return `${written}${unit ? ` ${unit}` : ""}`;
-}
+/** A height with its unit. @param {number} z @param {string | undefined} unit @param {number} limit of the scale */
+export const heightText = (z, unit, limit) => `${fmt.value.onScale(z, limit, unit)}${unit ? ` ${unit}` : ""}`;
+
+/** A place on an axis with its unit. @param {number} at @param {MapAxis} axis @param {readonly [number, number]} range of the axis */
+export const placeText = (at, { unit }, [from, to]) =>
+  `${fmt.value.onScale(at, to - from, "mm")}${unit ? ` ${unit}` : ""}`;
 
 /** Describes a node as text. @param {FlankNode} node @param {{ axes: MapAxes, unit?: string | undefined, whole: Box, range?: Box | undefined, limit: number }} told */
 export function nodeText(node, { axes, unit, whole, range, limit }) {
   const told = range ?? whole;
   const part = (/** @type {"u" | "v"} */ axis) =>
-    `${axes[axis].label} ${fmt.value.mm(node[axis])}${axes[axis].unit ? ` ${axes[axis].unit}` : ""} (${fmt.value.fixed(percentOf(node[axis], told[axis]), 0)} %)`;
+    `${axes[axis].label} ${placeText(node[axis], axes[axis], whole[axis])} (${fmt.value.fixed(percentOf(node[axis], told[axis]), 0)} %)`;
   const height = Number.isNaN(node.z) ? t.missing : heightText(node.z, unit, limit);
   const place =
     node.row === undefined || node.column === undefined ? "" : ` · ${t.cell(node.row + 1, node.column + 1)}`;
@@ -325,7 +323,7 @@ function Pointer(props) {
     onWindow({ u: sorted(from.u, to.u, whole.u), v: sorted(from.v, to.v, whole.v) });
   };
   return html`<div class="chart-reader" tabindex="0" role="slider" aria-label=${name} aria-describedby=${describedBy}
-    aria-valuemin="1" aria-valuemax=${surface.z.length} aria-valuenow=${node.index + 1} aria-valuetext=${nodeText(node, props)}
+    aria-valuemin="1" aria-valuemax=${surface.z.length} aria-valuenow=${node.index + 1} aria-valuetext=${props.says?.(node)}
     onKeyDown=${press}
     onPointerDown=${(/** @type {PointerEvent & { currentTarget: Element }} */ event) => {
       const place = placed(event);

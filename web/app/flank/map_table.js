@@ -4,7 +4,8 @@ import { table } from "../components/table.js";
 import { t } from "../i18n/flank.js";
 import { fmt } from "../i18n/i18n.js";
 import { html } from "../../vendor/ui.js";
-import { nodeOf } from "./surface.js";
+import { scaleFor } from "./scale.js";
+import { boxOf, nodeOf } from "./surface.js";
 
 /** @typedef {import("./surface.js").FlankSurface} FlankSurface */
 /** @typedef {import("./surface.js").FlankNode} FlankNode */
@@ -18,6 +19,8 @@ const MOST_ROWS = 2000;
  */
 export function MapTable({ surface, title, name, unit, axes, csvName }) {
   const count = surface.z.length;
+  const whole = boxOf(surface);
+  const { limit } = scaleFor(surface);
   const nodes = (/** @type {number} */ most) => Array.from({ length: most }, (_, i) => nodeOf(surface, i));
   /** @param {"u" | "v"} key @returns {import("../components/table.js").Column<FlankNode>} */
   const place = (key) => ({
@@ -25,7 +28,8 @@ export function MapTable({ surface, title, name, unit, axes, csvName }) {
     header: axes[key].label,
     unit: axes[key].unit,
     numeric: true,
-    cell: (node) => html`<span translate="no">${fmt.value.mm(node[key])}</span>`,
+    cell: (node) =>
+      html`<span translate="no">${fmt.value.onScale(node[key], whole[key][1] - whole[key][0], "mm")}</span>`,
     csv: (node) => node[key],
   });
   return table({
@@ -45,7 +49,7 @@ export function MapTable({ surface, title, name, unit, axes, csvName }) {
         unit,
         numeric: true,
         cell: ({ z }) =>
-          Number.isNaN(z) ? t.missing : html`<span translate="no">${fmt.value.deviation(z, unit)}</span>`,
+          Number.isNaN(z) ? t.missing : html`<span translate="no">${fmt.value.onScale(z, limit, unit)}</span>`,
         csv: ({ z }) => z,
       },
     ],

@@ -53,14 +53,16 @@ export async function pngOf({
   pen.font = "24px system-ui, sans-serif";
   const named = ({ label = "", unit: sign = /** @type {string | undefined} */ ("") }) =>
     sign ? `${label} / ${sign}` : label;
+  const edge = (/** @type {number} */ at, /** @type {readonly [number, number]} */ [from, to]) =>
+    fmt.value.onScale(at, to - from, "mm");
   const under = TOP + height + 34;
-  text(`${fmt.value.fixed(box.v[0], 2)} (${marks.faceI})`, LEFT, under, "left");
-  text(`${fmt.value.fixed(box.v[1], 2)} (${marks.faceII})`, LEFT + width, under, "right");
+  text(`${edge(box.v[0], box.v)} (${marks.faceI})`, LEFT, under, "left");
+  text(`${edge(box.v[1], box.v)} (${marks.faceII})`, LEFT + width, under, "right");
   text(named(axes.v), LEFT + width / 2, under);
   const [above, below] = flipU ? box.u : [box.u[1], box.u[0]];
-  text(fmt.value.fixed(above, 2), LEFT - 12, TOP + 22, "right");
+  text(edge(above, box.u), LEFT - 12, TOP + 22, "right");
   text(marks.tip, LEFT - 12, TOP + 50, "right");
-  text(fmt.value.fixed(below, 2), LEFT - 12, TOP + height - 6, "right");
+  text(edge(below, box.u), LEFT - 12, TOP + height - 6, "right");
   text(marks.root, LEFT - 12, TOP + height - 34, "right");
   pen.save();
   pen.translate(36, TOP + height / 2);

@@ -14,7 +14,7 @@ import { query, setQuery } from "../navigation.js";
 import { useShortcut } from "../components/shortcuts.js";
 import { h, html, useMemo } from "../../vendor/ui.js";
 import { mapAxes } from "./axes.js";
-import { HeatMap, nodeText } from "./heat_map.js";
+import { HeatMap, heightText, nodeText, placeText } from "./heat_map.js";
 import { Legend, scaleLabel } from "./legend.js";
 import { MapTable } from "./map_table.js";
 import { pngOf } from "./png.js";
@@ -94,7 +94,7 @@ export function FlankView(props) {
   );
   if (!extremes) return h(Empty, { children: t.noHeights });
   const says = (/** @type {import("./surface.js").FlankNode} */ one) =>
-    nodeText(one, { axes, unit, whole, range, limit: automatic });
+    nodeText(one, { axes, unit, whole, range, limit: Math.min(limit, automatic) });
   const summary = t.extremes(says(extremes.least), says(extremes.greatest));
   const save = async () => {
     const marks = { root: t.root, tip: t.tip, faceI: t.faceI, faceII: t.faceII, material: t.materialOut };
@@ -161,6 +161,7 @@ export function FlankView(props) {
                   contours: flag("contours"),
                   ...(marks ? { marks } : {}),
                   at: given ? node : undefined,
+                  says,
                   onAt: (one) => setQuery({ at: `${one.u},${one.v}` }),
                   onWindow: (box) => setWindow(box, whole),
                 })
@@ -184,25 +185,24 @@ export function FlankView(props) {
           })}
         </div>
       </div>
-      ${h(Later, { place: "section-place", children: () => h(Section, { kind: "profile", surface, axes, unit, limit, at: node.v, file, domain: (window ?? whole).u }) })}
-      ${h(Later, { place: "section-place", children: () => h(Section, { kind: "helix", surface, axes, unit, limit, at: node.u, file, domain: (window ?? whole).v }) })}
+      ${h(Later, { place: "section-place", children: () => h(Section, { kind: "profile", surface, axes, unit, limit, at: node.v, file, whole, domain: (window ?? whole).u }) })}
+      ${h(Later, { place: "section-place", children: () => h(Section, { kind: "helix", surface, axes, unit, limit, at: node.u, file, whole, domain: (window ?? whole).v }) })}
     </div>
   </div>`;
 }
 
 /**
  * @param {{ kind: "profile" | "helix", surface: FlankSurface, axes: import("./heat_map.js").MapAxes, unit: string | undefined,
- *   limit: number, at: number, file: string, domain: readonly [number, number] }} props
+ *   limit: number, at: number, file: string, whole: Box, domain: readonly [number, number] }} props
  */
-function Section({ kind, surface, axes, unit, limit, at, file, domain }) {
+function Section({ kind, surface, axes, unit, limit, at, file, whole, domain }) {
   const all = useMemo(() => sectionOf(surface, kind, at), [surface, kind, at]);
   const points = all.filter(({ x }) => x >= domain[0] && x <= domain[1]);
-  const along = kind === "profile" ? axes.u : axes.v;
-  const across = kind === "profile" ? axes.v : axes.u;
+  const [x, other] = kind === "profile" ? /** @type {const} */ (["u", "v"]) : /** @type {const} */ (["v", "u"]);
+  const [along, across] = [axes[x], axes[other]];
   const there = points.filter(({ y }) => Number.isFinite(y));
   const most = Math.max(limit, niceAbove(there.reduce((size, { y }) => Math.max(size, Math.abs(y)), 0)));
-  const place = `${across.label} ${fmt.value.mm(at)}${across.unit ? ` ${across.unit}` : ""}`;
-  const write = (/** @type {number} */ y) => `${fmt.value.deviation(y, unit)}${unit ? ` ${unit}` : ""}`;
+  const place = `${across.label} ${placeText(at, across, whole[other])}`;
   return h(Chart, {
     name: kind === "profile" ? t.profile : t.helix,
     summary: place,
@@ -212,7 +212,7 @@ function Section({ kind, surface, axes, unit, limit, at, file, domain }) {
     probes: there.map(({ x, y }) => ({
       x,
       y,
-      text: `${fmt.value.mm(x)}${along.unit ? ` ${along.unit}` : ""}: ${write(y)}`,
+      text: `${placeText(x, along, domain)}: ${heightText(y, unit, most)}`,
     })),
     data: {
       columns: [
@@ -221,7 +221,7 @@ function Section({ kind, surface, axes, unit, limit, at, file, domain }) {
           header: along.label,
           unit: along.unit,
           numeric: true,
-          cell: ({ x }) => html`<span translate="no">${fmt.value.mm(x)}</span>`,
+          cell: ({ x }) => html`<span translate="no">${fmt.value.onScale(x, domain[1] - domain[0], "mm")}</span>`,
           csv: ({ x }) => x,
         },
         {
@@ -229,7 +229,7 @@ function Section({ kind, surface, axes, unit, limit, at, file, domain }) {
           header: t.deviation,
           unit,
           numeric: true,
-          cell: ({ y }) => html`<span translate="no">${fmt.value.deviation(y, unit)}</span>`,
+          cell: ({ y }) => html`<span translate="no">${fmt.value.onScale(y, most, unit)}</span>`,
           csv: ({ y }) => y,
         },
       ],

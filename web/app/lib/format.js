@@ -73,6 +73,18 @@ export function formats(locale) {
   }
 
   /**
+   * A value that is read against a scale or an axis: to a tenth of the leading digit of `size`, and at least to 0.1 µm,
+   * in mm to 1 µm; in other units to four digits of `size`. The unit is not written.
+   * @param {Maybe} value @param {number} size the limit of the scale or the width of the axis @param {string | undefined} unit
+   */
+  function onScale(value, size, unit) {
+    if (size > 0 && size < 1e-3) return significant(value, 3);
+    const [least, digits] = unit === "µm" ? [1, 2] : unit === "mm" ? [3, 2] : [0, 4];
+    const decimals = size > 0 ? digits - 1 - Math.floor(Math.log10(size)) : 0;
+    return fixed(value, Math.max(least, decimals));
+  }
+
+  /**
    * An interval, to the second digit of the standard error that it is of: `0.64 … 0.77`.
    * @param {readonly number[] | null | undefined} ends @param {Maybe} error @param {string} [unit]
    */
@@ -97,6 +109,7 @@ export function formats(locale) {
     significant,
     withError,
     deviation,
+    onScale,
     interval,
     /** Micrometres: one decimal. @param {Maybe} value */
     um: (value) => fixed(value, 1),

@@ -45,9 +45,9 @@ export function RefitMap({ measured, residuals, axes, flipU, refit, many }) {
   const unit = heightUnit(axes) ?? common.callersUnit;
   const name = `${t[layer]}, ${refit ? t.refit : t.standing}`;
   const ends = surface && extremesOf(surface);
-  const write = (/** @type {number} */ z) => `${fmt.value.deviation(z, unit)}\u202f${unit}`;
-  const summary = ends ? t.mapSummary(write(ends.least.z), write(ends.greatest.z)) : "";
   const scale = surface && scaleFor(surface);
+  const write = (/** @type {number} */ z) => `${fmt.value.onScale(z, scale?.limit ?? 0, unit)}\u202f${unit}`;
+  const summary = ends ? t.mapSummary(write(ends.least.z), write(ends.greatest.z)) : "";
   const { asTable, button } = useAsTable(name);
   return html`<section class="panel lambda-map" aria-labelledby="lambda-map" data-refit=${refit ? "1" : undefined}>
     <header>

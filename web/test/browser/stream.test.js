@@ -167,3 +167,36 @@ browserTest("the job's other pages lead to a stream that is being measured", {},
   await page.getByText("being measured").first().waitFor();
   assert.equal(await page.getByRole("link", { name: "Watch" }).count(), 0);
 });
+
+browserTest("heights of a few nanometres have the digits of their scale, in every place", {}, async (world) => {
+  const { page, open, stands, job, call } = world;
+  const { id } = await job();
+  const { nodes, axes, model } = JSON.parse(await example("flank_z52.json"));
+  const small = (/** @type {(number | null)[]} */ row) => row.map((z) => (z === null ? null : z / 5000));
+  const regularization = { type: "none" };
+  const stream = await call("POST", `/v1/jobs/${id}/streams`, { model, axes, regularization, flank: "left" });
+  const block = { sequence: 1, nodes: { ...nodes, z: nodes.z.map(small) } };
+  await call("POST", `/v1/streams/${stream.id}/nodes`, block);
+  const heights = block.nodes.z.flat().filter((/** @type {number | null} */ z) => z !== null);
+  const limit = async () => Number(await page.locator(".map-legend text").last().textContent());
+  await open(`/jobs/${id}/streams/${stream.id}`);
+  assert.ok((await limit()) < 0.01, `±${await limit()} µm`);
+  const ends = { least: Math.min(...heights), greatest: Math.max(...heights) };
+  for (const [name, z] of Object.entries(ends)) {
+    const said = (await page.locator(`[data-extreme="${name}"]`).textContent()) ?? "";
+    assert.ok(said.includes(` · ${z.toFixed(4).replace("-", "−")} µm`), `${name} ${z}: ${said}`);
+  }
+  await page.getByRole("slider", { name: "Nodes so far" }).press("ArrowRight");
+  await page.waitForURL(/at=/);
+  await stands();
+  const read = await page.getByRole("slider", { name: "Nodes so far" }).getAttribute("aria-valuetext");
+  assert.match(read ?? "", /0\.00\d\d µm/);
+  // the section, and the tables of section and map
+  const section = page.locator("figure", { hasText: "Profile section" });
+  await section.getByRole("button", { name: "As table" }).click();
+  assert.match((await section.locator("tbody td").last().textContent()) ?? "", /0\.00\d\d/);
+  await page.locator(".flank-tools").getByRole("button", { name: "As table" }).click();
+  const table = page.locator(".flank-map tbody tr").first();
+  await table.waitFor();
+  assert.match((await table.locator("td").last().textContent()) ?? "", /0\.00\d\d/);
+});

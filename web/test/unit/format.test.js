@@ -45,6 +45,21 @@ test("every kind of number has its digits", () => {
   }
 });
 
+test("a value beside a scale or an axis has the decimals of its labels", () => {
+  assert.equal(en.onScale(0.0034, 0.01, "µm"), "0.003");
+  assert.equal(en.onScale(-0.0034, 0.01, "µm"), "−0.003");
+  assert.equal(de.onScale(0.234, 0.5, "µm"), "0,23");
+  assert.equal(en.onScale(-12.35, 20, "µm"), "−12.3");
+  assert.equal(en.onScale(834.56, 1000, "µm"), "834.6");
+  assert.equal(en.onScale(0.0123, 0.5, "mm"), "0.012", "1 µm of a length in mm");
+  assert.equal(en.onScale(0.00123, 0.005, "mm"), "0.0012");
+  assert.equal(en.onScale(1.0012, 6, "caller’s unit"), "1.001", "four digits of the scale");
+  assert.equal(en.onScale(81234.5, 1e5, undefined), "81235");
+  assert.equal(en.onScale(1.234e-5, 2e-5, "µm"), "1.23·10⁻⁵", "by a power of ten, as the labels are");
+  assert.equal(en.onScale(0, 0, "µm"), "0.0", "a scale of no width");
+  assert.equal(en.onScale(undefined, 10, "µm"), ABSENT);
+});
+
 test("times are of the reader's place, and absent ones are said so", () => {
   assert.match(en.time("2026-11-21T08:30:00Z"), /^21 Nov 2026, \d\d:30$/);
   assert.match(de.time("2026-11-21T08:30:00Z"), /^21\.11\.2026, \d\d:30$/);
