@@ -2,6 +2,7 @@
 
 import { useJob, useTrace } from "../api/job.js";
 import { useJobEvents } from "../api/live.js";
+import { useOpenStreams } from "../api/stream.js";
 import { t as common } from "../i18n/common.js";
 import { gearInShort } from "../lib/gear.js";
 import { current, navigate, pathname, query } from "../navigation.js";
@@ -9,7 +10,7 @@ import { href, hrefIf } from "../router.js";
 import { Fragment, h, html, useEffect, useState } from "../../vendor/ui.js";
 import { JobNavigation, Page } from "./page.js";
 import { useShortcut } from "./shortcuts.js";
-import { loaded } from "./states.js";
+import { loaded, Skeleton } from "./states.js";
 
 /** @typedef {import("../../vendor/ui.js").ComponentChildren} Children */
 /** @typedef {import("../api/job.js").Job} Job */
@@ -33,7 +34,7 @@ export function JobPage({ jobId, view, number, actions, onEvents, children }) {
   const job = useJob(jobId);
   const trace = useTrace(jobId);
   const [news, setNews] = useState(0);
-  const [stream, setStream] = useState(/** @type {string | undefined} */ (undefined));
+  const streams = useOpenStreams(jobId);
   useJobEvents(job.data === undefined ? null : jobId, (events) => {
     // blocks of a stream, of which there may be many a second, change neither
     if (events.length === 0 || events.some(({ state }) => state !== "block")) {
@@ -41,8 +42,7 @@ export function JobPage({ jobId, view, number, actions, onEvents, children }) {
       trace.reload();
       if (events.length > 0) setNews((last) => last + 1);
     }
-    const ofStream = events.findLast(({ stream_id: id }) => id);
-    if (ofStream) setStream(ofStream.state === "open" || ofStream.state === "block" ? ofStream.stream_id : undefined);
+    if (events.length === 0 || events.some(({ stream_id: id, state }) => id && state !== "block")) streams.reload();
     onEvents?.(events);
   });
   const numbers = trace.data?.iterations.map((iteration) => iteration.number) ?? [];
@@ -81,8 +81,9 @@ export function JobPage({ jobId, view, number, actions, onEvents, children }) {
           Fragment,
           null,
           h(JobNavigation, { jobId, number, iterations: numbers }),
-          stream !== undefined && h(Streaming, { jobId, streamId: stream }),
-          children(data, { job, trace, news }),
+          streams.data?.map((stream) => h(Streaming, { key: stream.id, jobId, stream })),
+          // what is below the streams comes after them, so that nothing jumps
+          streams.data || streams.error ? children(data, { job, trace, news }) : h(Skeleton, null),
         ),
     }),
   });
@@ -98,11 +99,12 @@ export function useNews(news, resources) {
   }, [news]);
 }
 
-/** Leads to what is being measured. @param {{ jobId: string, streamId: string }} props */
-function Streaming({ jobId, streamId }) {
-  const to = hrefIf("/jobs/{job_id}/streams/{stream_id}", { job_id: jobId, stream_id: streamId });
+/** Leads to what is being measured. @param {{ jobId: string, stream: import("../api/client.js").Schema<"ListedStream"> }} props */
+function Streaming({ jobId, stream: { id, flank, tooth } }) {
+  const to = hrefIf("/jobs/{job_id}/streams/{stream_id}", { job_id: jobId, stream_id: id });
   if (!to || to === pathname.value) return null;
-  return html`<p class="note" role="status">${common.streaming} <a href=${to}>${common.watch}</a></p>`;
+  return html`<p class="note" role="status">${flank ? common.streamingFlank(flank, tooth ?? "") : common.streaming}${" "}
+    <a href=${to}>${common.watch}</a></p>`;
 }
 
 /** @param {{ job: Job }} props */

@@ -168,6 +168,26 @@ browserTest("the job's other pages lead to a stream that is being measured", {},
   assert.equal(await page.getByRole("link", { name: "Watch" }).count(), 0);
 });
 
+browserTest("a job leads to the streams that were opened before, until they are finished", {}, async (world) => {
+  const { page, open, stands, call } = world;
+  const { id, stream, send, path } = await opened(world);
+  await send([0, 2, 4, 6, 8]);
+  const right = await call("POST", `/v1/jobs/${id}/streams`, { model: stream.spec.model, flank: "right" });
+  await open(`/jobs/${id}`);
+  const note = (/** @type {string} */ text) => page.getByRole("status").filter({ hasText: text });
+  await note("The left flank of tooth 1 is being measured").getByRole("link", { name: "Watch" }).waitFor();
+  await note("The right flank is being measured").getByRole("link", { name: "Watch" }).waitFor();
+  await call("DELETE", `/v1/streams/${right.id}`);
+  await note("The right flank is being measured").waitFor({ state: "detached" });
+  await page.getByRole("link", { name: "Watch" }).click();
+  await page.waitForURL(`**${path}`);
+  await stands();
+  await open(`/jobs/${id}`);
+  await page.getByRole("link", { name: "Watch" }).waitFor();
+  await call("POST", `/v1/streams/${stream.id}/finish`, {});
+  await page.getByRole("link", { name: "Watch" }).waitFor({ state: "detached" });
+});
+
 browserTest("heights of a few nanometres have the digits of their scale, in every place", {}, async (world) => {
   const { page, open, stands, job, call } = world;
   const { id } = await job();

@@ -87,6 +87,8 @@ export default {
   shortcutSearch: "Zum Suchfeld",
   shortcutsOff: "Sie lassen sich in den Einstellungen abschalten.",
   streaming: "Messpunkte werden als Datenstrom gemessen.",
+  streamingFlank: (flank, tooth) =>
+    `Die ${flank === "left" ? "linke" : "rechte"} Flanke${tooth && ` von Zahn ${tooth}`} wird als Datenstrom gemessen.`,
   watch: "Zusehen",
   dismiss: "Ausblenden",
   moreBelow: "Tabelle, kann gerollt werden",

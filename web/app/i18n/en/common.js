@@ -84,6 +84,8 @@ export default {
   shortcutSearch: "Go to the search field",
   shortcutsOff: "They can be switched off in the settings.",
   streaming: "Nodes are being measured as a stream.",
+  streamingFlank: (/** @type {"left" | "right"} */ flank, /** @type {string} */ tooth) =>
+    `The ${flank} flank${tooth && ` of tooth ${tooth}`} is being measured as a stream.`,
   watch: "Watch",
   dismiss: "Dismiss",
   moreBelow: "Table, can be scrolled",
