@@ -1,7 +1,7 @@
-// A dialog over the page: the browser's own, which keeps the focus within and gives it back.
+// Dialogs over the page, which are the browser’s own, keep the focus within and give it back; and menus.
 
 import { t } from "../i18n/common.js";
-import { h, html, signal, useEffect, useId, useRef } from "../../vendor/ui.js";
+import { h, html, signal, useEffect, useId, useRef, useState } from "../../vendor/ui.js";
 import { PutOff } from "./put_off.js";
 
 /** @typedef {import("../../vendor/ui.js").ComponentChildren} Children */
@@ -41,4 +41,34 @@ export function Dialog({ title, onClose, children, wide = false }) {
     <div role="status" aria-live="polite">${h(PutOff, null)}</div>
     <div class="dialog-body">${children}</div>
   </dialog>`;
+}
+
+/**
+ * A menu below its button: a press elsewhere, on one of its buttons or of Escape closes it.
+ * @param {{ label: string, children: Children }} props
+ */
+export function Menu({ label, children }) {
+  const menu = useRef(/** @type {HTMLDetailsElement | null} */ (null));
+  const [open, setOpen] = useState(false);
+  const close = () => menu.current?.removeAttribute("open");
+  useEffect(() => {
+    const elsewhere = (/** @type {PointerEvent} */ event) => {
+      if (event.target instanceof Node && !menu.current?.contains(event.target)) close();
+    };
+    document.addEventListener("pointerdown", elsewhere);
+    return () => document.removeEventListener("pointerdown", elsewhere);
+  }, []);
+  const press = (/** @type {KeyboardEvent} */ event) => {
+    if (event.key !== "Escape" || !menu.current?.open) return;
+    event.stopPropagation();
+    close();
+    menu.current.querySelector("summary")?.focus();
+  };
+  const choose = (/** @type {MouseEvent} */ event) => {
+    if (event.target instanceof Element && event.target.closest("button")) close();
+  };
+  return html`<details class="menu" ref=${menu} onKeyDown=${press} onToggle=${() => setOpen(menu.current?.open === true)}>
+    <summary class="button">${label}</summary>
+    ${open && html`<div class="menu-items" onClick=${choose}>${children}</div>`}
+  </details>`;
 }

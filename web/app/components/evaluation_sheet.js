@@ -9,10 +9,11 @@ import { dashOf } from "../lib/colour.js";
 import { hangingBand, magnification, outsideBy, requiredBands, sheetOf } from "../lib/traces.js";
 import { bandWords, symbolsOf } from "./evaluation_table.js";
 import { useAsTable } from "./as_table.js";
+import { useMedia } from "./media.js";
 import { Within } from "./within.js";
 import { GearSymbol } from "./symbol.js";
 import { TraceTable } from "./trace_table.js";
-import { h, html, useEffect, useState } from "../../vendor/ui.js";
+import { h, html } from "../../vendor/ui.js";
 
 /** @typedef {import("../lib/traces.js").GearTrace} GearTrace */
 /** @typedef {import("../lib/traces.js").EvaluatedTrace} EvaluatedTrace */
@@ -148,13 +149,4 @@ function scaleOf(drawn, long, wide) {
 }
 
 /** Whether charts lie flat. */
-function useNarrow() {
-  const [narrow, setNarrow] = useState(() => matchMedia("(max-width: 799.98px)").matches);
-  useEffect(() => {
-    const media = matchMedia("(max-width: 799.98px)");
-    const follow = () => setNarrow(media.matches);
-    media.addEventListener("change", follow);
-    return () => media.removeEventListener("change", follow);
-  }, []);
-  return narrow;
-}
+const useNarrow = () => useMedia("(max-width: 799.98px)");

@@ -81,8 +81,17 @@ export function JobNavigation({ jobId, number, iterations = [] }) {
     const key = path + (of ?? "");
     return to && html`<li key=${key}><a href=${to} aria-current=${marked ? "page" : undefined}>${label}</a></li>`;
   };
+  // the view that is shown is in sight, whatever else there is
+  const tabs = useRef(/** @type {HTMLElement | null} */ (null));
+  useEffect(() => {
+    for (const list of tabs.current?.children ?? []) {
+      const shown = list.querySelector("[aria-current]")?.getBoundingClientRect();
+      const { left, right } = list.getBoundingClientRect();
+      if (shown) list.scrollLeft += Math.max(0, shown.right - right) + Math.min(0, shown.left - left);
+    }
+  }, [here, number, iterations.length]);
   const [overview, measure, ...rest] = JOB_VIEWS.map(([path, label]) => entry(path, t[label]));
-  return html`<nav class="job-navigation" aria-label=${t.jobNavigation}>
+  return html`<nav class="job-navigation" ref=${tabs} aria-label=${t.jobNavigation}>
     <ul>${overview}${measure}${iterations.map((one) => entry(map, t.iteration(one), one === number, one))}${rest}</ul>
     ${number !== undefined && html`<ul class="second">${ITERATION_VIEWS.map(([path, label]) => entry(path, t[label]))}</ul>`}
   </nav>`;

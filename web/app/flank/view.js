@@ -2,8 +2,10 @@
 
 import { Chart } from "../charts/chart.js";
 import { Line, Rule } from "../charts/marks.js";
+import { Menu } from "../components/dialog.js";
 import { SelectField } from "../components/form.js";
 import { Later } from "../components/later.js";
+import { TABLET, useMedia } from "../components/media.js";
 import { Empty } from "../components/states.js";
 import { t as common } from "../i18n/common.js";
 import { t } from "../i18n/flank.js";
@@ -57,6 +59,7 @@ export function FlankView(props) {
     about = "",
     atLeast = 0,
   } = props;
+  const tablet = useMedia(TABLET);
   const axes = mapAxes(told);
   const whole = useMemo(() => boxOf(surface), [surface.u, surface.v]);
   const automatic = Math.max(scaleFor(surface).limit, atLeast);
@@ -114,21 +117,19 @@ export function FlankView(props) {
   };
   const toggle = (/** @type {string} */ key, /** @type {string} */ label) =>
     html`<button type="button" class="button small" aria-pressed=${flag(key)} onClick=${() => setQuery({ [key]: flag(key) ? undefined : 1 })}>${label}</button>`;
+  const toggles = html`${toggle("space", t.inSpace)}${toggle("lines", t.toothGrid)}${toggle("contours", t.contours)}${toggle("percent", t.percent)}${toggle("table", common.asTable)}`;
+  const files = html`<button type="button" class="button small" onClick=${save}>${t.png}</button>
+    <button type="button" class="button small" onClick=${() => saveCsv(file, surface, axes, title, unit)}>${common.csv}</button>`;
   return html`<div class="flank-view">
     <div class="flank-tools">
-      <div class="actions">${toggle("space", t.inSpace)}${toggle("lines", t.toothGrid)}${toggle("contours", t.contours)}${toggle("percent", t.percent)}${toggle("table", common.asTable)}</div>
+      ${tablet ? h(Menu, { label: t.tools, children: html`${toggles}${files}` }) : html`<div class="actions">${toggles}</div>`}
       <div class="actions end">
         <button type="button" class="button small" aria-label=${t.zoomIn} onClick=${() => zoom(0.5)}>+</button>
         <button type="button" class="button small" aria-label=${t.zoomOut} disabled=${!window} onClick=${() => zoom(2)}>−</button>
         ${window && html`<button type="button" class="button small" onClick=${() => setQuery({ zoom: undefined })}>${t.zoomReset}</button>`}
-        <button type="button" class="button small" onClick=${save}>${t.png}</button>
-        <button type="button" class="button small" onClick=${() => saveCsv(file, surface, axes, title, unit)}>${common.csv}</button>
+        ${!tablet && files}
       </div>
     </div>
-    <dl class="map-extremes">
-      <div><dt><svg viewBox="-8 -8 16 16" width="14" height="14" aria-hidden="true"><path class="filled" d="M-6 -5h12L0 6z" /></svg> ${t.least}</dt><dd data-extreme="least" translate="no">${says(extremes.least)}</dd></div>
-      <div><dt><svg viewBox="-8 -8 16 16" width="14" height="14" aria-hidden="true"><path class="filled" d="M-6 5h12L0 -6z" /></svg> ${t.greatest}</dt><dd data-extreme="greatest" translate="no">${says(extremes.greatest)}</dd></div>
-    </dl>
     <div class="flank-layout">
       <div class="flank-map">
         ${
@@ -183,6 +184,10 @@ export function FlankView(props) {
             ],
             onChange: (value) => setQuery({ limit: value }),
           })}
+          <dl class="map-extremes">
+            <div><dt><svg viewBox="-8 -8 16 16" width="14" height="14" aria-hidden="true"><path class="filled" d="M-6 -5h12L0 6z" /></svg> ${t.least}</dt><dd data-extreme="least" translate="no">${says(extremes.least)}</dd></div>
+            <div><dt><svg viewBox="-8 -8 16 16" width="14" height="14" aria-hidden="true"><path class="filled" d="M-6 5h12L0 -6z" /></svg> ${t.greatest}</dt><dd data-extreme="greatest" translate="no">${says(extremes.greatest)}</dd></div>
+          </dl>
         </div>
       </div>
       ${h(Later, { place: "section-place", children: () => h(Section, { kind: "profile", surface, axes, unit, limit, at: node.v, file, whole, domain: (window ?? whole).u }) })}

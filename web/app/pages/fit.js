@@ -317,7 +317,7 @@ function Layers({ file, name, axes, result: { residuals, domain } }) {
     const unit = heightUnit(axes) ?? common.callersUnit;
     content = h(FlankView, { surface, title: t[layer], name: t[layer], unit, axes, range: domain, file: saved });
   }
-  return html`<section class="panel" aria-labelledby="map">
+  return html`<section class="panel map-panel" aria-labelledby="map">
     <header>
       <h2 id="map">${file.nodes.type === "curve" ? t.curve : t.map}</h2>
       <div class="layer-choice">

@@ -229,7 +229,7 @@ function Layers({ job, iteration, traced, told, fitId, standing, exclusion, onMa
     alike.map(({ number }) => number),
   );
   const loading = shown.loading || !told || (compared && !scale.ready);
-  const place = useRef(/** @type {HTMLDivElement | null} */ (null));
+  const place = useRef(/** @type {HTMLElement | null} */ (null));
   const height = useRef(0);
   useLayoutEffect(() => {
     if (loading) return;
@@ -298,9 +298,9 @@ function Layers({ job, iteration, traced, told, fitId, standing, exclusion, onMa
     });
   } else if (loading) content = h(Skeleton, { lines: 14 });
   else if (failures.length === 0) content = h(Empty, { children: t.noLayer });
-  return html`<section class="panel" aria-labelledby="map">
+  return html`<section class="panel map-panel" aria-labelledby="map" ref=${place} style=${loading ? { minHeight: `${height.current}px` } : undefined}>
     <header><h2 id="map">${t.map}</h2>${chooser}</header>
-    ${failures}<div ref=${place} style=${loading ? { minHeight: `${height.current}px` } : undefined}>${content}</div>
+    ${failures}${content}
     ${layer === "difference" && !shown.exact && html`<p class="hint">${t.interpolated}</p>`}
     ${ofCorrection && shown.correction && !hasDatum(shown.correction) && html`<p class="hint">${correctionText.withoutMean}</p>`}
     ${layer === "answered" && shown.correction?.answer && html`<p class="hint">${t.answeredBy(shown.correction.answer.iteration)}</p>`}

@@ -61,6 +61,67 @@ browserTest("on a tablet no table is cut off, and no name stands over a value", 
   }
 });
 
+for (const language of ["en", "de"]) {
+  browserTest(
+    `on a tablet the map begins in the upper part of the window, ${language}`,
+    { settings: { language } },
+    async (world) => {
+      const { page, open, job, iteration } = world;
+      const { requirements } = JSON.parse(await example("requests/job_requirements.json"));
+      const { id } = await job({ requirements });
+      await iteration(id);
+      await iteration(id, "flank_z52_remachined.json");
+      for (const { most, ...size } of [
+        { width: 768, height: 1024, most: 400 },
+        { width: 1000, height: 700, most: 360 },
+      ]) {
+        await page.setViewportSize(size);
+        await open(`/jobs/${id}/iterations/1`);
+        const { top, overlaps } = await page.evaluate(() => {
+          const top = document.querySelector(".heat-map")?.getBoundingClientRect().top ?? Number.NaN;
+          const controls = [...document.querySelectorAll("main :is(a, button, select, summary)")]
+            .filter((one) => one.checkVisibility())
+            .map((one) => ({ name: one.textContent, box: one.getBoundingClientRect() }))
+            .filter(({ box }) => box.top < top);
+          const overlaps = controls.flatMap(({ name, box }, i) =>
+            controls.slice(i + 1).flatMap((other) => {
+              const apart =
+                box.right <= other.box.left + 1 ||
+                other.box.right <= box.left + 1 ||
+                box.bottom <= other.box.top + 1 ||
+                other.box.bottom <= box.top + 1;
+              return apart ? [] : [`${name} over ${other.name}`];
+            }),
+          );
+          return { top, overlaps };
+        });
+        assert.ok(top <= most, `${size.width} px: the map begins at ${top} px`);
+        assert.deepEqual(overlaps, [], `${size.width} px`);
+        // all that stood above it is there
+        for (const place of [
+          ".figure-tiles",
+          "[data-extreme=least]",
+          "[data-extreme=greatest]",
+          ".layer-choice select",
+        ])
+          await page.locator(place).waitFor();
+        const menu = page.locator(".flank-tools .menu");
+        await menu.locator("summary").click();
+        await menu.getByRole("button").nth(6).waitFor();
+        await menu.getByRole("button").nth(2).click();
+        await page.waitForURL(/contours=1/);
+        await menu.getByRole("button").first().waitFor({ state: "hidden" });
+        await menu.locator("summary").click();
+        await page.keyboard.press("Escape");
+        await menu.getByRole("button").first().waitFor({ state: "hidden" });
+        await menu.locator("summary").click();
+        await page.locator("h1").click();
+        await menu.getByRole("button").first().waitFor({ state: "hidden" });
+      }
+    },
+  );
+}
+
 browserTest("a map is painted in the frame in which its width changes", {}, async ({ page, open, job, iteration }) => {
   const { id } = await job();
   await iteration(id);

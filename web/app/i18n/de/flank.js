@@ -23,6 +23,7 @@ export default {
   deviation: "Abweichung",
   least: "Kleinster Wert",
   greatest: "Größter Wert",
+  tools: "Werkzeuge",
   zoomIn: "Vergrößern",
   zoomOut: "Verkleinern",
   zoomReset: "Ganze Flanke",

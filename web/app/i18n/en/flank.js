@@ -22,6 +22,7 @@ export default {
   deviation: "Deviation",
   least: "Least",
   greatest: "Greatest",
+  tools: "Tools",
   zoomIn: "Zoom in",
   zoomOut: "Zoom out",
   zoomReset: "Whole flank",

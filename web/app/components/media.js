@@ -1,0 +1,19 @@
+// What the window is like, as it changes.
+
+import { useEffect, useState } from "../../vendor/ui.js";
+
+/** Tablets at the machine and narrower: what is pressed is larger, and there is less room. As in `styles/tokens.css`. */
+export const TABLET = "(max-width: 1023.98px)";
+
+/** Whether a media query holds. @param {string} query */
+export function useMedia(query) {
+  const [holds, setHolds] = useState(() => matchMedia(query).matches);
+  useEffect(() => {
+    const media = matchMedia(query);
+    const follow = () => setHolds(media.matches);
+    follow();
+    media.addEventListener("change", follow);
+    return () => media.removeEventListener("change", follow);
+  }, [query]);
+  return holds;
+}
