@@ -16,9 +16,9 @@ export function Allowed({ scope, children, short = false }) {
   if (may(scope)) return children();
   const why = t.mayNot(t[`may_${scope}`], caller.value?.role ?? "");
   if (short) return html`<p class="quiet">${why}</p>`;
-  const another = () => {
+  const onClick = () => {
     keyWanted.value = "forbidden";
   };
-  const action = currentKey() && html`<button type="button" class="button" onClick=${another}>${t.anotherKey}</button>`;
+  const action = currentKey() ? { label: t.anotherKey, onClick } : undefined;
   return h(Empty, { children: why, action });
 }

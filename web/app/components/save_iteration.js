@@ -47,7 +47,7 @@ export function SaveIteration({ file, spec }) {
         items.length === 0 && q === ""
           ? h(Empty, {
               children: t.noJobs,
-              action: newJob(),
+              action: { label: common.newJob, to: toNewJob() },
             })
           : h(Save, { key: digestOf(file.text), jobs: items, find, setFind, file, spec }),
     })}
@@ -55,7 +55,7 @@ export function SaveIteration({ file, spec }) {
 }
 
 /** Makes a job and comes back, where it is the one that was changed last. */
-const newJob = () => html`<a class="button" href=${`${href("/jobs/new")}?then=fit`}>${common.newJob}</a>`;
+const toNewJob = () => `${href("/jobs/new")}?then=fit`;
 
 /** @param {Job} job */
 const jobName = ({ name, serial_number, updated_at }) =>
@@ -135,7 +135,7 @@ function Save({ jobs, find, setFind, file, spec }) {
     </div>
     ${error !== undefined && h(Failure, { error, except: FIELDS.map((name) => `/${name}`) })}
     ${h(Underway, { watched, label: t.save })}
-    <div class="actions"><button type="submit" class="button primary" disabled=${sending || jobId === ""}>${t.saveNow}</button>${newJob()}</div>
+    <div class="actions"><button type="submit" class="button primary" disabled=${sending || jobId === ""}>${t.saveNow}</button><a class="button" href=${toNewJob()}>${common.newJob}</a></div>
   </form>`;
 }
 

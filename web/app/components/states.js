@@ -5,10 +5,12 @@ import { ApiError, OfflineError } from "../api/problem.js";
 import german from "../i18n/de/problems.js";
 import { t } from "../i18n/common.js";
 import { fmt } from "../i18n/i18n.js";
+import { toMeasure } from "../router.js";
 import { shownLanguage } from "../settings.js";
 import { Fragment, h, html, useId } from "../../vendor/ui.js";
 
 /** @typedef {import("../../vendor/ui.js").ComponentChildren} Children */
+/** @typedef {{ label: string, to?: string, onClick?: () => void }} Action a link or a button */
 
 /**
  * Lines that stand for text to come; they are seen after 150 ms.
@@ -21,14 +23,25 @@ export function Skeleton({ lines = 4 }) {
 }
 
 /**
- * Nothing is there: one sentence, and the next action.
- * @param {{ children: Children, action?: Children }} props
+ * Nothing is there: a sentence that says what will be, and the action that leads there.
+ * @param {{ children: Children, action?: Action | undefined, more?: Children }} props `more`: links of less weight
  */
-export function Empty({ children, action }) {
+export function Empty({ children, action, more }) {
+  const main =
+    action &&
+    (action.to
+      ? html`<a class="button primary" href=${action.to}>${action.label}</a>`
+      : html`<button type="button" class="button primary" onClick=${action.onClick}>${action.label}</button>`);
   return html`<div class="empty">
     <p>${children}</p>
-    ${action && html`<div class="actions">${action}</div>`}
+    ${(main || more) && html`<div class="actions">${main}${more}</div>`}
   </div>`;
+}
+
+/** Leads to where a job is measured, for those who may. @param {string} jobId @returns {Action | undefined} */
+export function measureAction(jobId) {
+  const to = toMeasure(jobId);
+  return to ? { label: t.measure, to } : undefined;
 }
 
 /**

@@ -11,14 +11,12 @@ import { Facts } from "../components/figure.js";
 import { PitchSheet } from "../components/pitch_sheet.js";
 import { SelectField } from "../components/form.js";
 import { JobPage, useNews } from "../components/job_page.js";
-import { Empty, loaded } from "../components/states.js";
-import { t as common } from "../i18n/common.js";
+import { Empty, loaded, measureAction } from "../components/states.js";
 import { t } from "../i18n/evaluation.js";
 import { fmt } from "../i18n/i18n.js";
 import { t as pitchText } from "../i18n/pitch.js";
 import { CLASSES } from "../lib/requirements.js";
 import { query, setQuery } from "../navigation.js";
-import { toMeasure } from "../router.js";
 import { WarningList } from "../components/warnings.js";
 import { h, html } from "../../vendor/ui.js";
 
@@ -49,8 +47,7 @@ function Evaluations({ job, number, news }) {
   const made = records.data?.filter(({ kind }) => kind === "evaluation") ?? [];
   const id = query.value.get("record") ?? made.at(-1)?.id;
   const record = useRecord(job.id, number, records.data ? id : undefined);
-  const measure = toMeasure(job.id);
-  const action = measure && html`<a class="button primary" href=${measure}>${common.measure}</a>`;
+  const action = measureAction(job.id);
   const choice =
     made.length > 1 &&
     h(SelectField, {
@@ -69,7 +66,7 @@ function Evaluations({ job, number, news }) {
     children: () =>
       html`${
         id === undefined
-          ? pitches.length === 0 && h(Empty, { children: t.none, action })
+          ? h(Empty, { children: pitches.length > 0 ? t.noTraces : t.none, action })
           : loaded({
               resource: record,
               lines: 12,
@@ -87,7 +84,9 @@ function Evaluations({ job, number, news }) {
                   },
                 }),
             })
-      }${pitches.length > 0 && (id === undefined || record.data || record.error) && h(Pitch, { job, number, made: pitches })}`,
+      }${(id === undefined || record.data || record.error) && pitches.length > 0 && h(Pitch, { job, number, made: pitches })}${
+        record.data && pitches.length === 0 && h(Empty, { children: pitchText.none, action })
+      }`,
   });
 }
 

@@ -104,7 +104,7 @@ export default function FitPage() {
         stopped
           ? h(Empty, {
               children: stopped,
-              action: html`<button type="button" class="button" onClick=${fit.reload}>${common.tryAgain}</button>`,
+              action: { label: common.tryAgain, onClick: fit.reload },
             })
           : given && spec
             ? loaded({

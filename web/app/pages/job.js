@@ -11,7 +11,7 @@ import { FiguresOfIterations, limitText, toldFigures } from "../components/flank
 import { GearCorrection } from "../components/gear_correction.js";
 import { JobPage } from "../components/job_page.js";
 import { RequirementsPanel } from "../components/requirements.js";
-import { Failure, loaded } from "../components/states.js";
+import { Empty, Failure, loaded, measureAction } from "../components/states.js";
 import { table } from "../components/table.js";
 import { GearSymbol } from "../components/symbol.js";
 import { Tags } from "../components/tags.js";
@@ -50,7 +50,7 @@ export default function JobOverview({ params }) {
         resource: trace,
         lines: 6,
         children: ({ iterations }) => html`<div class="job-main">
-          ${h(NextStep, { job, last: nextOf(iterations) })}
+          ${iterations.length === 0 ? h(Unmeasured, { job }) : h(NextStep, { job, last: nextOf(iterations) })}
           ${iterations.length > 0 && h(Figures, { job, iterations })}
           ${iterations.length > 0 && h(Iterations, { job, iterations })}
           ${h(GearCorrection, { job, iterations, onDone: trace.reload })}
@@ -94,9 +94,15 @@ function Flanks({ iterations }) {
   </ul>`;
 }
 
+/** @param {{ job: Job }} props */
+function Unmeasured({ job }) {
+  const action = measureAction(job.id);
+  return h(Empty, { children: action ? t.nextMeasure : `${t.nextMeasure} ${t.nextMeasureApi}`, action });
+}
+
 /** @param {{ job: Job, last: TracedIteration | undefined }} props */
 function NextStep({ job, last }) {
-  const { text, more, out = [], links } = nextStep(job, last);
+  const { text, out = [], links } = nextStep(job, last);
   const there = links.flatMap(([label, to]) => (to ? [{ label, to }] : []));
   return html`<section class="panel next" aria-labelledby="next">
     <h2 id="next">${t.next}</h2>
@@ -111,7 +117,6 @@ function NextStep({ job, last }) {
         </li>`,
       )}</ul>`
     }
-    ${there.length === 0 && more && html`<p class="quiet">${more}</p>`}
     ${
       there.length > 0 &&
       html`<div class="actions">
@@ -121,12 +126,12 @@ function NextStep({ job, last }) {
   </section>`;
 }
 
-/** @param {Job} job @param {TracedIteration | undefined} last @returns {{ text: string, more?: string, out?: ReturnType<typeof toldFigures>, links: [string, string | undefined][] }} */
+/** @param {Job} job @param {TracedIteration | undefined} last @returns {{ text: string, out?: ReturnType<typeof toldFigures>, links: [string, string | undefined][] }} */
 function nextStep(job, last) {
   const at = { job_id: job.id, number: last?.number ?? 0 };
   const measure = toMeasure(job.id);
   const iteration = (/** @type {string} */ view) => hrefIf(`/jobs/{job_id}/iterations/{number}${view}`, at);
-  if (!last) return { text: t.nextMeasure, more: t.nextMeasureApi, links: [[t.toMeasure, measure]] };
+  if (!last) return { text: t.nextMeasure, links: [] };
   if (last.decision === "accept")
     return { text: t.nextAccepted(last.number), links: [[t.toReport, hrefIf("/jobs/{job_id}/report", at)]] };
   if (last.decision === "reject") return { text: t.nextRejected(last.number), links: [] };

@@ -52,13 +52,13 @@ export default function Jobs() {
     (signal) => answer(api.GET("/v1/jobs", { signal, params: { query: listQuery(others, "changed", undefined) } })),
   );
   const counted = status || cursor ? every.data : shown.data;
-  const create = may("measure") && html`<a class="button primary" href=${href("/jobs/new")}>${common.newJob}</a>`;
+  const create = may("measure") ? { label: common.newJob, to: href("/jobs/new") } : undefined;
   const none = summary.data?.total === 0 && Object.keys(filters).length === 0 && !cursor;
   return h(Page, {
     title: t.title,
-    actions: create,
+    actions: create && !none && html`<a class="button primary" href=${create.to}>${create.label}</a>`,
     children: none
-      ? h(Empty, { children: t.none, action: create })
+      ? h(Empty, { children: t.none, action: create, more: html`<a class="button" href="/docs/">${t.interface}</a>` })
       : html`
         <div class="job-filters">
           <div class="job-counts">
@@ -79,7 +79,7 @@ export default function Jobs() {
  *   summary: import("../jobs/filters.js").JobSummary | undefined }} props
  */
 function Listed({ data: { items, next_cursor: next }, filters, sort, cursor, summary }) {
-  const all = html`<a class="button" href=${href("/jobs")}>${t.allJobs}</a>`;
+  const all = { label: t.allJobs, to: href("/jobs") };
   if (items.length === 0) return h(Empty, { children: cursor ? t.emptyPage : t.noMatch, action: all });
   const page = cursor ? Number(query.value.get("page")) || undefined : 1;
   const count = countOf(filters, summary, { page, shown: items.length, more: Boolean(next) });

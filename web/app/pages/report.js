@@ -1,7 +1,7 @@
 // The report of a job: paper, on the screen as it will be printed.
 
 import { JobPage } from "../components/job_page.js";
-import { Empty, loaded } from "../components/states.js";
+import { Empty, loaded, measureAction } from "../components/states.js";
 import { t as common } from "../i18n/common.js";
 import { fmt } from "../i18n/i18n.js";
 import { t } from "../i18n/report.js";
@@ -17,7 +17,6 @@ import { iterationsOf, partsOf } from "../report/parts.js";
 import { Pitches } from "../report/pitch.js";
 import { Choices, Spectra } from "../report/regularization.js";
 import { Origin, Story, Warnings } from "../report/story.js";
-import { toMeasure } from "../router.js";
 import { languageOfPage } from "../settings.js";
 import { h, html, useEffect, useLayoutEffect } from "../../vendor/ui.js";
 
@@ -52,13 +51,7 @@ function Report({ job, iterations }) {
   const report = useReport(job, iterations, numbers);
   const date = fmt.value.date(new Date());
   useEffect(() => showBoxes({ job: job.name, date, page: t.page }), [job.name, date, t.page]);
-  if (there.length === 0) {
-    const to = toMeasure(job.id);
-    return h(Empty, {
-      children: t.nothing,
-      action: to && html`<a class="button primary" href=${to}>${common.measure}</a>`,
-    });
-  }
+  if (there.length === 0) return h(Empty, { children: t.nothing, action: measureAction(job.id) });
   return html`<div class="report-page">
     ${h(Bar, { there, numbers, printable: report.data !== undefined })}
     ${loaded({ resource: report, lines: 20, children: (told) => h(Paper, { job, told, iterations }) })}

@@ -2,14 +2,14 @@
 
 import { Checkbox } from "../components/form.js";
 import { JobPage } from "../components/job_page.js";
-import { Empty, loaded } from "../components/states.js";
+import { Empty, loaded, measureAction } from "../components/states.js";
 import { t as common } from "../i18n/common.js";
 import de from "../i18n/de/trace.js";
 import en from "../i18n/en/trace.js";
 import { texts } from "../i18n/i18n.js";
 import { heightUnit } from "../lib/units.js";
 import { query, setQuery } from "../navigation.js";
-import { hrefIf, toMeasure } from "../router.js";
+import { hrefIf } from "../router.js";
 import { Compare } from "../trace/compare.js";
 import { entriesOf, KINDS } from "../trace/entries.js";
 import { EntryText } from "../trace/entry.js";
@@ -33,16 +33,10 @@ export default function TracePage({ params }) {
         lines: 14,
         children: ({ iterations }) =>
           iterations.length === 0
-            ? h(Empty, { children: t.none, action: measureLink(jobId) })
+            ? h(Empty, { children: t.none, action: measureAction(jobId) })
             : html`<div class="trace-page">${h(Story, { jobId, iterations })}${h(Compare, { iterations })}</div>`,
       }),
   });
-}
-
-/** @param {string} jobId */
-function measureLink(jobId) {
-  const to = toMeasure(jobId);
-  return to && html`<a class="button primary" href=${to}>${common.measure}</a>`;
 }
 
 /** @param {{ jobId: string, iterations: readonly TracedIteration[] }} props */

@@ -26,7 +26,7 @@ browserTest("a correction is asked for, entered, and compared with what was meas
   await iteration(id);
   await call("PATCH", `/v1/jobs/${id}/iterations/1`, { decision: "remachine" });
   await open(pathOf(id));
-  await page.getByText("No correction has been made").waitFor();
+  await page.getByText("will be here after they have been computed").waitFor();
   const angle = page.getByRole("group", { name: "Profile angle" });
   await angle.getByLabel("Least").fill("−20");
   await angle.getByLabel("Greatest").fill("20");

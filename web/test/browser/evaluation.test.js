@@ -13,7 +13,7 @@ browserTest("the figures of a sheet are the interface's, and a class brings band
   const { id } = await job();
   await iteration(id);
   await open(pathOf(id));
-  await page.getByText("No traces of this iteration have been evaluated").waitFor();
+  await page.getByText("Evaluated profiles, helices and pitches will be here").waitFor();
   const record = await call("POST", `/v1/jobs/${id}/iterations/1/evaluations`, await posted());
   await page.reload();
   await page.getByRole("heading", { name: "Profiles" }).waitFor();

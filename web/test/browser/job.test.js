@@ -182,7 +182,7 @@ browserTest(
     await startAgain();
     await page.getByRole("link", { name: "stays" }).click();
     await page.waitForURL(`**/jobs/${id}`);
-    await page.getByText("Measure the flank").waitFor();
+    await page.getByText("will be here after the first measurement").waitFor();
   },
 );
 
@@ -194,7 +194,7 @@ browserTest(
     const begun = page.waitForResponse((response) => response.url().endsWith(`/v1/jobs/${id}/events`));
     await open(`/jobs/${id}`);
     await begun;
-    await page.getByText("Measure the flank").waitFor();
+    await page.getByText("will be here after the first measurement").waitFor();
     await iteration(id);
     await page.getByText("Decide on iteration 1").waitFor();
     await page.getByRole("button", { name: "Edit" }).click();
@@ -220,7 +220,7 @@ browserTest(
   async ({ page, open, job, iteration, server, startAgain }) => {
     const { id } = await job();
     await open(`/jobs/${id}`);
-    await page.getByText("Measure the flank").waitFor();
+    await page.getByText("will be here after the first measurement").waitFor();
     await server.stop();
     await page.getByText("Not live since").waitFor();
     await startAgain();
@@ -253,4 +253,46 @@ browserTest("what lies outside its limits is named first, on the job and on its 
   assert.equal(await page.getByText("norm_limit_is_estimate").count(), 0);
   await open(`/jobs/${id}/iterations/1/statistics`);
   await page.getByText("norm_limit_is_estimate").waitFor();
+});
+
+browserTest(
+  "where nothing is yet, a sentence says what will be and a primary action leads there",
+  {},
+  async (world) => {
+    const { page, open, stands, job, iteration, call } = world;
+    const { id } = await job();
+    const measure = `/jobs/${id}/measure`;
+    const leads = async (/** @type {string} */ place, /** @type {string} */ text) => {
+      await open(`/jobs/${id}${place}`);
+      const empty = page.locator(".empty", { hasText: text });
+      const action = empty.locator(".button.primary");
+      assert.deepEqual(await action.allTextContents(), ["Measure"], place);
+      assert.equal(await action.getAttribute("href"), measure, place);
+      assert.equal(await page.locator(".empty").count(), 1, place);
+    };
+    await leads("", "of each iteration will be here after the first measurement");
+    await leads("/trace", "will be listed here after the first measurement");
+    await leads("/report", "The report will be here");
+    await page.locator(".empty .button").click();
+    await page.waitForURL(`**${measure}`);
+    await stands();
+    await iteration(id);
+    const evaluation = "/iterations/1/evaluation";
+    await leads(evaluation, "Evaluated profiles, helices and pitches will be here");
+    await open(`/jobs/${id}/iterations/1/correction`);
+    await page.getByText("will be here after they have been computed").waitFor();
+    assert.equal(await page.locator("main .button.primary").count(), 1, "computes them");
+    await call("POST", `/v1/jobs/${id}/iterations/1/evaluations`, await example("requests/gear_evaluate.json"));
+    await leads(evaluation, "Pitches and run-out will be here");
+  },
+);
+
+browserTest("pitches without evaluated traces have a page of their own kind", {}, async (world) => {
+  const { page, open, job, iteration, call } = world;
+  const { id } = await job();
+  await iteration(id);
+  await call("POST", `/v1/jobs/${id}/iterations/1/pitch`, await example("requests/iteration_pitch.json"));
+  await open(`/jobs/${id}/iterations/1/evaluation`);
+  await page.locator(".empty", { hasText: "Evaluated profiles and helices will be here" }).waitFor();
+  await page.getByRole("heading", { name: "Pitch and run-out" }).waitFor();
 });

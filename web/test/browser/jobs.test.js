@@ -7,7 +7,10 @@ import { browserTest, example } from "./harness.js";
 browserTest("an empty list says what to do next", { alone: true }, async ({ page, open }) => {
   await open("/");
   assert.equal(new URL(page.url()).pathname, "/jobs");
-  await page.getByText("There is no job yet").waitFor();
+  await page.getByText("Jobs will be listed here").waitFor();
+  // one action, and what there is to read
+  assert.deepEqual(await page.locator("main .button").allTextContents(), ["New job", "Documentation of the interface"]);
+  await page.locator("main .button.primary", { hasText: "New job" }).waitFor();
   assert.equal(await page.title(), "Jobs – flankfit");
 });
 

@@ -348,7 +348,7 @@ browserTest("axe finds nothing in a German report with all its parts", {}, async
 browserTest("a job without a measurement has nothing to report yet", {}, async ({ page, open, job }) => {
   const { id } = await job();
   await open(`/jobs/${id}/report`);
-  await page.getByText("there is nothing to report").waitFor();
+  await page.getByText("The report will be here").waitFor();
   await page.getByRole("link", { name: "Measure" }).first().waitFor();
 });
 

@@ -84,5 +84,5 @@ browserTest("the trace tells all that happened, in order, and compares two fits"
 browserTest("a job without a measurement has no story yet", {}, async ({ page, open, job }) => {
   const { id } = await job();
   await open(`/jobs/${id}/trace`);
-  await page.getByText("Nothing has been measured yet").waitFor();
+  await page.getByText("will be listed here after the first measurement").waitFor();
 });

@@ -1,7 +1,7 @@
 /** @type {import("../i18n.js").Same<typeof import("../en/correction.js").default>} */
 export default {
   title: "Korrektur",
-  none: "Aus dieser Iteration ist noch keine Korrektur bestimmt worden.",
+  none: "Hier sind die Änderungen der Maschineneinstellungen, sobald sie aus dieser Iteration bestimmt sind.",
   changes: "Änderungen der Maschineneinstellungen",
   changesAbout: "Jede Änderung wird zu der Einstellung addiert, die jetzt an der Maschine steht.",
   setting: "Einstellung",

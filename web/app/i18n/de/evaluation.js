@@ -1,7 +1,9 @@
 /** @type {import("../i18n.js").Same<typeof import("../en/evaluation.js").default>} */
 export default {
   title: "Auswertung",
-  none: "Von dieser Iteration sind noch keine Kurven ausgewertet worden. Kurven kommen mit einer Auswertung, die gesendet wird, oder mit dem Import der Datei einer Messmaschine.",
+  none: "Nach dem Import der Datei einer Messmaschine, oder nach einer gesendeten Auswertung, sind hier ausgewertete Profile, Flankenlinien und Teilungen.",
+  noTraces:
+    "Nach dem Import der Datei einer Messmaschine, oder nach einer gesendeten Auswertung, sind hier ausgewertete Profile und Flankenlinien.",
   imported:
     "Diese Auswertung kam aus einer Datei, von der keine Kurven aufbewahrt sind. Die Kenngrößen stehen unten, ohne Diagramme.",
   record: "Auswertung",

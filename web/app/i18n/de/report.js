@@ -11,7 +11,7 @@ export default {
   german: "Deutsch",
   print: "Drucken",
   printHint: "A4 hoch. Der Druckdialog des Browsers speichert auch als PDF.",
-  nothing: "Noch ist nichts gemessen, also gibt es nichts zu berichten.",
+  nothing: "Nach der ersten Messung ist hier der Bericht.",
   page: "Seite",
   summary: "Erste Seite",
   maps: "Flankenkarten",

@@ -1,6 +1,6 @@
 export default {
   title: "Correction",
-  none: "No correction has been made from this iteration yet.",
+  none: "The changes of the machine settings will be here after they have been computed from this iteration.",
   changes: "Changes of the machine settings",
   changesAbout: "Each change is added to the setting that is on the machine now.",
   setting: "Setting",

@@ -1,6 +1,8 @@
 export default {
   title: "Evaluation",
-  none: "No traces of this iteration have been evaluated. Traces come with an evaluation that is posted, or with the import of a tester’s file.",
+  none: "Evaluated profiles, helices and pitches will be here after the import of a tester’s file, or after an evaluation has been posted.",
+  noTraces:
+    "Evaluated profiles and helices will be here after the import of a tester’s file, or after an evaluation has been posted.",
   imported: "This evaluation came from a file, of which no traces were kept. The figures stand below, without charts.",
   record: "Evaluation",
   profile: "Profiles",

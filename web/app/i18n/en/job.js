@@ -1,6 +1,6 @@
 export default {
   next: "Next step",
-  nextMeasure: "Measure the flank: no iteration is there yet.",
+  nextMeasure: "The map, the figures and the decision of each iteration will be here after the first measurement.",
   nextMeasureApi: "Nodes are posted to …/iterations, or a file of a measuring machine to …/import.",
   nextDecide: (/** @type {number} */ number) =>
     `Decide on iteration ${number}: look at its map, then accept it, machine again or reject it.`,

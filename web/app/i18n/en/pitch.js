@@ -1,4 +1,5 @@
 export default {
+  none: "Pitches and run-out will be here after the import of a tester’s file that has them.",
   title: "Pitch and run-out",
   record: "Pitch measurement",
   left: "left flanks",

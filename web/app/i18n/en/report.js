@@ -10,7 +10,7 @@ export default {
   german: "German",
   print: "Print",
   printHint: "A4 upright. The browser’s print dialog also saves as PDF.",
-  nothing: "Nothing has been measured yet, so there is nothing to report.",
+  nothing: "The report will be here after the first measurement.",
   page: "Page",
   summary: "First page",
   maps: "Flank maps",

@@ -1,7 +1,7 @@
 export default {
   title: "Trace",
   aboutTrace: "A column for each iteration, time downwards. Nothing here is ever overwritten.",
-  none: "Nothing has been measured yet, so there is nothing to tell.",
+  none: "Fits, corrections and decisions will be listed here after the first measurement.",
   filter: "What is shown",
   show_measured: "Measurements",
   show_fit: "Fits",
