@@ -19,6 +19,8 @@ export const theme = signal(oneOf(kept["theme"], ["system", "light", "dark"]) ??
 export const shortcuts = signal(kept["shortcuts"] !== false);
 /** Whether the list of jobs has a line a job. */
 export const compact = signal(kept["compact"] === true);
+/** Columns that the list of jobs does not show, by their keys. */
+export const hidden = signal(Array.isArray(kept["hidden"]) ? kept["hidden"].map(String) : []);
 
 effect(() => {
   const root = document.documentElement;
@@ -35,6 +37,7 @@ export function keep() {
       theme: theme.value,
       shortcuts: shortcuts.value,
       compact: compact.value,
+      hidden: hidden.value,
     };
     try {
       localStorage.setItem(PLACE, JSON.stringify(settings));

@@ -1,13 +1,14 @@
 // Above the list: jobs by status, a search, and what else the list may be narrowed down to.
 
-import { Field, SelectField, TextField } from "../components/form.js";
+import { Menu } from "../components/dialog.js";
+import { Checkbox, Field, SelectField, TextField } from "../components/form.js";
 import { useShortcut } from "../components/shortcuts.js";
 import { t as common } from "../i18n/common.js";
 import { t } from "../i18n/jobs.js";
 import { fmt } from "../i18n/i18n.js";
 import { setQuery } from "../navigation.js";
 import { href } from "../router.js";
-import { compact } from "../settings.js";
+import { compact, hidden } from "../settings.js";
 import { h, html, useEffect, useRef, useState } from "../../vendor/ui.js";
 import { firstPage, isReversed, noFilters, SORTS, STATUSES } from "./filters.js";
 
@@ -38,6 +39,35 @@ export function Density() {
     compact.value = !compact.value;
   };
   return html`<button type="button" class="button density" aria-pressed=${compact.value ? "true" : "false"} onClick=${toggle}>${t.compact}</button>`;
+}
+
+const COLUMNS = /** @type {const} */ ([
+  "part",
+  "serial",
+  "machine",
+  "status",
+  "iterations",
+  "flank",
+  "class",
+  "rms",
+  "condition",
+  "changed",
+]);
+/** For which tablets have no room. */
+const MINOR = /** @type {readonly string[]} */ (["iterations", "condition"]);
+
+/** The columns that the list shows besides the name. */
+export function Columns() {
+  const boxes = COLUMNS.map((key) => {
+    const minor = MINOR.includes(key) || (compact.value && (key === "part" || key === "serial"));
+    const onChange = (/** @type {boolean} */ shown) => {
+      const others = hidden.value.filter((one) => one !== key);
+      hidden.value = shown ? others : [...others, key];
+    };
+    const box = h(Checkbox, { label: t[key], checked: !hidden.value.includes(key), onChange });
+    return html`<div key=${key} class=${minor ? "minor" : ""}>${box}</div>`;
+  });
+  return h(Menu, { label: t.columns, children: boxes });
 }
 
 /** @param {{ filters: Filters, sort: string, summary: JobSummary | undefined, error: unknown }} props */

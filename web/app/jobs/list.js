@@ -13,7 +13,7 @@ import { SURFACE_FIGURES } from "../lib/requirements.js";
 import { commonLimit } from "../lib/thumbnail.js";
 import { setQuery } from "../navigation.js";
 import { href } from "../router.js";
-import { compact } from "../settings.js";
+import { compact, hidden } from "../settings.js";
 import { h, html } from "../../vendor/ui.js";
 import { firstPage } from "./filters.js";
 
@@ -31,19 +31,25 @@ const KINDS = /** @type {const} */ ({
 /** @param {{ jobs: readonly ListedJob[], sort: string, tools: import("../components/table.js").Children }} props */
 export function JobList({ jobs, sort, tools }) {
   const limit = commonLimit(jobs);
-  const flanks = jobs.some(({ figures }) => figures);
+  const flanks = jobs.some(({ figures }) => figures) && shows("flank");
   const list = table({
     caption: t.caption,
     hideCaption: true,
-    columns: columns(sort, flanks ? limit : undefined),
+    // what is hidden is in the file
+    columns: columns(sort, flanks ? limit : undefined).map((column) =>
+      shows(column.key) ? column : { ...column, cell: undefined },
+    ),
     rows: jobs,
     rowKey: (job) => job.id,
     csvName: "jobs",
     stacked: true,
     tools,
   });
-  return html`<div class=${`job-list${compact.value ? " compact" : ""}`}>${list}</div>${flanks && html`<p class="hint list-hint">${t.flankHint(fmt.value.input(limit))}</p>`}`;
+  return html`<div class=${`job-list${compact.value ? " compact" : ""}`} style=${{ "--hidden": hidden.value.length }}>${list}</div>${flanks && html`<p class="hint list-hint">${t.flankHint(fmt.value.input(limit))}</p>`}`;
 }
+
+/** Whether the list has a column. @param {string} key */
+export const shows = (key) => !hidden.value.includes(key);
 
 /** @param {string} sort @param {number | undefined} limit of the flanks' colours; none where no job has one @returns {Column[]} */
 function columns(sort, limit) {
@@ -144,7 +150,7 @@ function number(key, header, of, write) {
 function nameOf({ id, name, gear, tags, part_number: part, serial_number: serial }) {
   const beside = gearInShort(gear);
   const tagged = Object.keys(tags).length > 0;
-  const numbers = [part, serial].filter(Boolean).join(" · ");
+  const numbers = [shows("part") && part, shows("serial") && serial].filter(Boolean).join(" · ");
   const link = html`<a href=${href("/jobs/{job_id}", { job_id: id })} title=${name} translate="no">${name}</a>`;
   if (compact.value) return link;
   return html`${link}

@@ -9,9 +9,9 @@ import { Empty, loaded } from "../components/states.js";
 import { t as common } from "../i18n/common.js";
 import { t } from "../i18n/jobs.js";
 import { fmt } from "../i18n/i18n.js";
-import { Density, FilterBar, StatusCounts } from "../jobs/filter_bar.js";
+import { Columns, Density, FilterBar, StatusCounts } from "../jobs/filter_bar.js";
 import { countOf, countsByStatus, filtersOf, listQuery, ON_A_PAGE, sortOf } from "../jobs/filters.js";
-import { JobList } from "../jobs/list.js";
+import { JobList, shows } from "../jobs/list.js";
 import { query } from "../navigation.js";
 import { href } from "../router.js";
 import { h, html, useRef } from "../../vendor/ui.js";
@@ -62,7 +62,7 @@ export default function Jobs() {
       : html`
         <div class="job-filters">
           <div class="job-counts">
-            ${h(StatusCounts, { filters, sort, counts: countsByStatus(filters, summary.data, counted) })}${h(Density, null)}
+            ${h(StatusCounts, { filters, sort, counts: countsByStatus(filters, summary.data, counted) })}<div class="actions">${h(Density, null)}${h(Columns, null)}</div>
           </div>
           ${h(FilterBar, { filters, sort, summary: summary.data, error: list.error })}
         </div>
@@ -87,7 +87,7 @@ function Listed({ data: { items, next_cursor: next }, filters, sort, cursor, sum
   const first = page === undefined ? undefined : (page - 1) * ON_A_PAGE + 1;
   const where = first === undefined ? "" : t.range(fmt.value.count(first), fmt.value.count(first + items.length - 1));
   const tools = html`<p class="list-count" role="status">
-      ${where} ${count === undefined ? "" : t.of(fmt.value.count(count))} <span class="quiet">${t.rmsUnit}</span>
+      ${where} ${count === undefined ? "" : t.of(fmt.value.count(count))} ${shows("rms") && html`<span class="quiet">${t.rmsUnit}</span>`}
     </p>
     <nav class="actions" aria-label=${t.pages}>
       ${cursor && html`<a class="button small" rel="first" href=${href("/jobs", {}, here)}>${t.firstPage}</a>`}

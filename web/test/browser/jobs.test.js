@@ -196,3 +196,57 @@ browserTest(
     assert.ok((await height()) <= 46, `${await height()} px`);
   },
 );
+
+for (const density of ["comfortable", "compact"]) {
+  browserTest(`columns are chosen and remembered, ${density}`, { alone: true }, async (world) => {
+    const { page, open, stands, job, iteration } = world;
+    const { id } = await job();
+    await iteration(id);
+    await open("/jobs");
+    if (density === "compact") await page.getByRole("button", { name: "Compact" }).click();
+    const heads = async () => {
+      const all = await page.locator("thead th").allTextContents();
+      return all.map((one) => one.trim());
+    };
+    const every = await heads();
+    const names = [
+      "Part number",
+      "Serial number",
+      "Machine",
+      "Status",
+      "Iterations",
+      "Flank",
+      "Class",
+      "RMS",
+      "Condition",
+    ];
+    assert.deepEqual(every, ["Job", ...names, "Last change"]);
+    const menu = page.locator(".job-counts .menu");
+    await menu.getByText("Columns").click();
+    await menu.getByLabel("Last change").waitFor();
+    assert.deepEqual(await menu.locator("label").allTextContents(), [...names, "Last change"]);
+    const away = ["Serial number", "Flank", "RMS", "Condition"];
+    for (const name of away) await menu.getByLabel(name).uncheck();
+    await page.locator("thead", { hasText: "Condition" }).waitFor({ state: "detached" });
+    const left = every.filter((name) => !away.includes(name));
+    assert.deepEqual(await heads(), left);
+    assert.equal(await page.getByText("RMS in the unit of each job’s heights").count(), 0);
+    assert.equal(await page.locator(".list-hint").count(), 0);
+    await page.keyboard.press("Escape");
+    await menu.getByLabel("RMS").waitFor({ state: "hidden" });
+    await page.reload();
+    await stands();
+    assert.deepEqual(await heads(), left, "after a reload");
+    const waiting = page.waitForEvent("download");
+    await page.getByRole("button", { name: "CSV" }).click();
+    const [head] = (await readFile(await (await waiting).path(), "utf8")).split("\r\n");
+    assert.match(head ?? "", /RMS,Condition/, "the file has all");
+    await menu.getByText("Columns").click();
+    await menu.getByLabel("RMS").check();
+    await page.getByText("RMS in the unit of each job’s heights").waitFor();
+    assert.deepEqual(
+      await heads(),
+      every.filter((name) => name === "RMS" || !away.includes(name)),
+    );
+  });
+}

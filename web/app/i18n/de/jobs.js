@@ -29,6 +29,7 @@ export default {
   apply: "Anwenden",
   clear: "Alle Filter aufheben",
   compact: "Kompakt",
+  columns: "Spalten",
   name: "Auftrag",
   part: "Teilenummer",
   serial: "Seriennummer",

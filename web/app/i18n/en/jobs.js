@@ -28,6 +28,7 @@ export default {
   apply: "Apply",
   clear: "Clear all filters",
   compact: "Compact",
+  columns: "Columns",
   name: "Job",
   part: "Part number",
   serial: "Serial number",
