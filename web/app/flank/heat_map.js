@@ -111,7 +111,7 @@ function Overlay(props) {
           const place = /** @type {FlankNode} */ (node);
           if (!inside(place)) return null;
           const at = `translate(${toX(view, place.v)} ${toY(view, place.u)})`;
-          return html`<g key=${key} class="map-extreme" transform=${at}><path class="halo" d=${EXTREME[/** @type {"least"} */ (key)]} /><path d=${EXTREME[/** @type {"least"} */ (key)]} /></g>`;
+          return html`<g key=${key} class="map-extreme" transform=${at}><circle class="ground" r="9" /><path d=${EXTREME[/** @type {"least"} */ (key)]} /></g>`;
         })
       : null,
     small ? null : h(MapAxesDrawn, props),
@@ -126,7 +126,7 @@ function Overlay(props) {
 }
 
 /** Triangles: up for the greatest, down for the least. */
-const EXTREME = { least: "M-6 -5h12L0 6z", greatest: "M-6 5h12L0 -6z" };
+const EXTREME = { least: "M-5.5 -3.5h11L0 6z", greatest: "M-5.5 3.5h11L0 -6z" };
 
 /** Mark of a suspected node; an excluded node has a hollow circle. */
 const CROSS = "M-6 -6L6 6M-6 6L6 -6";
@@ -162,7 +162,9 @@ function RangeFrame({ range, view }) {
   const [x0, x1] = [toX(view, range.v[0]), toX(view, range.v[1])].sort((a, b) => a - b);
   const [y0, y1] = [toY(view, range.u[0]), toY(view, range.u[1])].sort((a, b) => a - b);
   if (x0 === undefined || x1 === undefined || y0 === undefined || y1 === undefined) return null;
-  return html`<rect class="map-range" x=${x0} y=${y0} width=${x1 - x0} height=${y1 - y0} />`;
+  return ["map-range halo", "map-range"].map(
+    (name) => html`<rect key=${name} class=${name} x=${x0} y=${y0} width=${x1 - x0} height=${y1 - y0} />`,
+  );
 }
 
 /** @param {FlankSurface} surface @param {import("./raster.js").View} view @param {number} limit */

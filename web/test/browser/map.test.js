@@ -155,3 +155,30 @@ browserTest("maps of a job share one scale, labelled in full, and a tab keeps wh
   assert.equal(await page.getByRole("button", { name: "Contours" }).getAttribute("aria-pressed"), "true");
   assert.deepEqual(await ends(), [-5, -2.5, 0, 2.5, 5]);
 });
+
+for (const theme of ["light", "dark"]) {
+  browserTest(
+    `marks of a map are of the colour of text, as in its legend, ${theme}`,
+    { settings: { theme } },
+    async (world) => {
+      const { page, open, job, iteration } = world;
+      const { id } = await job();
+      await iteration(id);
+      await open(`/jobs/${id}/iterations/1`);
+      const { ink, surface, marks, legend, frame } = await page.evaluate(() => {
+        const style = (/** @type {Element | null} */ one) => getComputedStyle(/** @type {Element} */ (one));
+        const all = (/** @type {string} */ found) => [...document.querySelectorAll(found)].map(style);
+        return {
+          ink: style(document.body).color,
+          surface: style(document.querySelector(".map-panel")).backgroundColor,
+          marks: all(".heat-map .map-extreme > *").map(({ fill }) => fill),
+          legend: all(".map-extremes .filled").map(({ fill }) => fill),
+          frame: all(".heat-map .map-range:not(.halo)").map(({ stroke }) => stroke),
+        };
+      });
+      assert.deepEqual(marks, [surface, ink, surface, ink], "each on a ground of its own, whatever is below");
+      assert.deepEqual(legend, [ink, ink]);
+      assert.deepEqual(frame, [ink]);
+    },
+  );
+}
