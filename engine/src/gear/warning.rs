@@ -126,14 +126,19 @@ pub enum Warning {
     SettingsLimited(Vec<String>),
     /// Settings that the deviations say nothing about.
     #[error(
-        "{}: it would change {common} nearly alike, and deviations without a datum do not tell what {common} have in \
-         common; it stays as it is", quoted(.settings)
+        "{}: {}; it stays as it is", quoted(.settings), .common.map_or_else(
+            || "it has no effect at these nodes".to_owned(),
+            |common| format!(
+                "it would change {common} nearly alike, and deviations without a datum do not show what {common} have \
+                 in common"
+            )
+        )
     )]
     UndeterminedSettings {
         /// Which settings.
         settings: Vec<String>,
-        /// What they would change alike.
-        common: Common,
+        /// The nodes that they would change alike; `None` for settings without effect at the nodes.
+        common: Option<Common>,
     },
     /// Those of them that their limits move all the same.
     #[error(

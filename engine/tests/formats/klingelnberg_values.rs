@@ -105,3 +105,24 @@ fn what_cannot_be_read_has_line_and_column() {
     assert_eq!(notes, [(NoteCode::SideDisagrees, 4), (NoteCode::UnknownBlock, 5), (NoteCode::RepeatedResult, 6)]);
     assert_eq!((values.results.len(), values.results[0].side), (2, Some(Side::Left)));
 }
+
+/// M_dK over balls of 1.75 mm is 54.531 mm for x = 0.011 (z = 52, m_n = 1 mm) and 55.377 mm for x = 0.5, from
+/// inv α_K = inv α + D_M / (z m cos α) − π / 2z + 2 x tan α / z and M_dK = z m cos α / cos α_K + D_M.
+#[test]
+fn a_dimension_over_balls_that_contradicts_the_profile_shift_is_noted() {
+    let noted = |dimension: &str| {
+        let mut lines = Lines::new(&Style::default(), "MW");
+        lines.gear(&Gear::spur(), false).code(28, "Kugeldurchmesser", "Ball", "1.75");
+        lines.line(&format!("32810 : MdK                  :   {dimension}"));
+        let values = read_values(&lines.line("").bytes()).unwrap();
+        let mut notes = Default::default();
+        values.gear(&mut notes);
+        let found: Vec<String> = notes.list().iter().map(|note| note.remark.to_string()).collect();
+        found.into_iter().filter(|note| note.contains("M_dK")).collect::<Vec<_>>()
+    };
+    assert_eq!(noted("54.531"), Vec::<String>::new());
+    let [note] = &noted("55.377")[..] else { panic!("no note") };
+    assert!(note.contains("coefficient 0.011 (code 25)") && note.contains("M_dK = 55.377 mm"), "{note}");
+    let (_, given) = note.split_once("x_E = ").unwrap();
+    assert!((given[..6].parse::<f64>().unwrap() - 0.5).abs() < 0.001, "{note}");
+}

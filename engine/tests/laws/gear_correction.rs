@@ -351,8 +351,6 @@ fn faults_are_named_by_their_place() {
     still.settings.iter_mut().for_each(|setting| setting.fixed = true);
     assert_eq!(fields(still), [CorrectionField::Limits]);
     assert_eq!(fields(CorrectionSpec { absolute: false, ..good.clone() }), [CorrectionField::Absolute]);
-    let idle = CorrectionSpec { sensitivity: [1.0, 0.0].repeat(4), ..good.clone() };
-    assert_eq!(fields(idle), [CorrectionField::Setting { index: 1 }]);
     let infinite = CorrectionSpec { sensitivity: [1.0, f64::INFINITY].repeat(4), ..good };
     assert_eq!(fields(infinite)[0], CorrectionField::Entry { row: 0, column: 1 });
 }
@@ -365,6 +363,26 @@ fn the_services_refusals_come_through() {
     let damping = Damping::Given(Regularization::TruncatedSvd { rank: 7 });
     let error = Correction::new(CorrectionSpec { damping, ..asked }).unwrap().solve().unwrap_err();
     assert!(matches!(error, FitError::Invalid(_)));
+}
+
+/// A setting without effect at the nodes is undetermined, and the others are what they are without it.
+#[test]
+fn a_setting_without_effect_is_undetermined() {
+    let d: Vec<f64> = (0..9).map(|k| 0.7 * f64::from(k) + (1.3 * f64::from(k)).sin()).collect();
+    let matrix = |columns: usize| -> Vec<f64> {
+        (0..9).flat_map(|k| [f64::from(k), (f64::from(k) - 4.0).powi(2), 0.0].into_iter().take(columns)).collect()
+    };
+    for absolute in [true, false] {
+        let of = |columns| solve(CorrectionSpec { absolute, ..plain(d.clone(), matrix(columns), settings(columns)) });
+        let (without, with) = (of(2), of(3));
+        assert_eq!(with.settings[..2], without.settings[..]);
+        assert!(with.settings[2].undetermined && with.settings[2].change == 0.0);
+        let warning = with.warnings.iter().find(|warning| warning.code() == "undetermined_settings").unwrap();
+        assert_eq!(warning.to_string(), "`s2`: it has no effect at these nodes; it stays as it is");
+    }
+    let nothing = CorrectionSpec { absolute: true, ..plain(d, vec![0.0; 9], settings(1)) };
+    let faults = Correction::new(nothing).unwrap_err();
+    assert!(faults.to_string().contains("no setting that may be changed has an effect"), "{faults}");
 }
 
 /// Deviations without a datum: what they have in common changes nothing, and a setting that changes

@@ -136,7 +136,8 @@ async fn a_model_gives_its_gears_and_its_topographies() {
         (&json!("7"), &json!("wheel"), &json!(["left"]))
     );
     assert_eq!(wheel["gear"]["normal_pressure_angle_deg"], 20.0);
-    assert_eq!(pinion.get("gear"), None);
+    assert_eq!((pinion.get("gear"), wheel.get("known")), (None, None));
+    assert_eq!(pinion["known"], json!({"teeth": 52, "normal_module_mm": 1.0, "internal": false}));
     assert!(pinion["missing"].as_array().unwrap().contains(&json!("helix_angle_deg")), "{pinion}");
     // what was read is what a job takes
     let place = job(&app, Some(wheel["gear"].clone())).await;

@@ -139,16 +139,21 @@ async fn curves_become_an_iteration_with_its_evaluation() {
 async fn an_unknown_rule_for_plus_material_is_told() {
     let app = TestApp::start().await;
     let text = String::from_utf8(file(false)).unwrap();
-    for (rule, taken, assumed) in [("0: 1: 0", "ignored", false), ("2: 1: 0", "total", true)] {
+    for (of_file, name, rule, taken, assumed) in [
+        ("PLMPR: 0: 1: 0", "profile_plus_material", "PLMPR: 0: 1: 0", "ignored", false),
+        ("PLMPR: 0: 1: 0", "profile_plus_material", "PLMPR: 2: 1: 0", "total", true),
+        ("PLMFL: 0: 0: 1", "helix_plus_material", "PLMFL: 3: 0: 1", "form", true),
+        ("PLMFL: 0: 0: 1", "helix_plus_material", "PLMFL: 3: 1: 1", "form_and_total", true),
+    ] {
         let job = job(&app, None).await;
-        let content = text.replace("PLMPR: 0: 1: 0", &format!("PLMPR: {rule}"));
-        assert!(content.contains(&format!("PLMPR: {rule}")), "{rule}");
+        let content = text.replace(of_file, rule);
+        assert!(content.contains(rule), "{rule}");
         let made = import(&app, &job, content.into_bytes(), "1.mka", None).await;
         assert_eq!(made.status, 201, "{}", made.text);
         let records = send(app.get(&format!("{job}/iterations/1/records"))).await.json();
         let id = records["items"][0]["id"].as_str().unwrap();
         let result = send(app.get(&format!("{job}/iterations/1/records/{id}"))).await.json()["result"].clone();
-        assert_eq!(result["evaluation"]["profile_plus_material"], taken, "{}", result["evaluation"]);
+        assert_eq!(result["evaluation"][name], taken, "{}", result["evaluation"]);
         let mut codes = result["warnings"].as_array().unwrap().iter().map(|warning| &warning["code"]);
         assert_eq!(codes.any(|code| code == "plus_material_assumed"), assumed, "{}", result["warnings"]);
     }
@@ -172,6 +177,13 @@ async fn a_cross_and_a_lone_trace_are_imported_as_what_they_tell() {
     assert_eq!(terms(&cross).len(), 3);
     assert!(terms(&cross).iter().any(|(term, value)| term == "v" && (value - 0.4).abs() < 2e-3), "{:?}", terms(&cross));
     assert!(cross.json()["note"].as_str().unwrap().contains("a plane"));
+    // traces through one point say nothing about a twist
+    let body = json!({"sensitivity": {"machine": "generating_grinding"}});
+    let correction = send(app.post(&format!("{job}/iterations/1/correction"), body.to_string())).await;
+    assert_eq!(correction.status, 201, "{}", correction.text);
+    let settings = correction.json()["settings"].clone();
+    let twist = settings.as_array().unwrap().iter().find(|setting| setting["name"] == "twist").unwrap().clone();
+    assert_eq!((&twist["change"], &twist["undetermined"]), (&json!(0.0), &json!(true)), "{settings}");
     let lead = import(&app, &job, file_of(false, |trace| trace.tooth == "1" && !trace.profile), "1.mka", None).await;
     assert_eq!(lead.status, 201, "{}", lead.text);
     assert!(terms(&lead).iter().any(|(term, value)| term == "x" && (value - 0.4).abs() < 2e-3), "{:?}", terms(&lead));

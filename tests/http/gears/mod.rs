@@ -7,6 +7,7 @@ mod correction_applied;
 mod correction_flank;
 mod correction_kept;
 mod correction_target;
+mod counting;
 mod evaluation;
 mod exchange;
 mod fit_figures;

@@ -3,7 +3,7 @@
 
 use serde_json::{Value, json};
 
-use super::spur;
+use super::{spur, taken};
 use crate::harness::{TestApp, send};
 
 fn number(value: &Value) -> f64 {
@@ -229,4 +229,26 @@ async fn a_suspected_node_asks_for_a_reason() {
             assert_eq!(plain.status, 200, "{}", plain.text);
         }
     }
+}
+
+/// From three suspected nodes on the sentence names heavy tails as the other explanation.
+#[tokio::test]
+async fn three_suspected_nodes_may_be_heavy_tails() {
+    let app = TestApp::start().await;
+    for (count, heavy) in [(2, false), (3, true)] {
+        let mut request = iteration(0.0);
+        for (row, column) in [(6, 4), (2, 1), (4, 5)].into_iter().take(count) {
+            request["nodes"]["z"][row][column] = json!(25.0);
+        }
+        for stored in ["tooth", "flank"] {
+            request.as_object_mut().unwrap().remove(stored);
+        }
+        let fit = taken(&app, "/v1/fits", &request).await;
+        let told = warning(&fit["warnings"], "outliers_suspected").unwrap_or_else(|| panic!("{fit}"));
+        assert_eq!(told["params"]["count"], json!(count));
+        let message = told["message"].as_str().unwrap();
+        let advice = message.contains("or the errors have heavy tails: compare `m_estimator`");
+        assert_eq!(advice, heavy, "{message}");
+    }
+    app.stop().await;
 }

@@ -26,14 +26,19 @@ fn reading(tooth: u32) -> f64 {
 
 /// A file with a profile of tooth 1 and tables of pitches of both flanks; teeth that are undefined
 /// stand there with the mark of the file.
-fn file(undefined: &[u32]) -> Vec<u8> {
+pub fn file(undefined: &[u32]) -> Vec<u8> {
+    tables([&index, &index], &reading, undefined)
+}
+
+/// The same with these index deviations of left and right flanks and these readings of run-out, µm.
+pub fn tables(index: [&dyn Fn(u32) -> f64; 2], reading: &dyn Fn(u32) -> f64, undefined: &[u32]) -> Vec<u8> {
     let mut lines = Lines::new(&Style::default(), "MK");
     let values = (0..60).map(|k| (k != 7).then(|| -0.1 * f64::from(k))).collect();
     let profile = Trace { tooth: "1o".into(), left: true, profile: true, index: 1, section: 14.0, values };
     let values = (0..40).map(|k| Some(-0.05 * f64::from(k))).collect();
     let helix = Trace { tooth: "1".into(), left: true, profile: false, index: 1, section: 8.889, values };
     lines.gear(&Gear::spur(), false).traces(&[profile, helix]);
-    for title in ["linke Zahnflanke", "rechte Zahnflanke"] {
+    for (title, index) in ["linke Zahnflanke", "rechte Zahnflanke"].into_iter().zip(index) {
         lines.line(&format!("        {title}     ")).line("        Zahn-Nr.          fp           Fp           Fr   ");
         for tooth in 1..=52 {
             let single = index(tooth) - index(if tooth == 1 { 52 } else { tooth - 1 });
@@ -55,7 +60,7 @@ async fn read(app: &TestApp, content: Vec<u8>, name: &str) -> Answer {
 }
 
 /// Kinds of the records of the first iteration, and the record of a kind.
-async fn records(app: &TestApp, job: &str, kind: &str) -> (Vec<String>, Option<Value>) {
+pub async fn records(app: &TestApp, job: &str, kind: &str) -> (Vec<String>, Option<Value>) {
     let items = send(app.get(&format!("{job}/iterations/1/records"))).await.json()["items"].clone();
     let kinds = items.as_array().unwrap().iter().map(|item| item["kind"].as_str().unwrap().to_owned()).collect();
     let Some(item) = items.as_array().unwrap().iter().find(|item| item["kind"] == kind) else { return (kinds, None) };
@@ -410,52 +415,6 @@ async fn pitches_of_a_file_are_held_against_it_too() {
     )
     .await;
     assert!(file.text.contains("100.000"), "the limit of the run-out: {}", file.text);
-}
-
-/// The run-out of a gear of 17 teeth with an eccentricity of 20 µm: left and right flanks are
-/// displaced along their normals, and the space after a tooth is bounded by its left flank if teeth
-/// are counted counterclockwise.
-#[tokio::test]
-async fn the_direction_of_counting_decides_the_run_out() {
-    let app = TestApp::start().await;
-    let flank = |side: f64| -> Vec<f64> {
-        let at = |i: u32| (f64::from(i) + 0.25 * side) * std::f64::consts::TAU / 17.0;
-        (0..17).map(|i| 20.0 * (side * 20f64.to_radians().tan() * at(i).cos() - at(i).sin())).collect()
-    };
-    let mut request = json!({"gear": {"teeth": 17, "normal_module_mm": 2.0},
-        "left": {"index_deviation_um": flank(1.0)}, "right": {"index_deviation_um": flank(-1.0)}});
-    for (counting, runout, class) in [("counterclockwise", 39.7, 8), ("clockwise", 6.7, 3)] {
-        request["counting"] = json!(counting);
-        let found = taken(&app, "/v1/gears/pitch", &request).await;
-        close(found["runout"]["runout_um"].as_f64().unwrap(), runout, 0.1);
-        assert_eq!((&found["runout"]["class"], &found["counting"]), (&json!(class), &json!(counting)));
-    }
-    // direction of counting unknown: no run-out, and a warning
-    request.as_object_mut().unwrap().remove("counting");
-    let found = taken(&app, "/v1/gears/pitch", &request).await;
-    assert_eq!((found.get("runout"), found.get("counting")), (None, None));
-    assert_eq!(found["warnings"][0]["code"], "no_runout");
-    close(found["tooth_thickness_variation_um"].as_f64().unwrap(), 21.4, 0.1);
-    app.stop().await;
-}
-
-#[tokio::test]
-async fn code_161_says_which_way_teeth_are_counted() {
-    let app = TestApp::start().await;
-    let text = String::from_utf8(file(&[])).unwrap();
-    let at = text[..text.find("ZSDEF").unwrap()].rfind('\n').unwrap() + 1;
-    for (setting, counting) in [(1, Some("counterclockwise")), (0, Some("clockwise")), (7, None)] {
-        let line = format!("  161 :Zaehlrichtung 0-im Uhrzeigersinn     :ZRICH: {setting}\r\n");
-        let place = job(&app, Some(spur())).await;
-        let content = format!("{}{line}{}", &text[..at], &text[at..]).into_bytes();
-        assert_eq!(import(&app, &place, content, "1.mka", None).await.status, 201);
-        let kept = records(&app, &place, "pitch").await.1.unwrap();
-        assert_eq!(kept["result"]["counting"].as_str(), counting);
-        assert_eq!(kept["request"]["counting"].as_str(), counting);
-        let warnings = kept["result"]["warnings"].as_array().unwrap();
-        assert_eq!(warnings.iter().any(|warning| warning["code"] == "pitch_sign_assumed"), counting.is_none());
-    }
-    app.stop().await;
 }
 
 /// Tooth 1 before is tooth 3 after.

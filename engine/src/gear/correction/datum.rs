@@ -43,12 +43,14 @@ impl Correction {
             };
             !left.iter().zip(&whole).any(of_trace)
         };
-        let (undetermined, open): (Vec<usize>, Vec<usize>) = self.open.iter().copied().partition(|j| constant(j));
+        let (alike, open): (Vec<usize>, Vec<usize>) = self.open.iter().copied().partition(|j| constant(j));
         if open.is_empty() {
             let traces = self.asked.traces.is_some();
             return Err(CorrectionFaults::one(CorrectionField::Absolute, CorrectionReason::NoDatum { traces }));
         }
         let levels = Some(groups.of_node.iter().map(|&group| levels[group]).collect());
+        let mut undetermined = [self.undetermined.as_slice(), &alike].concat();
+        undetermined.sort_unstable();
         Ok(Correction { centred: Some(centred), levels, open, undetermined, ..self })
     }
 

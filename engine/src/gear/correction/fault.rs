@@ -158,9 +158,9 @@ pub enum CorrectionReason {
         /// How many have a zero each.
         traces: Option<usize>,
     },
-    /// A setting that no node tells; its name.
-    #[error("`{}` changes none of the defined nodes: leave it out", .0)]
-    NoEffect(String),
+    /// No setting has an effect at the nodes.
+    #[error("no setting that may be changed has an effect at the defined nodes")]
+    NoEffect,
     /// Without a datum no setting can be determined.
     #[error(
         "the deviations have no datum, and every setting changes {} nearly alike: nothing can be determined",

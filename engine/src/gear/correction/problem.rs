@@ -244,17 +244,12 @@ impl Correction {
             let reason = CorrectionReason::TooFew { settings, nodes, left, traces };
             return Err(CorrectionFaults::one(field, reason));
         }
-        for (j, setting) in asked.settings.iter().enumerate() {
-            if !setting.fixed && counted_nodes.iter().all(|&k| asked.sensitivity[k * columns + j] == 0.0) {
-                let reason = CorrectionReason::NoEffect(setting.name.clone());
-                faults.push(CorrectionField::Setting { index: j }, reason);
-            }
-        }
-        if !faults.is_empty() {
-            return Err(faults);
-        }
-        let plain =
+        let mut plain =
             Correction { asked, counted: counted_nodes, centred: None, levels: None, open, undetermined: Vec::new() };
+        (plain.open, plain.undetermined) = plain.open.iter().copied().partition(|&j| plain.has_effect(j));
+        if plain.open.is_empty() {
+            return Err(CorrectionFaults::one(CorrectionField::Settings, CorrectionReason::NoEffect));
+        }
         if plain.asked.absolute { Ok(plain) } else { plain.without_datum() }
     }
 
@@ -266,6 +261,12 @@ impl Correction {
     /// The nodes that take part, ascending.
     pub fn counted(&self) -> &[usize] {
         &self.counted
+    }
+
+    /// Whether setting j has an effect at any node that takes part.
+    pub(super) fn has_effect(&self, j: usize) -> bool {
+        let columns = self.asked.settings.len();
+        self.counted.iter().any(|&k| self.asked.sensitivity[k * columns + j] != 0.0)
     }
 
     pub(super) fn target(&self, k: usize) -> f64 {
