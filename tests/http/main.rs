@@ -11,6 +11,7 @@ mod bad_input;
 mod cancellation;
 mod constraints;
 mod contract;
+mod corpus;
 mod cors;
 mod criteria;
 mod degenerate;

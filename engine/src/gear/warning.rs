@@ -127,7 +127,7 @@ pub enum Warning {
     /// Settings that the deviations say nothing about.
     #[error(
         "{}: {}; it stays as it is", quoted(.settings), .common.map_or_else(
-            || "it has no effect at these nodes".to_owned(),
+            || "at these nodes it has no effect of its own".to_owned(),
             |common| format!(
                 "it would change {common} nearly alike, and deviations without a datum do not show what {common} have \
                  in common"
@@ -137,7 +137,7 @@ pub enum Warning {
     UndeterminedSettings {
         /// Which settings.
         settings: Vec<String>,
-        /// The nodes that they would change alike; `None` for settings without effect at the nodes.
+        /// The nodes that they would change alike; `None` for settings without an effect of their own at the nodes.
         common: Option<Common>,
     },
     /// Those of them that their limits move all the same.

@@ -355,3 +355,49 @@ fn impossible_nodes_and_ranges_have_their_places() {
     (nodes[3].roll_length, nodes[4].z) = (0.0, 0.0);
     assert!(Machine::FormGrinding.sensitivity(gear, &nodes, ranges).unwrap().matrix.iter().all(|x| x.is_finite()));
 }
+
+/// A profile and a helix that cross near the middle show nothing of a twist that the two angles do not do as well:
+/// the twist stays as it is, and the angles are found. Nodes over the flank, or over a part of it, determine all.
+#[test]
+fn a_cross_leaves_the_twist_undetermined() {
+    let gear = &gears()[0];
+    let (_, ranges) = nodes(gear);
+    let at = |range: [f64; 2], share: f64| range[0] + share * (range[1] - range[0]);
+    let node =
+        |u: f64, v: f64| FlankNode { side: Side::Left, roll_length: at(ranges.profile, u), z: at(ranges.helix, v) };
+    let shares = |count: u32| (0..count).map(move |k| f64::from(k) / f64::from(count - 1));
+    let grid = |size: f64| -> Vec<FlankNode> {
+        shares(5).flat_map(|u| shares(7).map(move |v| (size * u, size * v))).map(|(u, v)| node(u, v)).collect()
+    };
+    let cross = |off: f64, [along_profile, along_helix]: [u32; 2]| -> Vec<FlankNode> {
+        // the coordinate that is fixed scatters by a thousandth of the flank
+        let jitter = |x: f64| 0.5 + off + 1e-3 * (97.0 * x).sin();
+        let profile = shares(along_profile).map(|u| node(u, jitter(u)));
+        profile.chain(shares(along_helix).map(|v| node(jitter(v), v))).collect()
+    };
+    for (places, determined) in [
+        (cross(0.0, [40, 40]), false),
+        (cross(-0.05, [40, 40]), false),
+        (cross(0.2, [40, 40]), false),
+        (cross(0.1, [960, 60]), false),
+        (cross(0.1, [60, 960]), false),
+        (grid(1.0), true),
+        (grid(0.4), true),
+    ] {
+        let Sensitivity { settings, matrix } = Machine::GeneratingGrinding.sensitivity(gear, &places, ranges).unwrap();
+        let twist = settings.iter().position(|setting| setting.name == "twist").unwrap();
+        let angles = [0, 1].map(|j| settings[j].name.clone());
+        assert_eq!(angles, ["profile_angle", "helix_angle"]);
+        // two angles are off, and each node by something of its own
+        let deviation = |(k, row): (usize, &[f64])| -3.0 * row[0] + 2.0 * row[1] + 0.3 * (7.0 * k as f64).sin();
+        let deviations = matrix.chunks_exact(settings.len()).enumerate().map(deviation).collect();
+        let spec = CorrectionSpec { absolute: false, ..CorrectionSpec::new(deviations, matrix, settings) };
+        let solution = Correction::new(spec).unwrap().solve().unwrap();
+        assert_eq!(solution.settings[twist].undetermined, !determined);
+        for (setting, wanted) in solution.settings.iter().zip([3.0, -2.0]) {
+            let error = setting.std_error.unwrap();
+            assert!((setting.change - wanted).abs() < 4.0 * error, "{setting:?}");
+            assert!(determined || error < 0.5, "{setting:?}");
+        }
+    }
+}

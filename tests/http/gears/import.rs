@@ -177,9 +177,14 @@ async fn a_cross_and_a_lone_trace_are_imported_as_what_they_tell() {
     assert_eq!(terms(&cross).len(), 3);
     assert!(terms(&cross).iter().any(|(term, value)| term == "v" && (value - 0.4).abs() < 2e-3), "{:?}", terms(&cross));
     assert!(cross.json()["note"].as_str().unwrap().contains("a plane"));
-    // traces through one point say nothing about a twist
+    // traces through one point do not determine a twist
+    let geared = self::job(&app, Some(spur())).await;
+    let cross = import(&app, &geared, file_of(false, |trace| trace.tooth == "1"), "1.mka", None).await;
+    assert_eq!(cross.status, 201, "{}", cross.text);
+    let accepted = app.client.patch(app.url(&format!("{geared}/iterations/1"))).json(&json!({"accept_units": true}));
+    assert_eq!(send(accepted).await.status, 200);
     let body = json!({"sensitivity": {"machine": "generating_grinding"}});
-    let correction = send(app.post(&format!("{job}/iterations/1/correction"), body.to_string())).await;
+    let correction = send(app.post(&format!("{geared}/iterations/1/correction"), body.to_string())).await;
     assert_eq!(correction.status, 201, "{}", correction.text);
     let settings = correction.json()["settings"].clone();
     let twist = settings.as_array().unwrap().iter().find(|setting| setting["name"] == "twist").unwrap().clone();

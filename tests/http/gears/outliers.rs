@@ -244,9 +244,9 @@ async fn three_suspected_nodes_may_be_heavy_tails() {
             request.as_object_mut().unwrap().remove(stored);
         }
         let fit = taken(&app, "/v1/fits", &request).await;
-        let told = warning(&fit["warnings"], "outliers_suspected").unwrap_or_else(|| panic!("{fit}"));
-        assert_eq!(told["params"]["count"], json!(count));
-        let message = told["message"].as_str().unwrap();
+        let suspected = warning(&fit["warnings"], "outliers_suspected").unwrap_or_else(|| panic!("{fit}"));
+        assert_eq!(suspected["params"]["count"], json!(count));
+        let message = suspected["message"].as_str().unwrap();
         let advice = message.contains("or the errors have heavy tails: compare `m_estimator`");
         assert_eq!(advice, heavy, "{message}");
     }

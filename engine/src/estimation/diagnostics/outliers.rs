@@ -16,12 +16,10 @@
 //! the others orthonormal again: one pass over the residuals for each node found (or each group of
 //! many), none if there is none.
 
-use nalgebra::DMatrix;
-
 use crate::{
     estimation::{
         data::{Nodes, Sample},
-        factor::orthonormal_rows,
+        factor::{Axes, orthonormal_rows},
         problem::{Evidence, LinearProblem, Rows},
         result::{Outliers, SuspectedNode},
     },
@@ -58,7 +56,7 @@ pub(crate) fn outliers(linear: &LinearProblem, largest: f64) -> Option<Outliers>
         return None;
     }
     let rows = match &linear.factor.separable {
-        Some(separable) => NodeRows::Axes([separable.axes.u.orthonormal(), separable.axes.v.orthonormal()]),
+        Some(separable) => NodeRows::Axes(&separable.axes),
         None if m.saturating_mul(n * n) <= CHEAP => {
             NodeRows::All(orthonormal_rows(linear.design, linear.factor, sample))
         }
@@ -110,8 +108,8 @@ struct Test<'a> {
 
 /// Rows of Q.
 enum NodeRows<'a> {
-    /// Rows of a full grid, as products of these columns.
-    Axes([DMatrix<f64>; 2]),
+    /// Rows of a full grid, as products of those of its axes.
+    Axes(&'a Axes),
     /// All rows, if there are few nodes.
     All(Vec<f64>),
     /// Rows computed on request, if there are many nodes.
@@ -200,8 +198,7 @@ impl Test<'_> {
             if residual.abs() <= from || deleted.iter().any(|one| one.node == k) {
                 continue;
             }
-            let row = self.row(k, by);
-            let remaining = 1.0 - dot(&row, &row);
+            let remaining = 1.0 - self.leverage(k, by);
             let size = residual.abs() / remaining.sqrt();
             if remaining > UNDETERMINED && size > least {
                 found.push((size, k));
@@ -234,17 +231,26 @@ impl Test<'_> {
         Some((residual.abs() / remaining.sqrt(), Deleted { node: k, row, factor, step }))
     }
 
+    /// Returns the leverage of counted node `k` in the fit of the nodes left.
+    fn leverage(&self, k: usize, deleted: &[Deleted]) -> f64 {
+        if let (NodeRows::Axes(Axes { u, v }), []) = (&self.rows, deleted) {
+            let positions = v.leverages.len();
+            return u.leverages[k / positions] * v.leverages[k % positions];
+        }
+        let row = self.row(k, deleted);
+        dot(&row, &row)
+    }
+
     /// Returns the row of counted node `k`, orthonormalised over the nodes left.
     fn row(&self, k: usize, deleted: &[Deleted]) -> Vec<f64> {
         let n = self.linear.factor.size();
         let mut row = match &self.rows {
             NodeRows::All(rows) => rows[k * n..][..n].to_vec(),
             NodeRows::Each(rows) => rows.at(k).0,
-            NodeRows::Axes([u, v]) => {
-                let (u, v) = (u.column(k / v.ncols()), v.column(k % v.ncols()));
-                let mut row = Vec::with_capacity(n);
-                u.iter().for_each(|a| row.extend(v.iter().map(|b| a * b)));
-                row
+            NodeRows::Axes(Axes { u, v }) => {
+                let positions = v.leverages.len();
+                let (along_u, along_v) = (u.row(k / positions), v.row(k % positions));
+                along_u.iter().flat_map(|a| along_v.iter().map(move |b| a * b)).collect()
             }
         };
         deleted.iter().for_each(|one| one.turn(&mut row));

@@ -57,6 +57,8 @@ pub(crate) struct AxisFactor {
     pub change: DMatrix<Dd>,
     /// nodes × functions.
     q: DMatrix<Dd>,
+    /// Leverage of each position in a fit of this axis alone.
+    pub leverages: Vec<f64>,
 }
 
 impl AxisFactor {
@@ -90,7 +92,8 @@ impl AxisFactor {
                 }
             }
         }
-        Some(AxisFactor { r, change: axis.change(), q })
+        let leverages = q.row_iter().map(|row| row.iter().map(|x| x.hi * x.hi).sum()).collect();
+        Some(AxisFactor { r, change: axis.change(), q, leverages })
     }
 
     /// Positions and functions.
@@ -100,7 +103,12 @@ impl AxisFactor {
 
     /// Returns the greatest leverage of a position in a fit of this axis alone.
     pub(crate) fn greatest_leverage(&self) -> f64 {
-        self.q.row_iter().map(|row| row.iter().map(|x| x.hi * x.hi).sum()).fold(0.0, f64::max)
+        self.leverages.iter().copied().fold(0.0, f64::max)
+    }
+
+    /// Returns the row of the orthonormal factor at a position.
+    pub(crate) fn row(&self, position: usize) -> Vec<f64> {
+        self.q.row(position).iter().map(|x| x.to_f64()).collect()
     }
 
     /// Rows of the orthonormal factor, a column of this for each position.

@@ -51,7 +51,7 @@ impl Correction {
         let levels = Some(groups.of_node.iter().map(|&group| levels[group]).collect());
         let mut undetermined = [self.undetermined.as_slice(), &alike].concat();
         undetermined.sort_unstable();
-        Ok(Correction { centred: Some(centred), levels, open, undetermined, ..self })
+        Ok(Correction { centred: Some(centred), levels, open, undetermined, alike, ..self })
     }
 
     /// Mean of d − t (over the trace of node k) where deviations have no datum, else 0.

@@ -28,6 +28,7 @@ pub mod fault;
 pub mod figures;
 pub mod flank;
 mod gain;
+mod hidden;
 mod limits;
 pub mod machine;
 pub mod needed;

@@ -61,9 +61,9 @@ impl Correction {
             Some(_) => Common::NodesOfTrace,
             None => Common::Nodes,
         };
-        let (moving, idle): (Vec<usize>, Vec<usize>) = staying.into_iter().partition(|&j| self.has_effect(j));
-        warn(moving, &|settings| Warning::UndeterminedSettings { settings, common: Some(common) });
-        warn(idle, &|settings| Warning::UndeterminedSettings { settings, common: None });
+        let (alike, hidden): (Vec<usize>, Vec<usize>) = staying.into_iter().partition(|j| self.alike.contains(j));
+        warn(alike, &|settings| Warning::UndeterminedSettings { settings, common: Some(common) });
+        warn(hidden, &|settings| Warning::UndeterminedSettings { settings, common: None });
         warn(moved, &Warning::UndeterminedSettingsMoved);
         warn(unused, &Warning::LimitsWithoutEffect);
     }

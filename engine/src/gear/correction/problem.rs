@@ -28,12 +28,22 @@ pub struct Setting {
     pub fixed: bool,
     /// Step of the control: changes are multiples of it.
     pub increment: Option<f64>,
+    /// Rms over the whole flank of the effect of one unit about its mean, µm; 0 where it is not known.
+    pub reach: f64,
 }
 
 impl Setting {
     /// A setting that may go anywhere.
     pub fn free(name: impl Into<String>, unit: impl Into<String>) -> Self {
-        Setting { name: name.into(), unit: unit.into(), min: None, max: None, fixed: false, increment: None }
+        Setting {
+            name: name.into(),
+            unit: unit.into(),
+            min: None,
+            max: None,
+            fixed: false,
+            increment: None,
+            reach: 0.0,
+        }
     }
 }
 
@@ -172,6 +182,8 @@ pub struct Correction {
     pub(super) open: Vec<usize>,
     /// Settings that are not fixed, but that the deviations say nothing about.
     pub(super) undetermined: Vec<usize>,
+    /// Those of them that change all nodes (of a trace) nearly alike.
+    pub(super) alike: Vec<usize>,
 }
 
 impl Correction {
@@ -229,9 +241,24 @@ impl Correction {
         if open.is_empty() {
             return Err(CorrectionFaults::one(CorrectionField::Limits, CorrectionReason::AllFixed));
         }
-        let lost = lost(&asked, &counted_nodes);
-        let columns_open = open.len() + lost;
-        if counted_nodes.len() < columns_open {
+        let mut plain = Correction {
+            asked,
+            counted: counted_nodes,
+            centred: None,
+            levels: None,
+            open,
+            undetermined: Vec::new(),
+            alike: Vec::new(),
+        };
+        if !plain.counted.is_empty() {
+            (plain.open, plain.undetermined) = plain.open.iter().copied().partition(|&j| plain.has_effect(j));
+        }
+        if plain.open.is_empty() {
+            return Err(CorrectionFaults::one(CorrectionField::Settings, CorrectionReason::NoEffect));
+        }
+        let lost = lost(&plain.asked, &plain.counted);
+        let columns_open = plain.open.len() + lost;
+        if plain.counted.len() < columns_open {
             // at the place that can be changed: what leaves too few nodes, or asks too much of
             // those that there are
             let (field, left) = match defined.len() {
@@ -239,18 +266,13 @@ impl Correction {
                 there if there >= columns_open => (CorrectionField::Weights, Left::Weighted),
                 _ => (CorrectionField::Settings, Left::Defined),
             };
-            let (settings, nodes) = (open.len(), counted_nodes.len());
-            let traces = asked.traces.as_ref().map(|_| lost);
+            let (settings, nodes) = (plain.open.len(), plain.counted.len());
+            let traces = plain.asked.traces.as_ref().map(|_| lost);
             let reason = CorrectionReason::TooFew { settings, nodes, left, traces };
             return Err(CorrectionFaults::one(field, reason));
         }
-        let mut plain =
-            Correction { asked, counted: counted_nodes, centred: None, levels: None, open, undetermined: Vec::new() };
-        (plain.open, plain.undetermined) = plain.open.iter().copied().partition(|&j| plain.has_effect(j));
-        if plain.open.is_empty() {
-            return Err(CorrectionFaults::one(CorrectionField::Settings, CorrectionReason::NoEffect));
-        }
-        if plain.asked.absolute { Ok(plain) } else { plain.without_datum() }
+        let checked = if plain.asked.absolute { plain } else { plain.without_datum()? };
+        Ok(checked.without_hidden())
     }
 
     /// What was asked for.

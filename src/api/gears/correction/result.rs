@@ -145,8 +145,9 @@ pub struct SettingChangeBody {
     /// Why it is left alone; left out where it is changed, fixed or undetermined.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub left: Option<LeftName>,
-    /// Whether the deviations say nothing about the setting (see `absolute`), so that it stays as
-    /// it is, or goes no further than its limits ask for.
+    /// Whether the deviations say nothing about the setting (see `absolute`), or nothing that other
+    /// settings do not explain as well, as of a twist where one profile and one helix cross. It
+    /// stays as it is, or goes no further than its limits ask for.
     pub undetermined: bool,
 }
 
