@@ -10,7 +10,7 @@ use super::problem::Correction;
 /// Share of a setting's effect on the whole flank above which the nodes show it.
 const SHOWN: f64 = 0.6;
 /// Share of a setting's effect on the whole flank that other settings must leave unexplained at the nodes.
-const OWN: f64 = 0.03;
+const OWN: f64 = 0.01;
 
 impl Correction {
     /// Makes hidden settings undetermined, the one that the nodes show least first.
@@ -28,13 +28,13 @@ impl Correction {
         self
     }
 
-    /// Rms of a setting's effect at the nodes, as a share of that on the whole flank; infinite where that is unknown.
+    /// Greatest effect of a setting at a node, as a share of that on the whole flank; infinite where that is unknown.
     fn shown(&self, j: usize) -> f64 {
-        let squares = self.counted.iter().map(|&k| self.weight(k) * self.row(k)[j].powi(2));
-        (squares.sum::<f64>() / self.whole()).sqrt() / self.asked.settings[j].reach
+        let effects = self.counted.iter().map(|&k| self.row(k)[j].abs());
+        effects.fold(0.0, f64::max) / self.asked.settings[j].reach
     }
 
-    /// The same of the part of the effect that no other settings reproduce.
+    /// Rms of the part of the effect that no other settings reproduce, as a share of the same.
     fn own(&self, j: usize) -> f64 {
         let others = self.open.iter().copied().filter(|open| *open != j);
         let order: Vec<usize> = others.chain([j]).collect();
@@ -44,11 +44,7 @@ impl Correction {
         };
         // the last diagonal of R is the length of what the other columns do not explain
         let r = DMatrix::from_fn(self.counted.len(), order.len(), entry).qr().r();
-        r[(order.len() - 1, order.len() - 1)].abs() / self.whole().sqrt() / self.asked.settings[j].reach
-    }
-
-    /// Sum of the weights.
-    fn whole(&self) -> f64 {
-        self.counted.iter().map(|&k| self.weight(k)).sum()
+        let weights: f64 = self.counted.iter().map(|&k| self.weight(k)).sum();
+        r[(order.len() - 1, order.len() - 1)].abs() / weights.sqrt() / self.asked.settings[j].reach
     }
 }

@@ -212,14 +212,14 @@ impl Made<'_> {
         }
     }
 
-    /// Rms of a setting's effect about its mean, at 5 × 5 places over the ranges, µm for one unit.
+    /// Greatest effect of a setting about its mean, at 5 × 5 places over the ranges, µm for one unit.
     fn reach(&self, kind: Kind, side: Side) -> f64 {
         let places = |[from, to]: [f64; 2]| (0..5).map(move |k| from + 0.25 * f64::from(k) * (to - from));
         let Ranges { profile, helix } = self.ranges;
         let along_profile = |z| places(profile).map(move |roll_length| FlankNode { side, roll_length, z });
         let effects: Vec<f64> = places(helix).flat_map(along_profile).map(|node| self.deviation(kind, node)).collect();
         let mean = effects.iter().sum::<f64>() / 25.0;
-        (effects.iter().map(|effect| (effect - mean).powi(2)).sum::<f64>() / 25.0).sqrt()
+        effects.iter().map(|effect| (effect - mean).abs()).fold(0.0, f64::max)
     }
 
     /// How far a flank stands out for each rad more of the normal pressure angle, mm. At a fixed

@@ -28,7 +28,7 @@ pub struct Setting {
     pub fixed: bool,
     /// Step of the control: changes are multiples of it.
     pub increment: Option<f64>,
-    /// Rms over the whole flank of the effect of one unit about its mean, µm; 0 where it is not known.
+    /// Greatest effect of one unit on the whole flank about its mean, µm; 0 where it is not known.
     pub reach: f64,
 }
 
