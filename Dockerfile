@@ -19,7 +19,7 @@ RUN mkdir /manifest \
 FROM ${RUST_IMAGE} AS build
 WORKDIR /src
 COPY --from=manifest /manifest .
-RUN cargo build --release --locked
+RUN cargo build --profile dist --locked
 
 # Then the program. The sources may be older than the empty ones that were just compiled, and cargo goes by time.
 COPY build.rs build.rs
@@ -32,10 +32,10 @@ COPY web/index.html web/index.html
 COPY web/app web/app
 COPY web/vendor web/vendor
 RUN touch src/lib.rs src/main.rs engine/src/lib.rs \
- && cargo build --release --locked --bin flankfit \
+ && cargo build --profile dist --locked --bin flankfit \
  && mkdir -p /out/data \
- && objcopy --only-keep-debug target/release/flankfit /out/flankfit.debug \
- && objcopy --strip-all --add-gnu-debuglink=/out/flankfit.debug target/release/flankfit /out/flankfit
+ && objcopy --only-keep-debug target/dist/flankfit /out/flankfit.debug \
+ && objcopy --strip-all --add-gnu-debuglink=/out/flankfit.debug target/dist/flankfit /out/flankfit
 
 FROM scratch AS symbols
 COPY --from=build /out/flankfit.debug /flankfit.debug

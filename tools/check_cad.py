@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Opens exported IGES and STEP files with OpenCASCADE and compares what it finds with what should be there.
 
-For every NAME.json in a folder (written by `cargo run --example export_cad -- FOLDER`) the files NAME.igs and NAME.stp
+For every NAME.json in a folder (written by `cargo run -p engine-benches --example export_cad -- FOLDER`) the files NAME.igs and NAME.stp
 beside it are read. The JSON lists the shapes in the order of the file: kind ("curve" or "surface"), name, parameters and the
 places there. Every shape must be read as one B-spline, give the same places at the same parameters, have its name, and faces
 must be valid shapes for the kernel. Exit status 1 if anything differs.

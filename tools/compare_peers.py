@@ -189,7 +189,7 @@ CASES = [
 
 
 def build():
-    command = ["cargo", "build", "--release", "--quiet", "--locked", "--package", "flankfit-engine"]
+    command = ["cargo", "build", "--release", "--quiet", "--locked", "--package", "engine-benches"]
     subprocess.run([*command, "--example", "compare_peers"], cwd=ROOT, check=True)
     target = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
     return target / "release" / "examples" / "compare_peers"

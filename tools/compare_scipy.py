@@ -120,7 +120,7 @@ def differences(d, work, result, mine):
 
 
 def build():
-    command = ["cargo", "build", "--release", "--quiet", "--locked", "--example", "compare_scipy"]
+    command = ["cargo", "build", "--release", "--quiet", "--locked", "--package", "engine-benches", "--example", "compare_scipy"]
     subprocess.run(command, cwd=ROOT, check=True)
     target = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
     return target / "release" / "examples" / "compare_scipy"

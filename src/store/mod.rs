@@ -5,6 +5,9 @@
 //! A store adds its SQL: one `impl Read<Readers> for …` of each read and one
 //! `impl Write<Connection> for …` of each write.
 
+#[macro_use]
+mod by_name;
+mod migrations;
 mod postgres;
 mod shared;
 mod sqlite;

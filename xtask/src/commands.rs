@@ -78,7 +78,7 @@ fn clients(_: &[String]) -> Outcome {
 }
 
 fn cad(_: &[String]) -> Outcome {
-    run(cargo().args(["run", "--locked", "-p", "flankfit-engine", "--example", "export_cad", "--", "target/cad"]))?;
+    run(cargo().args(["run", "--locked", "-p", "engine-benches", "--example", "export_cad", "--", "target/cad"]))?;
     run(program(python()?).args(["tools/check_cad.py", "target/cad"]))
 }
 

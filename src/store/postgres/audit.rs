@@ -18,11 +18,11 @@ use crate::{
 
 /// The last entries of chains.
 pub async fn heads(db: &mut PgConnection, chains: &[Uuid]) -> Result<Vec<(Uuid, HeadRow)>, sqlx::Error> {
-    #[derive(FromRow)]
-    struct Row {
-        chain: Uuid,
-        #[sqlx(flatten)]
-        head: HeadRow,
+    row! {
+        struct Row {
+            @head: HeadRow,
+            chain: Uuid,
+        }
     }
     let rows: Vec<Row> = sqlx::query_as(
         "SELECT c.chain, a.number, a.sha256 FROM unnest($1::uuid[]) AS c (chain) CROSS JOIN LATERAL

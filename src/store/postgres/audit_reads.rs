@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use futures_util::TryStreamExt as _;
-use sqlx::{FromRow, PgConnection, PgPool};
+use sqlx::{FromRow as _, PgConnection, PgPool};
 use uuid::Uuid;
 
 use super::{audit, audit_keys, jobs, locate::signed, open::snapshot};

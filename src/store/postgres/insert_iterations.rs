@@ -8,7 +8,7 @@
 use std::collections::{BTreeMap, HashMap, HashSet};
 
 use jiff::Timestamp;
-use sqlx::{FromRow, PgConnection};
+use sqlx::{PgConnection};
 use uuid::Uuid;
 
 use super::{
@@ -78,15 +78,15 @@ impl Numbered<'_> {
     }
 }
 
-/// A job with the last number given in it.
-#[derive(FromRow)]
-struct JobRow {
-    id: Uuid,
-    tenant: String,
-    gear: Option<String>,
-    last_number: Integer<u32>,
-    #[sqlx(flatten)]
-    purge: JobPurge,
+row! {
+    /// A job with the last number given in it.
+    struct JobRow {
+        @purge: JobPurge,
+        id: Uuid,
+        tenant: String,
+        gear: Option<String>,
+        last_number: Integer<u32>,
+    }
 }
 
 async fn last_numbers(db: &mut PgConnection, incoming: &[Incoming<'_>]) -> Outcome<HashMap<Uuid, JobRow>> {

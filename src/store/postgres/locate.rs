@@ -82,12 +82,12 @@ pub async fn which_is_missing(db: &mut PgConnection, tenant: &Tenant, job: Uuid)
     }
 }
 
-#[derive(FromRow)]
-struct VersionRow {
-    /// Of a job that has no iteration of this number there is none.
-    version: Option<Integer<u64>>,
-    #[sqlx(flatten)]
-    purge: JobPurge,
+row! {
+    struct VersionRow {
+        @purge: JobPurge,
+        /// Of a job that has no iteration of this number there is none.
+        version: Option<Integer<u64>>,
+    }
 }
 
 /// The version of an iteration that is to be written to.

@@ -8,10 +8,10 @@ use sqlx::{
 };
 
 use super::{error::PostgresError, folded, settings::PostgresSettings};
-use crate::jobs::Unfit;
+use crate::{jobs::Unfit, store::migrations::embedded};
 
 static MIGRATIONS: LazyLock<Migrator> = LazyLock::new(|| {
-    let mut migrations = sqlx::migrate!("./migrations/postgres");
+    let mut migrations = embedded("postgres/");
     // the next version may have been here already; `schema_floor` tells whether that matters
     migrations.set_ignore_missing(true);
     migrations

@@ -3,7 +3,7 @@
 use std::{io, time::Duration};
 
 use sqlx::{
-    Connection as _, FromRow, PgConnection, PgPool, Postgres, SqlSafeStr as _, Transaction,
+    Connection as _, PgConnection, PgPool, Postgres, SqlSafeStr as _, Transaction,
     postgres::{PgConnectOptions, PgPoolOptions},
 };
 use tracing::Instrument as _;
@@ -17,14 +17,15 @@ const CONNECT_TIME: Duration = Duration::from_secs(5);
 /// PostgreSQL 15.
 const OLDEST: i64 = 15_00_00;
 
-#[derive(FromRow)]
-struct Server {
-    version: i64,
-    in_recovery: bool,
-    encoding: String,
-    fsync: String,
-    full_page_writes: String,
-    synchronous_commit: String,
+row! {
+    struct Server {
+        version: i64,
+        in_recovery: bool,
+        encoding: String,
+        fsync: String,
+        full_page_writes: String,
+        synchronous_commit: String,
+    }
 }
 
 /// A connection to a server that may be written to.

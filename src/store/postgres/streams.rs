@@ -1,6 +1,6 @@
 //! Streams: from their opening to the iteration that they become.
 
-use sqlx::{FromRow, PgConnection, PgPool};
+use sqlx::{PgConnection, PgPool};
 use uuid::Uuid;
 
 use super::{
@@ -76,11 +76,11 @@ impl Read<PgPool> for ListStreams {
     }
 }
 
-#[derive(FromRow)]
-struct JobOfStream {
-    gear: Option<String>,
-    #[sqlx(flatten)]
-    purge: JobPurge,
+row! {
+    struct JobOfStream {
+        @purge: JobPurge,
+        gear: Option<String>,
+    }
 }
 
 impl Write<Session> for InsertStream {

@@ -3,17 +3,16 @@
 use std::collections::VecDeque;
 
 use futures_util::{TryStream, TryStreamExt as _};
-use sqlx::FromRow;
 
 use super::{columns::Integer, row::TracedFitRow};
 use crate::jobs::{Cursor, Page, TracedFit};
 
-/// An entry of a list that is read page by page, with its place in it.
-#[derive(FromRow)]
-pub struct Listed<T> {
-    place: Integer<u64>,
-    #[sqlx(flatten)]
-    row: T,
+row! {
+    /// An entry of a list that is read page by page, with its place in it.
+    pub struct Listed<T> {
+        @row: T,
+        place: Integer<u64>,
+    }
 }
 
 /// A page of so many entries. One row more than that tells whether there is a next page.
@@ -21,12 +20,12 @@ pub fn page<T, U: From<T>>(rows: Vec<Listed<T>>, limit: u32) -> Page<U> {
     Page::of(rows, limit, |row| Cursor::after_number(row.place.0)).map(|row| row.row.into())
 }
 
-/// An entry of a list of which the last are read, with the length of the whole list.
-#[derive(FromRow)]
-pub struct Counted<T> {
-    pub total: Integer<u64>,
-    #[sqlx(flatten)]
-    pub row: T,
+row! {
+    /// An entry of a list of which the last are read, with the length of the whole list.
+    pub struct Counted<T> {
+        @pub row: T,
+        pub total: Integer<u64>,
+    }
 }
 
 /// Entries that were read newest first, in their order, and how many stand before them.

@@ -2,7 +2,6 @@
 //! they are written, so they are compared here and not by the database; the rows are short.
 
 use futures_util::{TryStream, TryStreamExt as _};
-use sqlx::FromRow;
 use uuid::Uuid;
 
 use super::{
@@ -13,12 +12,12 @@ use crate::jobs::{
     MadeCorrection, Measurand, MeasuredIteration, Predecessor, Predecessors, RecordKind, Rounds, Successors,
 };
 
-/// An iteration, without the axes.
-#[derive(FromRow)]
-pub struct SuccessorRow {
-    number: Integer<u32>,
-    #[sqlx(flatten)]
-    measurand: MeasurandRow,
+row! {
+    /// An iteration, without the axes.
+    pub struct SuccessorRow {
+        @measurand: MeasurandRow,
+        number: Integer<u32>,
+    }
 }
 
 /// Of an iteration and those after it, in order: the first after it, and the first that is of the
@@ -46,13 +45,13 @@ pub async fn successors(
     Ok(found)
 }
 
-/// An iteration with its chosen fit.
-#[derive(FromRow)]
-pub struct PredecessorRow {
-    number: Integer<u32>,
-    #[sqlx(flatten)]
-    measurand: MeasurandRow,
-    fit_id: Uuid,
+row! {
+    /// An iteration with its chosen fit.
+    pub struct PredecessorRow {
+        @measurand: MeasurandRow,
+        number: Integer<u32>,
+        fit_id: Uuid,
+    }
 }
 
 /// Of iterations with the greatest number first, those that are of the flank and tooth wanted, in
@@ -75,22 +74,23 @@ pub async fn predecessors(
     Ok(found)
 }
 
-/// An iteration with its time, without the axes.
-#[derive(FromRow)]
-pub struct MeasuredRow {
-    number: Integer<u32>,
-    #[sqlx(flatten)]
-    measurand: MeasurandRow,
-    created_at: Moment,
+row! {
+    /// An iteration with its time, without the axes.
+    pub struct MeasuredRow {
+        @measurand: MeasurandRow,
+        number: Integer<u32>,
+        created_at: Moment,
+    }
 }
 
-/// A correction without its texts.
-#[derive(FromRow)]
-pub struct CorrectionRow {
-    number: Integer<u32>,
-    id: Uuid,
-    kind: RecordKind,
-    created_at: Moment,
+row! {
+    /// A correction without its texts.
+    pub struct CorrectionRow {
+        number: Integer<u32>,
+        id: Uuid,
+        kind: RecordKind,
+        created_at: Moment,
+    }
 }
 
 /// The rounds of a job, of its iterations by number and its corrections by time.

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use futures_util::TryStreamExt as _;
-use sqlx::{FromRow, SqliteConnection, SqlitePool};
+use sqlx::{FromRow as _, SqliteConnection, SqlitePool};
 use uuid::Uuid;
 
 use super::{audit, audit_keys, jobs, locate::signed};

@@ -11,7 +11,7 @@ use std::{
 };
 
 use jiff::Timestamp;
-use sqlx::{AssertSqlSafe, FromRow, SqliteConnection};
+use sqlx::{AssertSqlSafe, SqliteConnection};
 use uuid::Uuid;
 
 use super::{
@@ -114,16 +114,16 @@ struct LastNumbers {
     fit: i64,
 }
 
-#[derive(FromRow)]
-struct JobCounters {
-    tenant: String,
-    seq: i64,
-    last_number: Integer<u32>,
-    gear: Option<String>,
-    #[sqlx(flatten)]
-    purge: JobPurge,
-    head_number: Option<Integer<u64>>,
-    head_sha256: Option<Digest>,
+row! {
+    struct JobCounters {
+        @purge: JobPurge,
+        tenant: String,
+        seq: i64,
+        last_number: Integer<u32>,
+        gear: Option<String>,
+        head_number: Option<Integer<u64>>,
+        head_sha256: Option<Digest>,
+    }
 }
 
 impl JobCounters {
@@ -134,13 +134,13 @@ impl JobCounters {
     }
 }
 
-#[derive(FromRow)]
-struct CountersRow {
-    id: Uuid,
-    #[sqlx(flatten)]
-    job: JobCounters,
-    last_iteration: i64,
-    last_fit: i64,
+row! {
+    struct CountersRow {
+        @job: JobCounters,
+        id: Uuid,
+        last_iteration: i64,
+        last_fit: i64,
+    }
 }
 
 impl LastNumbers {

@@ -8,12 +8,12 @@ use crate::{
     store::shared::{Counted, Integer, JobPurge, Outcome, StoreError, in_order},
 };
 
-/// A row with the key that SQLite gave it.
-#[derive(FromRow)]
-pub struct WithSeq<T> {
-    pub seq: i64,
-    #[sqlx(flatten)]
-    pub row: T,
+row! {
+    /// A row with the key that SQLite gave it.
+    pub struct WithSeq<T> {
+        @pub row: T,
+        pub seq: i64,
+    }
 }
 
 /// A job's row.
@@ -81,14 +81,14 @@ pub struct IterationVersion {
     pub version: u64,
 }
 
-#[derive(FromRow)]
-struct IterationVersionRow {
-    /// Of a job that has no iteration of this number there is none.
-    seq: Option<i64>,
-    /// Nor is there a version.
-    version: Option<Integer<u64>>,
-    #[sqlx(flatten)]
-    purge: JobPurge,
+row! {
+    struct IterationVersionRow {
+        @purge: JobPurge,
+        /// Of a job that has no iteration of this number there is none.
+        seq: Option<i64>,
+        /// Nor is there a version.
+        version: Option<Integer<u64>>,
+    }
 }
 
 /// An iteration that is to be written to.

@@ -1,6 +1,11 @@
 //! Opening the database: options, migrations, the writing connection and the readers.
 
-use std::{path::PathBuf, str::FromStr, sync::Arc, time::Duration};
+use std::{
+    path::PathBuf,
+    str::FromStr,
+    sync::{Arc, LazyLock},
+    time::Duration,
+};
 
 use sqlx::{
     ConnectOptions, SqliteConnection, SqlitePool,
@@ -9,9 +14,9 @@ use sqlx::{
 };
 
 use super::{error::OpenError, folded};
-use crate::store::shared::READING;
+use crate::store::{migrations::embedded, shared::READING};
 
-static MIGRATIONS: Migrator = sqlx::migrate!("./migrations");
+static MIGRATIONS: LazyLock<Migrator> = LazyLock::new(|| embedded(""));
 
 /// Every migration that this version knows, oldest first.
 pub fn migrations() -> &'static Migrator {

@@ -1,6 +1,6 @@
 //! Streams: from their opening to the iteration that they become.
 
-use sqlx::{FromRow, SqliteConnection, SqlitePool};
+use sqlx::{SqliteConnection, SqlitePool};
 use uuid::Uuid;
 
 use super::{
@@ -73,12 +73,12 @@ impl Read<SqlitePool> for ListStreams {
     }
 }
 
-#[derive(FromRow)]
-struct JobOfStream {
-    seq: i64,
-    gear: Option<String>,
-    #[sqlx(flatten)]
-    purge: JobPurge,
+row! {
+    struct JobOfStream {
+        @purge: JobPurge,
+        seq: i64,
+        gear: Option<String>,
+    }
 }
 
 impl Write<SqliteConnection> for InsertStream {

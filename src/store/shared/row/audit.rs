@@ -1,6 +1,5 @@
 //! Entries of the audit.
 
-use sqlx::FromRow;
 use uuid::Uuid;
 
 use crate::{
@@ -22,20 +21,21 @@ macro_rules! entry_columns {
 }
 pub(in crate::store) use entry_columns;
 
-#[derive(FromRow)]
-pub struct EntryRow {
-    number: Integer<u64>,
-    id: Uuid,
-    at: Moment,
-    actor: String,
-    action: String,
-    target: String,
-    request_id: Option<String>,
-    peer: Option<String>,
-    contents: Vec<u8>,
-    outcome: String,
-    previous: Digest,
-    sha256: Digest,
+row! {
+    pub struct EntryRow {
+        number: Integer<u64>,
+        id: Uuid,
+        at: Moment,
+        actor: String,
+        action: String,
+        target: String,
+        request_id: Option<String>,
+        peer: Option<String>,
+        contents: Vec<u8>,
+        outcome: String,
+        previous: Digest,
+        sha256: Digest,
+    }
 }
 
 impl EntryRow {
@@ -65,11 +65,12 @@ pub fn entries(rows: Vec<EntryRow>, limit: u32) -> Outcome<Page<Entry>> {
     Ok(Page::of(rows, limit, |entry| Cursor::after_number(entry.number)))
 }
 
-/// The last entry of a chain.
-#[derive(FromRow)]
-pub struct HeadRow {
-    number: Integer<u64>,
-    sha256: Digest,
+row! {
+    /// The last entry of a chain.
+    pub struct HeadRow {
+        number: Integer<u64>,
+        sha256: Digest,
+    }
 }
 
 impl From<HeadRow> for Head {

@@ -1,6 +1,5 @@
 //! Fits, choices and decisions of an iteration.
 
-use sqlx::FromRow;
 use uuid::Uuid;
 
 use crate::{
@@ -17,18 +16,19 @@ macro_rules! figure_columns {
 }
 pub(in crate::store) use figure_columns;
 
-#[derive(FromRow)]
-pub struct FigureRow {
-    lambda_star: Option<f64>,
-    criterion: Option<CriterionName>,
-    scheme: Option<SchemeName>,
-    count: Option<Integer<u32>>,
-    condition: Option<f64>,
-    regularized_condition: Option<f64>,
-    bias_norm: Option<f64>,
-    bias_sharp_bound: Option<f64>,
-    rms: Option<f64>,
-    max_abs: Option<f64>,
+row! {
+    pub struct FigureRow {
+        lambda_star: Option<f64>,
+        criterion: Option<CriterionName>,
+        scheme: Option<SchemeName>,
+        count: Option<Integer<u32>>,
+        condition: Option<f64>,
+        regularized_condition: Option<f64>,
+        bias_norm: Option<f64>,
+        bias_sharp_bound: Option<f64>,
+        rms: Option<f64>,
+        max_abs: Option<f64>,
+    }
 }
 
 impl From<FigureRow> for Figures {
@@ -48,12 +48,13 @@ impl From<FigureRow> for Figures {
     }
 }
 
-/// When something was said, by whom and why.
-#[derive(FromRow)]
-pub struct ReasonRow {
-    reason: Option<String>,
-    actor: Option<String>,
-    created_at: Moment,
+row! {
+    /// When something was said, by whom and why.
+    pub struct ReasonRow {
+        reason: Option<String>,
+        actor: Option<String>,
+        created_at: Moment,
+    }
 }
 
 impl From<ReasonRow> for Event {
@@ -62,15 +63,15 @@ impl From<ReasonRow> for Event {
     }
 }
 
-#[derive(FromRow)]
-pub struct FitRow {
-    id: Uuid,
-    #[sqlx(flatten)]
-    event: ReasonRow,
-    chosen: bool,
-    flank_figures: Option<String>,
-    spec: Document,
-    result: Document,
+row! {
+    pub struct FitRow {
+        @event: ReasonRow,
+        id: Uuid,
+        chosen: bool,
+        flank_figures: Option<String>,
+        spec: Document,
+        result: Document,
+    }
 }
 
 impl FitRow {
@@ -93,16 +94,15 @@ impl From<FitRow> for FitRecord {
     }
 }
 
-#[derive(FromRow)]
-pub struct FitSummaryRow {
-    id: Uuid,
-    #[sqlx(flatten)]
-    event: ReasonRow,
-    chosen: bool,
-    chosen_by: Option<String>,
-    flank_figures: Option<String>,
-    #[sqlx(flatten)]
-    figures: FigureRow,
+row! {
+    pub struct FitSummaryRow {
+        @event: ReasonRow,
+        @figures: FigureRow,
+        id: Uuid,
+        chosen: bool,
+        chosen_by: Option<String>,
+        flank_figures: Option<String>,
+    }
 }
 
 impl From<FitSummaryRow> for FitSummary {
@@ -118,14 +118,14 @@ impl From<FitSummaryRow> for FitSummary {
     }
 }
 
-#[derive(FromRow)]
-pub struct TracedFitRow {
-    #[sqlx(flatten)]
-    summary: FitSummaryRow,
-    coefficients: Option<Document>,
-    prior: Option<Document>,
-    /// Where neither is kept beside it; empty where it was purged.
-    result: Option<Document>,
+row! {
+    pub struct TracedFitRow {
+        @summary: FitSummaryRow,
+        coefficients: Option<Document>,
+        prior: Option<Document>,
+        /// Where neither is kept beside it; empty where it was purged.
+        result: Option<Document>,
+    }
 }
 
 impl From<TracedFitRow> for TracedFit {
@@ -141,12 +141,13 @@ impl From<TracedFitRow> for TracedFit {
     }
 }
 
-/// What was chosen or decided last of an iteration, and why.
-#[derive(FromRow)]
-pub struct Latest<W> {
-    position: i64,
-    what: W,
-    reason: Option<String>,
+row! {
+    /// What was chosen or decided last of an iteration, and why.
+    pub struct Latest<W> {
+        position: i64,
+        what: W,
+        reason: Option<String>,
+    }
 }
 
 impl<W: PartialEq> Latest<W> {
@@ -161,11 +162,11 @@ impl<W: PartialEq> Latest<W> {
     }
 }
 
-#[derive(FromRow)]
-pub struct ChoiceRow {
-    fit_id: Uuid,
-    #[sqlx(flatten)]
-    event: ReasonRow,
+row! {
+    pub struct ChoiceRow {
+        @event: ReasonRow,
+        fit_id: Uuid,
+    }
 }
 
 impl From<ChoiceRow> for Choice {
@@ -174,12 +175,12 @@ impl From<ChoiceRow> for Choice {
     }
 }
 
-#[derive(FromRow)]
-pub struct DecisionRow {
-    decision: Decision,
-    concession: Option<i64>,
-    #[sqlx(flatten)]
-    event: ReasonRow,
+row! {
+    pub struct DecisionRow {
+        @event: ReasonRow,
+        decision: Decision,
+        concession: Option<i64>,
+    }
 }
 
 impl From<DecisionRow> for DecisionEvent {

@@ -1,7 +1,6 @@
 //! Rows of a job as the audit finds them: each with the number of its iteration, and read for its
 //! digest alone.
 
-use sqlx::FromRow;
 use uuid::Uuid;
 
 use super::{
@@ -27,14 +26,13 @@ pub trait FoundRow {
     fn digest(self) -> Sha256Digest;
 }
 
-#[derive(FromRow)]
-pub struct FoundIteration {
-    id: Uuid,
-    #[sqlx(flatten)]
-    measurand: MeasurandRow,
-    #[sqlx(flatten)]
-    details: DetailsRow,
-    created_at: Moment,
+row! {
+    pub struct FoundIteration {
+        @measurand: MeasurandRow,
+        @details: DetailsRow,
+        id: Uuid,
+        created_at: Moment,
+    }
 }
 
 impl FoundRow for FoundIteration {
@@ -45,10 +43,11 @@ impl FoundRow for FoundIteration {
     }
 }
 
-#[derive(FromRow)]
-pub struct FoundNodes {
-    count: Integer<u64>,
-    data: Vec<u8>,
+row! {
+    pub struct FoundNodes {
+        count: Integer<u64>,
+        data: Vec<u8>,
+    }
 }
 
 impl FoundRow for FoundNodes {
@@ -59,26 +58,25 @@ impl FoundRow for FoundNodes {
     }
 }
 
-#[derive(FromRow)]
-struct FoundFit {
-    id: Uuid,
-    #[sqlx(flatten)]
-    event: ReasonRow,
-    #[sqlx(flatten)]
-    figures: FigureRow,
-    spec: Document,
-    result: Document,
-    flank_figures: Option<String>,
+row! {
+    struct FoundFit {
+        @event: ReasonRow,
+        @figures: FigureRow,
+        id: Uuid,
+        spec: Document,
+        result: Document,
+        flank_figures: Option<String>,
+    }
 }
 
-/// A fit with what the trace tells of it, where columns of their own have what is in its result as
-/// well.
-#[derive(FromRow)]
-pub struct FoundFitTold {
-    #[sqlx(flatten)]
-    fit: FoundFit,
-    coefficients: Option<Document>,
-    prior: Option<Document>,
+row! {
+    /// A fit with what the trace tells of it, where columns of their own have what is in its result as
+    /// well.
+    pub struct FoundFitTold {
+        @fit: FoundFit,
+        coefficients: Option<Document>,
+        prior: Option<Document>,
+    }
 }
 
 fn text(document: &Option<Document>) -> Option<&str> {
@@ -124,15 +122,15 @@ impl FoundRow for RecordRow {
     }
 }
 
-#[derive(FromRow)]
-pub struct FoundStreamRow {
-    id: Uuid,
-    spec: Document,
-    forgetting_factor: f64,
-    #[sqlx(flatten)]
-    measurand: MeasurandRow,
-    created_at: Moment,
-    open: bool,
+row! {
+    pub struct FoundStreamRow {
+        @measurand: MeasurandRow,
+        id: Uuid,
+        spec: Document,
+        forgetting_factor: f64,
+        created_at: Moment,
+        open: bool,
+    }
 }
 
 impl From<FoundStreamRow> for (Uuid, FoundStream) {
@@ -143,13 +141,14 @@ impl From<FoundStreamRow> for (Uuid, FoundStream) {
     }
 }
 
-#[derive(FromRow)]
-pub struct FoundBlock {
-    stream: Uuid,
-    sequence: Integer<u64>,
-    sha256: Digest,
-    count: Integer<u64>,
-    data: Vec<u8>,
+row! {
+    pub struct FoundBlock {
+        stream: Uuid,
+        sequence: Integer<u64>,
+        sha256: Digest,
+        count: Integer<u64>,
+        data: Vec<u8>,
+    }
 }
 
 impl From<FoundBlock> for ((Uuid, u64), Sha256Digest) {

@@ -1,6 +1,6 @@
 //! Iterations, and what they are of.
 
-use sqlx::FromRow;
+use sqlx::{ColumnIndex, Decode, FromRow, Row, Type};
 use uuid::Uuid;
 
 use super::fit::FitSummaryRow;
@@ -13,28 +13,49 @@ use crate::{
 };
 use flankfit_engine::estimation::Nodes;
 
-#[derive(FromRow)]
-pub struct MeasurandRow {
-    flank: Option<Flank>,
-    tooth: Option<String>,
-    axes: Option<String>,
-    /// Missing in rows of streams.
-    #[sqlx(default)]
-    units_accepted: bool,
-}
-
-impl From<MeasurandRow> for Measurand {
-    fn from(MeasurandRow { flank, tooth, axes, units_accepted }: MeasurandRow) -> Self {
-        Measurand { flank: flank.map(|Flank(side)| side), tooth, axes: axes.map(Into::into), units_accepted }
+row! {
+    pub struct MeasurandRow {
+        @units_accepted: UnitsAccepted,
+        flank: Option<Flank>,
+        tooth: Option<String>,
+        axes: Option<String>,
     }
 }
 
-#[derive(FromRow)]
-pub struct DetailsRow {
-    measured_at: Option<Moment>,
-    instrument: Option<String>,
-    operator: Option<String>,
-    note: Option<String>,
+/// Whether the units were accepted; rows without the column are those of streams or need no answer.
+pub struct UnitsAccepted(bool);
+
+impl<'r, R: Row> FromRow<'r, R> for UnitsAccepted
+where
+    &'static str: ColumnIndex<R>,
+    bool: Decode<'r, R::Database> + Type<R::Database>,
+{
+    fn from_row(row: &'r R) -> Result<Self, sqlx::Error> {
+        match row.try_get("units_accepted") {
+            Err(sqlx::Error::ColumnNotFound(_)) => Ok(UnitsAccepted(false)),
+            found => found.map(UnitsAccepted),
+        }
+    }
+}
+
+impl From<MeasurandRow> for Measurand {
+    fn from(row: MeasurandRow) -> Self {
+        Measurand {
+            flank: row.flank.map(|Flank(side)| side),
+            tooth: row.tooth,
+            axes: row.axes.map(Into::into),
+            units_accepted: row.units_accepted.0,
+        }
+    }
+}
+
+row! {
+    pub struct DetailsRow {
+        measured_at: Option<Moment>,
+        instrument: Option<String>,
+        operator: Option<String>,
+        note: Option<String>,
+    }
 }
 
 impl From<DetailsRow> for MeasurementDetails {
@@ -43,17 +64,16 @@ impl From<DetailsRow> for MeasurementDetails {
     }
 }
 
-#[derive(FromRow)]
-pub struct IterationRow {
-    id: Uuid,
-    #[sqlx(flatten)]
-    measurand: MeasurandRow,
-    #[sqlx(flatten)]
-    details: DetailsRow,
-    created_at: Moment,
-    node_count: Integer<u64>,
-    version: Integer<u64>,
-    purged_at: Option<Moment>,
+row! {
+    pub struct IterationRow {
+        @measurand: MeasurandRow,
+        @details: DetailsRow,
+        id: Uuid,
+        created_at: Moment,
+        node_count: Integer<u64>,
+        version: Integer<u64>,
+        purged_at: Option<Moment>,
+    }
 }
 
 impl IterationRow {
@@ -81,16 +101,16 @@ impl IterationRow {
     }
 }
 
-#[derive(FromRow)]
-pub struct TracedIterationRow {
-    id: Uuid,
-    number: Integer<u32>,
-    #[sqlx(flatten)]
-    measurand: MeasurandRow,
-    measured_at: Option<Moment>,
-    instrument: Option<String>,
-    operator: Option<String>,
-    created_at: Moment,
+row! {
+    pub struct TracedIterationRow {
+        @measurand: MeasurandRow,
+        id: Uuid,
+        number: Integer<u32>,
+        measured_at: Option<Moment>,
+        instrument: Option<String>,
+        operator: Option<String>,
+        created_at: Moment,
+    }
 }
 
 impl From<TracedIterationRow> for TracedIteration {
@@ -113,21 +133,20 @@ impl From<TracedIterationRow> for TracedIteration {
     }
 }
 
-/// Its columns have names of their own where those of the fit have the same.
-#[derive(FromRow)]
-pub struct ListedIterationRow {
-    iteration_id: Uuid,
-    number: Integer<u32>,
-    #[sqlx(flatten)]
-    measurand: MeasurandRow,
-    measured_at: Option<Moment>,
-    instrument: Option<String>,
-    operator: Option<String>,
-    stored_at: Moment,
-    decision: Option<Decision>,
-    decided_by: Option<String>,
-    #[sqlx(flatten)]
-    fit: FitSummaryRow,
+row! {
+    /// Its columns have names of their own where those of the fit have the same.
+    pub struct ListedIterationRow {
+        @measurand: MeasurandRow,
+        @fit: FitSummaryRow,
+        iteration_id: Uuid,
+        number: Integer<u32>,
+        measured_at: Option<Moment>,
+        instrument: Option<String>,
+        operator: Option<String>,
+        stored_at: Moment,
+        decision: Option<Decision>,
+        decided_by: Option<String>,
+    }
 }
 
 impl From<ListedIterationRow> for ListedIteration {
@@ -147,11 +166,12 @@ impl From<ListedIterationRow> for ListedIteration {
     }
 }
 
-/// Nodes, unless they are longer than what was asked for, with their length.
-#[derive(FromRow)]
-pub struct NodesRow {
-    length: Integer<usize>,
-    data: Option<NodesColumn>,
+row! {
+    /// Nodes, unless they are longer than what was asked for, with their length.
+    pub struct NodesRow {
+        length: Integer<usize>,
+        data: Option<NodesColumn>,
+    }
 }
 
 impl NodesRow {
@@ -167,11 +187,12 @@ impl From<NodesRow> for Result<Nodes, usize> {
     }
 }
 
-/// A tooth that was measured, by an iteration or by a stream that may become one.
-#[derive(FromRow)]
-pub struct MeasuredTooth {
-    tooth: String,
-    iteration: Option<Integer<u32>>,
+row! {
+    /// A tooth that was measured, by an iteration or by a stream that may become one.
+    pub struct MeasuredTooth {
+        tooth: String,
+        iteration: Option<Integer<u32>>,
+    }
 }
 
 impl MeasuredTooth {

@@ -1,6 +1,5 @@
 //! Jobs, and answers kept under idempotency keys.
 
-use sqlx::FromRow;
 use uuid::Uuid;
 
 use crate::{
@@ -16,20 +15,21 @@ macro_rules! job_columns {
 }
 pub(in crate::store) use job_columns;
 
-#[derive(FromRow)]
-pub struct JobRow {
-    id: Uuid,
-    name: String,
-    part_number: Option<String>,
-    serial_number: Option<String>,
-    machine: Option<String>,
-    gear: Option<String>,
-    requirements: Option<String>,
-    tags: Tags,
-    version: Integer<u64>,
-    created_at: Moment,
-    updated_at: Moment,
-    purged_at: Option<Moment>,
+row! {
+    pub struct JobRow {
+        id: Uuid,
+        name: String,
+        part_number: Option<String>,
+        serial_number: Option<String>,
+        machine: Option<String>,
+        gear: Option<String>,
+        requirements: Option<String>,
+        tags: Tags,
+        version: Integer<u64>,
+        created_at: Moment,
+        updated_at: Moment,
+        purged_at: Option<Moment>,
+    }
 }
 
 impl From<JobRow> for Job {
@@ -51,16 +51,17 @@ impl From<JobRow> for Job {
     }
 }
 
-/// An answer kept under an idempotency key: whole, or around the result of a fit.
-#[derive(FromRow)]
-pub struct AnswerRow {
-    request_sha256: Digest,
-    status: Integer<u16>,
-    location: Option<String>,
-    etag: Option<String>,
-    body: Vec<u8>,
-    result: Option<Document>,
-    body_end: Option<Vec<u8>>,
+row! {
+    /// An answer kept under an idempotency key: whole, or around the result of a fit.
+    pub struct AnswerRow {
+        request_sha256: Digest,
+        status: Integer<u16>,
+        location: Option<String>,
+        etag: Option<String>,
+        body: Vec<u8>,
+        result: Option<Document>,
+        body_end: Option<Vec<u8>>,
+    }
 }
 
 impl From<AnswerRow> for ([u8; 32], Answer) {

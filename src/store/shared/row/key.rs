@@ -1,6 +1,5 @@
 //! Keys and tenants.
 
-use sqlx::FromRow;
 use uuid::Uuid;
 
 use crate::{
@@ -18,20 +17,21 @@ macro_rules! key_columns {
 }
 pub(in crate::store) use key_columns;
 
-#[derive(FromRow)]
-pub struct KeyRow {
-    id: KeyId,
-    tenant: Tenant,
-    name: String,
-    role: Option<Role>,
-    scopes: Scopes,
-    san: Option<San>,
-    version: Integer<u64>,
-    created_at: Moment,
-    expires_at: Option<Moment>,
-    last_used_at: Option<Moment>,
-    revoked_at: Option<Moment>,
-    replaced_by: Option<KeyId>,
+row! {
+    pub struct KeyRow {
+        id: KeyId,
+        tenant: Tenant,
+        name: String,
+        role: Option<Role>,
+        scopes: Scopes,
+        san: Option<San>,
+        version: Integer<u64>,
+        created_at: Moment,
+        expires_at: Option<Moment>,
+        last_used_at: Option<Moment>,
+        revoked_at: Option<Moment>,
+        replaced_by: Option<KeyId>,
+    }
 }
 
 impl From<KeyRow> for ApiKey {
@@ -53,12 +53,12 @@ impl From<KeyRow> for ApiKey {
     }
 }
 
-/// A key with the digest of its secret.
-#[derive(FromRow)]
-pub struct KeptKeyRow {
-    #[sqlx(flatten)]
-    key: KeyRow,
-    sha256: Option<Digest>,
+row! {
+    /// A key with the digest of its secret.
+    pub struct KeptKeyRow {
+        @key: KeyRow,
+        sha256: Option<Digest>,
+    }
 }
 
 impl From<KeptKeyRow> for NewKey {
@@ -67,12 +67,12 @@ impl From<KeptKeyRow> for NewKey {
     }
 }
 
-#[derive(FromRow)]
-pub struct KnownKeyRow {
-    #[sqlx(flatten)]
-    key: KeyRow,
-    sha256: Option<Digest>,
-    suspended: bool,
+row! {
+    pub struct KnownKeyRow {
+        @key: KeyRow,
+        sha256: Option<Digest>,
+        suspended: bool,
+    }
 }
 
 impl From<KnownKeyRow> for KnownKey {
@@ -90,15 +90,16 @@ macro_rules! plant_columns {
 }
 pub(in crate::store) use plant_columns;
 
-#[derive(FromRow)]
-pub struct PlantRow {
-    id: Uuid,
-    name: Tenant,
-    description: Option<String>,
-    suspended: bool,
-    version: Integer<u64>,
-    created_at: Moment,
-    updated_at: Moment,
+row! {
+    pub struct PlantRow {
+        id: Uuid,
+        name: Tenant,
+        description: Option<String>,
+        suspended: bool,
+        version: Integer<u64>,
+        created_at: Moment,
+        updated_at: Moment,
+    }
 }
 
 impl From<PlantRow> for Plant {

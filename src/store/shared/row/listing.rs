@@ -1,7 +1,6 @@
 //! Jobs as they are listed and counted.
 
 use jiff::civil::Date;
-use sqlx::FromRow;
 
 use super::job::JobRow;
 use crate::{
@@ -12,23 +11,23 @@ use crate::{
     },
 };
 
-#[derive(FromRow)]
-pub struct ListedJobRow {
-    #[sqlx(flatten)]
-    job: JobRow,
-    status: JobStatus,
-    iteration_count: Integer<u32>,
-    changed_at: Moment,
-    last_measured_at: Option<Moment>,
-    flank: Option<Flank>,
-    left_rank: Option<Integer<u8>>,
-    right_rank: Option<Integer<u8>>,
-    decision: Option<Decision>,
-    rms: Option<f64>,
-    condition: Option<f64>,
-    flank_figures: Option<String>,
-    class: Option<Integer<u8>>,
-    sort_name: String,
+row! {
+    pub struct ListedJobRow {
+        @job: JobRow,
+        status: JobStatus,
+        iteration_count: Integer<u32>,
+        changed_at: Moment,
+        last_measured_at: Option<Moment>,
+        flank: Option<Flank>,
+        left_rank: Option<Integer<u8>>,
+        right_rank: Option<Integer<u8>>,
+        decision: Option<Decision>,
+        rms: Option<f64>,
+        condition: Option<f64>,
+        flank_figures: Option<String>,
+        class: Option<Integer<u8>>,
+        sort_name: String,
+    }
 }
 
 impl From<ListedJobRow> for (ListedJob, String) {
@@ -53,30 +52,34 @@ impl From<ListedJobRow> for (ListedJob, String) {
     }
 }
 
-#[derive(FromRow)]
-pub struct StatusRow {
-    status: JobStatus,
-    jobs: Integer<u64>,
+row! {
+    pub struct StatusRow {
+        status: JobStatus,
+        jobs: Integer<u64>,
+    }
 }
 
-#[derive(FromRow)]
-pub struct MachineRow {
-    machine: String,
-    jobs: Integer<u64>,
+row! {
+    pub struct MachineRow {
+        machine: String,
+        jobs: Integer<u64>,
+    }
 }
 
-/// How many machines there are, and how many jobs have one.
-#[derive(FromRow)]
-pub struct MachinesRow {
-    machines: Integer<u64>,
-    jobs: Integer<u64>,
+row! {
+    /// How many machines there are, and how many jobs have one.
+    pub struct MachinesRow {
+        machines: Integer<u64>,
+        jobs: Integer<u64>,
+    }
 }
 
-/// A day as `2026-11-21`.
-#[derive(FromRow)]
-pub struct DayRow {
-    day: String,
-    jobs: Integer<u64>,
+row! {
+    /// A day as `2026-11-21`.
+    pub struct DayRow {
+        day: String,
+        jobs: Integer<u64>,
+    }
 }
 
 /// What was counted.

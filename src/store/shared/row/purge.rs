@@ -1,6 +1,5 @@
 //! Purges of jobs.
 
-use sqlx::FromRow;
 use uuid::Uuid;
 
 use crate::{
@@ -14,14 +13,15 @@ use crate::{
     },
 };
 
-/// The purge of a job as the audit finds it: with the time that stands in the job's own row, where
-/// every write looks.
-#[derive(FromRow)]
-pub struct FoundJobPurge {
-    purged_at: Option<Moment>,
-    at: Option<Moment>,
-    reason: Option<String>,
-    archive_sha256: Option<Digest>,
+row! {
+    /// The purge of a job as the audit finds it: with the time that stands in the job's own row, where
+    /// every write looks.
+    pub struct FoundJobPurge {
+        purged_at: Option<Moment>,
+        at: Option<Moment>,
+        reason: Option<String>,
+        archive_sha256: Option<Digest>,
+    }
 }
 
 impl FoundJobPurge {
@@ -38,11 +38,12 @@ impl FoundJobPurge {
     }
 }
 
-#[derive(FromRow)]
-pub struct PurgeRow {
-    at: Moment,
-    reason: String,
-    archive_sha256: Digest,
+row! {
+    pub struct PurgeRow {
+        at: Moment,
+        reason: String,
+        archive_sha256: Digest,
+    }
 }
 
 impl From<PurgeRow> for Purge {
@@ -61,12 +62,12 @@ impl PurgeRow {
     }
 }
 
-/// A purge of one of a tenant's jobs.
-#[derive(FromRow)]
-pub struct FoundPurge {
-    job: Uuid,
-    #[sqlx(flatten)]
-    purge: PurgeRow,
+row! {
+    /// A purge of one of a tenant's jobs.
+    pub struct FoundPurge {
+        @purge: PurgeRow,
+        job: Uuid,
+    }
 }
 
 impl FoundPurge {
@@ -81,11 +82,12 @@ pub fn purge_name(job: Uuid) -> String {
     format!("purge.{job}")
 }
 
-/// A job's purge, where a write looks the job up.
-#[derive(FromRow)]
-pub struct JobPurge {
-    purged_at: Option<Moment>,
-    purge_reason: Option<String>,
+row! {
+    /// A job's purge, where a write looks the job up.
+    pub struct JobPurge {
+        purged_at: Option<Moment>,
+        purge_reason: Option<String>,
+    }
 }
 
 impl JobPurge {

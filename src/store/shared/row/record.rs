@@ -1,6 +1,5 @@
 //! Records of an iteration.
 
-use sqlx::FromRow;
 use uuid::Uuid;
 
 use crate::{
@@ -8,14 +7,15 @@ use crate::{
     store::shared::columns::{Document, Integer, Moment},
 };
 
-#[derive(FromRow)]
-pub struct RecordSummaryRow {
-    id: Uuid,
-    kind: RecordKind,
-    method: String,
-    created_at: Moment,
-    actor: Option<String>,
-    measurand: Option<String>,
+row! {
+    pub struct RecordSummaryRow {
+        id: Uuid,
+        kind: RecordKind,
+        method: String,
+        created_at: Moment,
+        actor: Option<String>,
+        measurand: Option<String>,
+    }
 }
 
 impl From<RecordSummaryRow> for RecordSummary {
@@ -26,14 +26,14 @@ impl From<RecordSummaryRow> for RecordSummary {
     }
 }
 
-#[derive(FromRow)]
-pub struct RecordRow {
-    #[sqlx(flatten)]
-    summary: RecordSummaryRow,
-    request: Document,
-    result: Document,
-    gear: Option<String>,
-    class: Option<Integer<u8>>,
+row! {
+    pub struct RecordRow {
+        @summary: RecordSummaryRow,
+        request: Document,
+        result: Document,
+        gear: Option<String>,
+        class: Option<Integer<u8>>,
+    }
 }
 
 impl RecordRow {

@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 
 use jiff::{Timestamp, ToSpan as _};
-use sqlx::FromRow;
 use uuid::Uuid;
 
 use crate::{
@@ -22,17 +21,18 @@ macro_rules! seal_columns {
 }
 pub(in crate::store) use seal_columns;
 
-#[derive(FromRow)]
-pub struct SealRow {
-    tenant: Tenant,
-    number: Integer<u64>,
-    at: Moment,
-    heads: Integer<u64>,
-    root: Digest,
-    previous: Digest,
-    sha256: Digest,
-    signature: Option<Vec<u8>>,
-    public_key: Option<Vec<u8>>,
+row! {
+    pub struct SealRow {
+        tenant: Tenant,
+        number: Integer<u64>,
+        at: Moment,
+        heads: Integer<u64>,
+        root: Digest,
+        previous: Digest,
+        sha256: Digest,
+        signature: Option<Vec<u8>>,
+        public_key: Option<Vec<u8>>,
+    }
 }
 
 /// The bytes of a column; zeros where it has not got as many.
@@ -62,11 +62,12 @@ pub fn page_of_seals(rows: Vec<SealRow>, limit: u32) -> Page<Seal> {
     Page::of(rows.into_iter().map(Seal::from).collect(), limit, |seal| Cursor::after_number(seal.number))
 }
 
-#[derive(FromRow)]
-pub struct SealedHeadRow {
-    chain: Uuid,
-    number: Integer<u64>,
-    sha256: Digest,
+row! {
+    pub struct SealedHeadRow {
+        chain: Uuid,
+        number: Integer<u64>,
+        sha256: Digest,
+    }
 }
 
 impl From<SealedHeadRow> for SealedHead {
@@ -75,12 +76,12 @@ impl From<SealedHeadRow> for SealedHead {
     }
 }
 
-/// The last entry of a chain that grew.
-#[derive(FromRow)]
-pub struct GrownRow {
-    tenant: Tenant,
-    #[sqlx(flatten)]
-    head: SealedHeadRow,
+row! {
+    /// The last entry of a chain that grew.
+    pub struct GrownRow {
+        @head: SealedHeadRow,
+        tenant: Tenant,
+    }
 }
 
 /// Chains that grew, by their tenants.
@@ -92,24 +93,26 @@ pub fn grown(rows: Vec<GrownRow>) -> BTreeMap<Tenant, Vec<SealedHead>> {
     grown
 }
 
-/// The last seal of a tenant.
-#[derive(FromRow)]
-pub struct LastSealRow {
-    tenant: Tenant,
-    number: Integer<u64>,
-    sha256: Digest,
+row! {
+    /// The last seal of a tenant.
+    pub struct LastSealRow {
+        tenant: Tenant,
+        number: Integer<u64>,
+        sha256: Digest,
+    }
 }
 
 pub fn last_seals(rows: Vec<LastSealRow>) -> BTreeMap<Tenant, (u64, Sha256Digest)> {
     rows.into_iter().map(|row| (row.tenant, (row.number.0, row.sha256.0))).collect()
 }
 
-/// The seal of any tenant that was made last.
-#[derive(FromRow)]
-pub struct NewestSealRow {
-    at: Moment,
-    /// How far the audit was looked at for it.
-    pub upto: i64,
+row! {
+    /// The seal of any tenant that was made last.
+    pub struct NewestSealRow {
+        at: Moment,
+        /// How far the audit was looked at for it.
+        pub upto: i64,
+    }
 }
 
 impl NewestSealRow {

@@ -1,6 +1,5 @@
 //! Streams, their blocks, and the events of a job.
 
-use sqlx::FromRow;
 use uuid::Uuid;
 
 use super::iteration::MeasurandRow;
@@ -15,21 +14,21 @@ use crate::{
     },
 };
 
-#[derive(FromRow)]
-pub struct StreamRow {
-    id: Uuid,
-    job_id: Uuid,
-    spec: Document,
-    forgetting_factor: f64,
-    sequence: Integer<u64>,
-    node_count: Integer<u64>,
-    input_sha256: Digest,
-    #[sqlx(flatten)]
-    measurand: MeasurandRow,
-    iteration: Option<Integer<u32>>,
-    version: Integer<u64>,
-    created_at: Moment,
-    updated_at: Moment,
+row! {
+    pub struct StreamRow {
+        @measurand: MeasurandRow,
+        id: Uuid,
+        job_id: Uuid,
+        spec: Document,
+        forgetting_factor: f64,
+        sequence: Integer<u64>,
+        node_count: Integer<u64>,
+        input_sha256: Digest,
+        iteration: Option<Integer<u32>>,
+        version: Integer<u64>,
+        created_at: Moment,
+        updated_at: Moment,
+    }
 }
 
 impl StreamRow {
@@ -58,11 +57,12 @@ impl From<StreamRow> for Stream {
     }
 }
 
-#[derive(FromRow)]
-pub struct BlockRow {
-    sequence: Integer<u64>,
-    sha256: Digest,
-    data: NodesColumn,
+row! {
+    pub struct BlockRow {
+        sequence: Integer<u64>,
+        sha256: Digest,
+        data: NodesColumn,
+    }
 }
 
 impl From<BlockRow> for Block {
@@ -71,11 +71,12 @@ impl From<BlockRow> for Block {
     }
 }
 
-/// The numbers of an estimate.
-#[derive(FromRow)]
-pub struct StateRow {
-    sequence: Integer<u64>,
-    data: Vec<u8>,
+row! {
+    /// The numbers of an estimate.
+    pub struct StateRow {
+        sequence: Integer<u64>,
+        data: Vec<u8>,
+    }
 }
 
 impl From<StateRow> for StreamState {
@@ -84,39 +85,40 @@ impl From<StateRow> for StreamState {
     }
 }
 
-/// An event with what it names; which columns hold something depends on its kind.
-#[derive(FromRow)]
-pub struct EventRow {
-    number: Integer<u64>,
-    created_at: Moment,
-    kind: String,
-    iteration: Option<Integer<u32>>,
-    iteration_id: Option<Uuid>,
-    fit_id: Option<Uuid>,
-    choice: Option<i64>,
-    choice_reason: Option<String>,
-    decision: Option<Decision>,
-    decision_reason: Option<String>,
-    stream_id: Option<Uuid>,
-    state: Option<StreamEvent>,
-    sequence: Option<Integer<u64>>,
-    node_count: Option<Integer<u64>>,
-    operation: Option<Uuid>,
-    operation_state: Option<TaskState>,
-    purge_reason: Option<String>,
-    record_id: Option<Uuid>,
-    record_kind: Option<RecordKind>,
-    job_state: Option<JobChange>,
+row! {
+    /// An event with what it names; which columns hold something depends on its kind.
+    pub struct EventRow {
+        number: Integer<u64>,
+        created_at: Moment,
+        kind: String,
+        iteration: Option<Integer<u32>>,
+        iteration_id: Option<Uuid>,
+        fit_id: Option<Uuid>,
+        choice: Option<i64>,
+        choice_reason: Option<String>,
+        decision: Option<Decision>,
+        decision_reason: Option<String>,
+        stream_id: Option<Uuid>,
+        state: Option<StreamEvent>,
+        sequence: Option<Integer<u64>>,
+        node_count: Option<Integer<u64>>,
+        operation: Option<Uuid>,
+        operation_state: Option<TaskState>,
+        purge_reason: Option<String>,
+        record_id: Option<Uuid>,
+        record_kind: Option<RecordKind>,
+        job_state: Option<JobChange>,
+    }
 }
 
-/// The same among those of all jobs.
-#[derive(FromRow)]
-pub struct ToldEventRow {
-    changed_by: Integer<u64>,
-    place: Integer<u64>,
-    job_id: Uuid,
-    #[sqlx(flatten)]
-    event: EventRow,
+row! {
+    /// The same among those of all jobs.
+    pub struct ToldEventRow {
+        @event: EventRow,
+        changed_by: Integer<u64>,
+        place: Integer<u64>,
+        job_id: Uuid,
+    }
 }
 
 impl TryFrom<ToldEventRow> for ToldEvent {

@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use sqlx::FromRow;
 use uuid::Uuid;
 
 use crate::{
@@ -20,21 +19,22 @@ macro_rules! task_columns {
 }
 pub(in crate::store) use task_columns;
 
-#[derive(FromRow)]
-pub struct TaskRow {
-    id: Uuid,
-    scope: Scope,
-    request: String,
-    job: Option<Uuid>,
-    state: TaskState,
-    attempts: Integer<u32>,
-    progress: f64,
-    told_at: Option<Moment>,
-    created_at: Moment,
-    begun_at: Option<Moment>,
-    ended_at: Option<Moment>,
-    status: Option<Integer<u16>>,
-    bytes: Integer<u64>,
+row! {
+    pub struct TaskRow {
+        id: Uuid,
+        scope: Scope,
+        request: String,
+        job: Option<Uuid>,
+        state: TaskState,
+        attempts: Integer<u32>,
+        progress: f64,
+        told_at: Option<Moment>,
+        created_at: Moment,
+        begun_at: Option<Moment>,
+        ended_at: Option<Moment>,
+        status: Option<Integer<u16>>,
+        bytes: Integer<u64>,
+    }
 }
 
 impl From<TaskRow> for Task {
@@ -57,12 +57,13 @@ impl From<TaskRow> for Task {
     }
 }
 
-/// What the tasks of a tenant are and take.
-#[derive(FromRow)]
-pub struct HeldRow {
-    bytes: Integer<u64>,
-    tasks: Integer<u64>,
-    open: Integer<u64>,
+row! {
+    /// What the tasks of a tenant are and take.
+    pub struct HeldRow {
+        bytes: Integer<u64>,
+        tasks: Integer<u64>,
+        open: Integer<u64>,
+    }
 }
 
 impl From<HeldRow> for Held {
@@ -71,12 +72,12 @@ impl From<HeldRow> for Held {
     }
 }
 
-/// A task with the digest of its request.
-#[derive(FromRow)]
-pub struct KeyedTaskRow {
-    #[sqlx(flatten)]
-    task: TaskRow,
-    request_sha256: Digest,
+row! {
+    /// A task with the digest of its request.
+    pub struct KeyedTaskRow {
+        @task: TaskRow,
+        request_sha256: Digest,
+    }
 }
 
 impl From<KeyedTaskRow> for (Task, [u8; 32]) {
@@ -85,15 +86,15 @@ impl From<KeyedTaskRow> for (Task, [u8; 32]) {
     }
 }
 
-/// A task with what is written down of its answer, and the key under which the rest is kept.
-#[derive(FromRow)]
-pub struct TaskResultRow {
-    #[sqlx(flatten)]
-    task: TaskRow,
-    pub key: String,
-    pub key_scope: String,
-    result_headers: Option<String>,
-    result: Option<Vec<u8>>,
+row! {
+    /// A task with what is written down of its answer, and the key under which the rest is kept.
+    pub struct TaskResultRow {
+        @task: TaskRow,
+        pub key: String,
+        pub key_scope: String,
+        result_headers: Option<String>,
+        result: Option<Vec<u8>>,
+    }
 }
 
 impl TaskResultRow {
@@ -114,20 +115,21 @@ macro_rules! claimed_task_columns {
 }
 pub(in crate::store) use claimed_task_columns;
 
-#[derive(FromRow)]
-pub struct ClaimedTaskRow {
-    id: Uuid,
-    tenant: Tenant,
-    actor: String,
-    request_id: Option<String>,
-    peer: Option<String>,
-    scopes: Scopes,
-    request: String,
-    job: Option<Uuid>,
-    key: String,
-    attempts: Integer<u32>,
-    headers: String,
-    body: Vec<u8>,
+row! {
+    pub struct ClaimedTaskRow {
+        id: Uuid,
+        tenant: Tenant,
+        actor: String,
+        request_id: Option<String>,
+        peer: Option<String>,
+        scopes: Scopes,
+        request: String,
+        job: Option<Uuid>,
+        key: String,
+        attempts: Integer<u32>,
+        headers: String,
+        body: Vec<u8>,
+    }
 }
 
 impl ClaimedTaskRow {

@@ -5,7 +5,7 @@
 //! files get wrong: circles and tori (weights, closed), a cone (a side without length), uneven
 //! knots far from the origin, graphs with and without weights, loose ends, names outside of ASCII.
 //!
-//! Run: `cargo run --example export_cad -- FOLDER`
+//! Run: `cargo run -p engine-benches --example export_cad -- FOLDER`
 
 use std::{error::Error, f64::consts::FRAC_1_SQRT_2, fs, path::Path};
 

@@ -2,10 +2,10 @@
 //! of docs/constraints.md.
 //!
 //! 25 nodes over [0, 1], noise 0.2; a cubic or a cubic spline of four spans has to rise. `cargo run
-//! --release -p flankfit-engine --example constraint_coverage -- 4000` draws 4000 times each.
+//! --release -p engine-benches --example constraint_coverage -- 4000` draws 4000 times each.
 
 #[expect(dead_code, reason = "the oracle is shared with the tests, which use all of it")]
-#[path = "../tests/oracle/mod.rs"]
+#[path = "../../../engine/tests/oracle/mod.rs"]
 mod oracle;
 
 use flankfit_engine::estimation::{

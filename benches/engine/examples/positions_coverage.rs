@@ -1,11 +1,11 @@
 //! How often intervals hold where the positions of the nodes are off: the table of docs/errors.md.
 //!
 //! Sixty nodes over 10 mm, cubics in µm by Legendre polynomials, positions off by a given standard
-//! deviation. `cargo run --release -p flankfit-engine --example positions_coverage -- 1000` draws
+//! deviation. `cargo run --release -p engine-benches --example positions_coverage -- 1000` draws
 //! 1,000 times each.
 
 #[expect(dead_code, reason = "the oracle is shared with the tests, which use all of it")]
-#[path = "../tests/oracle/mod.rs"]
+#[path = "../../../engine/tests/oracle/mod.rs"]
 mod oracle;
 
 use flankfit_engine::estimation::{Nodes, fit, spec::PositionKind};

@@ -4,11 +4,11 @@
 //! A flank on a grid of 9 × 7 nodes has the terms 1, T₁(u), T₁(v), T₁(u)T₁(v), all large, and
 //! T₂(u), which is as large as so many of its standard errors. Looked at are all degrees up to (4,
 //! 3), and subsets of the 20 terms of the largest; the intervals are those of the heights on a grid
-//! of 5 × 5 places. `cargo run --release -p flankfit-engine --example selection_coverage -- 2000`
+//! of 5 × 5 places. `cargo run --release -p engine-benches --example selection_coverage -- 2000`
 //! draws 2000 times each.
 
 #[expect(dead_code, reason = "the oracle is shared with the tests, which use all of it")]
-#[path = "../tests/oracle/random.rs"]
+#[path = "../../../engine/tests/oracle/random.rs"]
 mod random;
 
 use flankfit_engine::estimation::{

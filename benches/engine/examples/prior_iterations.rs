@@ -4,12 +4,12 @@
 //! Sets of iterations over the same nodes, between which the coefficients move at random by so many
 //! standard errors (of least squares of one iteration): all of them alike, the first third alone,
 //! one of them at a time, or always the same one; then sets that stand still but for one step at
-//! the last move. `cargo run --release -p flankfit-engine --example prior_iterations -- 1000` draws
+//! the last move. `cargo run --release -p engine-benches --example prior_iterations -- 1000` draws
 //! 1,000 sets each; `-- 1000 bands` asks for the simultaneous band too, which takes five times as
 //! long.
 
 #[expect(dead_code, reason = "the oracle is shared with the tests, which use all of it")]
-#[path = "../tests/oracle/mod.rs"]
+#[path = "../../../engine/tests/oracle/mod.rs"]
 mod oracle;
 
 use std::{f64::consts::PI, sync::Arc};

@@ -2,12 +2,12 @@
 //!
 //! For each design the true coefficients have norm 1 (in columns of unit length), along the worst
 //! determined direction, the best, or all alike; the noise is a tenth, once and ten times what
-//! makes the worst direction as uncertain as it is large. `cargo run --release -p flankfit-engine
+//! makes the worst direction as uncertain as it is large. `cargo run --release -p engine-benches
 //! --example criteria_table -- 300` draws 300 times each; `-- 300 press` shows the rows of one
 //! criterion alone (`min_mse` with what follows, `predicted` what follows alone).
 
 #[expect(dead_code, reason = "the oracle is shared with the tests, which use all of it")]
-#[path = "../tests/oracle/mod.rs"]
+#[path = "../../../engine/tests/oracle/mod.rs"]
 mod oracle;
 
 use flankfit_engine::estimation::{

@@ -2,11 +2,11 @@
 //!
 //! A cubic on 45 nodes, errors of four distributions with the same middle; the mean over the four
 //! coefficients, that of the worst one, the width, and how often the band of a further measurement
-//! holds it. `cargo run --release -p flankfit-engine --example
+//! holds it. `cargo run --release -p engine-benches --example
 //! robust_coverage -- 1000` draws 1,000 times each.
 
 #[expect(dead_code, reason = "the oracle is shared with the tests, which use all of it")]
-#[path = "../tests/oracle/mod.rs"]
+#[path = "../../../engine/tests/oracle/mod.rs"]
 mod oracle;
 
 use oracle::errors::{ERRORS, coverage, estimators, further};

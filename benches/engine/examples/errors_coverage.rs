@@ -1,11 +1,11 @@
 //! How often intervals hold where errors are not white: the tables of docs/errors.md.
 //!
-//! A cubic at 60 nodes whose coefficients are all 0. `cargo run --release -p flankfit-engine
+//! A cubic at 60 nodes whose coefficients are all 0. `cargo run --release -p engine-benches
 //! --example errors_coverage -- 2000` draws 2,000 times each; `-- 2000 powers` makes the last table
 //! alone.
 
 #[expect(dead_code, reason = "the oracle is shared with the tests, which use all of it")]
-#[path = "../tests/oracle/mod.rs"]
+#[path = "../../../engine/tests/oracle/mod.rs"]
 mod oracle;
 
 use flankfit_engine::estimation::{

@@ -2,11 +2,11 @@
 //!
 //! For each design the true coefficients have norm 1 (in columns of unit length), along the worst
 //! determined direction, the best, or all alike; the noise is a tenth, once and ten times what
-//! makes the worst direction as uncertain as it is large. `cargo run --release -p flankfit-engine
+//! makes the worst direction as uncertain as it is large. `cargo run --release -p engine-benches
 //! --example interval_coverage -- 600` draws 600 times each.
 
 #[expect(dead_code, reason = "the oracle is shared with the tests, which use all of it")]
-#[path = "../tests/oracle/mod.rs"]
+#[path = "../../../engine/tests/oracle/mod.rs"]
 mod oracle;
 
 use flankfit_engine::estimation::{FitSpec, Nodes, fit, spec::Model};
