@@ -6,10 +6,10 @@ import { t } from "../i18n/correction.js";
 import { fmt } from "../i18n/i18n.js";
 import { useDraft } from "../lib/draft.js";
 import { ABSENT, parseNumber } from "../lib/format.js";
-import { escaped, newValue, presentOf } from "../lib/correction.js";
+import { escaped, isSuperseded, newValue, presentOf } from "../lib/correction.js";
 import { h, html, useId, useState } from "../../vendor/ui.js";
 import { Allowed } from "./allowed.js";
-import { proposedText, requestOf, settingName, unitOf } from "./correction_result.js";
+import { proposedText, settingName, unitOf } from "./correction_result.js";
 import { TextField } from "./form.js";
 import { Failure } from "./states.js";
 import { table } from "./table.js";
@@ -72,21 +72,25 @@ const signed = (change) => `${change > 0 ? "+" : ""}${fmt.value.three(change)}`;
 /** @param {{ job: Job, number: number | undefined, kept: KeptCorrection, onDone: () => void }} props */
 function AppliedForm({ job, number, kept, onDone }) {
   const { settings } = kept.result;
-  const { limits = {} } = requestOf(kept);
-  const [present, setPresent] = useDraft(`present ${job.machine ?? kept.method}`, noPresent, true);
+  const [present, setPresent] = useDraft(`present of job ${job.id}`, noPresent, true);
+  const superseded = settings.some(({ name }) => isSuperseded(present[name], kept.id, Boolean(kept.applied)));
   const proposed = Object.fromEntries(settings.map((setting) => [setting.name, proposedText(setting)]));
   const [draft, setDraft, forget] = useDraft(`applied ${kept.id}`, () => beginning(kept.applied, proposed));
   const [error, setError] = useState(/** @type {unknown} */ (undefined));
   const [shown, setShown] = useState(/** @type {ReadonlySet<string>} */ (new Set()));
   const [busy, setBusy] = useState(false);
   const attempt = useAttempt(`applied ${kept.id}`);
-  const newOf = (/** @type {string} */ name) =>
-    newValue(presentOf(present[name], kept.id), draft.settings[name] ?? "", limits[name]?.increment);
-  /** What the machine has after this correction. @param {{ name: string }} setting @returns {[string, Present][]} */
+  const newOf = (/** @type {string} */ name) => newValue(presentOf(present[name], kept.id), draft.settings[name] ?? "");
+  /** The values before and after this correction, once it is entered. @param {{ name: string }} setting @returns {[string, Present]} */
   const entered = ({ name }) => {
-    const value = newOf(name);
     const before = presentOf(present[name], kept.id);
-    return value === undefined ? [] : [[name, { correction: kept.id, present: before, next: fmt.value.input(value) }]];
+    return [name, { correction: kept.id, present: before, next: fmt.value.input(newOf(name)) }];
+  };
+  const setBefore = (/** @type {string} */ name, /** @type {string} */ text) => {
+    // after the correction was entered, its change is on the machine
+    const change = kept.applied && beginning(kept.applied, proposed).settings[name];
+    const next = change === undefined ? text : fmt.value.input(newValue(text, change));
+    setPresent({ ...present, [name]: { correction: kept.id, present: text, next } });
   };
   const send = async (/** @type {Event} */ event) => {
     event.preventDefault();
@@ -119,7 +123,7 @@ function AppliedForm({ job, number, kept, onDone }) {
         await answer(api.POST("/v1/jobs/{job_id}/iterations/{number}/correction/applied", { params, body }));
       }
       attempt.done();
-      setPresent({ ...present, ...Object.fromEntries(settings.flatMap(entered)) });
+      if (!superseded) setPresent({ ...present, ...Object.fromEntries(settings.map(entered)) });
       forget();
       notify(t.enteredDone);
       onDone();
@@ -131,7 +135,7 @@ function AppliedForm({ job, number, kept, onDone }) {
   };
   const known = ["/note", ...settings.map(({ name }) => `/settings/${escaped(name)}`)];
   return html`<form onSubmit=${send} novalidate>
-    <p class="quiet">${t.presentAbout}</p>
+    ${!superseded && html`<p class="quiet">${t.presentAbout}</p>`}
     <div>
       ${settings.map(({ name, unit }) =>
         h(Setting, {
@@ -140,8 +144,8 @@ function AppliedForm({ job, number, kept, onDone }) {
           unit: unitOf(unit).trim(),
           change: draft.settings[name] ?? "",
           onChange: (text) => setDraft({ ...draft, settings: { ...draft.settings, [name]: text } }),
-          present: presentOf(present[name], kept.id),
-          onPresent: (text) => setPresent({ ...present, [name]: { correction: kept.id, present: text, next: text } }),
+          present: superseded ? undefined : presentOf(present[name], kept.id),
+          onPresent: (text) => setBefore(name, text),
           value: newOf(name),
           error,
           fault: shown.has(name) ? t.notNumber : undefined,
@@ -168,8 +172,8 @@ function AppliedForm({ job, number, kept, onDone }) {
 const noPresent = () => ({});
 
 /**
- * The change of a setting, with its present value and the new one.
- * @param {{ name: string, unit: string, change: string, onChange: (text: string) => void, present: string,
+ * The change of a setting, with the values before and after it, unless `present` is undefined.
+ * @param {{ name: string, unit: string, change: string, onChange: (text: string) => void, present: string | undefined,
  *   onPresent: (text: string) => void, value: number | undefined, error: unknown, fault: string | undefined }} props
  */
 function Setting({ name, unit, change, onChange, present, onPresent, value, error, fault }) {
@@ -179,18 +183,21 @@ function Setting({ name, unit, change, onChange, present, onPresent, value, erro
   return html`<div class="limits entered-setting" role="group" aria-label=${words}>
     <p class="limits-name"><b translate=${words === name ? "no" : undefined}>${words}</b></p>
     ${h(TextField, { ...field, label: t.change, value: change, onInput: onChange, error, pointer: `/settings/${escaped(name)}`, fault })}
-    ${h(TextField, {
-      ...field,
-      required: false,
-      label: t.present,
-      value: present,
-      onInput: onPresent,
-      fault: Number.isNaN(parseNumber(present)) ? t.notNumber : undefined,
-    })}
-    <div class="field">
-      <label for=${id}>${t.newValue}</label>
-      <output id=${id}>${value === undefined ? ABSENT : html`<b translate="no">${fmt.value.input(value)}</b> <span class="unit" translate="no">${unit}</span>`}</output>
-    </div>
+    ${
+      present !== undefined &&
+      html`${h(TextField, {
+        ...field,
+        required: false,
+        label: t.present,
+        value: present,
+        onInput: onPresent,
+        fault: Number.isNaN(parseNumber(present)) ? t.notNumber : undefined,
+      })}
+        <div class="field">
+          <label for=${id}>${t.newValue}</label>
+          <output id=${id}>${value === undefined ? ABSENT : html`<b translate="no">${fmt.value.input(value)}</b> <span class="unit" translate="no">${unit}</span>`}</output>
+        </div>`
+    }
   </div>`;
 }
 

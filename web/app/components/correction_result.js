@@ -31,7 +31,7 @@ const NAMES = new Set([
   "tool_axis_offset",
 ]);
 
-/** What a correction was asked for with. @param {KeptCorrection} kept */
+/** The request that a correction was asked for with. @param {KeptCorrection} kept */
 export const requestOf = ({ request }) =>
   /** @type {import("../api/client.js").Schema<"CorrectionRequest">} */ (/** @type {unknown} */ (request));
 
@@ -193,7 +193,7 @@ export function factsOf({ method, result, created_at }) {
   ];
 }
 
-/** What cannot be told apart. @param {{ result: KeptCorrection["result"] }} props */
+/** The settings that cannot be told apart. @param {{ result: KeptCorrection["result"] }} props */
 export function Apart({ result }) {
   return html`<ul class="sentences">
     ${result.indistinguishable.map(({ names, condition_index }) => {

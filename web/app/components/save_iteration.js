@@ -28,10 +28,11 @@ const t = texts({ en, de });
 const MOST_OFFERED = 50;
 const FIELDS = /** @type {const} */ (["instrument", "operator", "note"]);
 
-/** @param {{ file: NodesFile, spec: Fields }} props */
-export function SaveIteration({ file, spec }) {
-  const [find, setFind] = useState("");
-  const q = find.trim();
+/** The words that find a job, and the one that was chosen. @typedef {{ find: string, jobId: string }} Target */
+
+/** @param {{ file: NodesFile, spec: Fields, target: Target, setTarget: (target: Target) => void }} props */
+export function SaveIteration({ file, spec, target, setTarget }) {
+  const q = target.find.trim();
   const jobs = useResource(`jobs to choose ${q}`, (signal) =>
     answer(api.GET("/v1/jobs", { signal, params: { query: { limit: MOST_OFFERED, ...(q ? { q } : {}) } } })),
   );
@@ -49,7 +50,7 @@ export function SaveIteration({ file, spec }) {
               children: t.noJobs,
               action: { label: common.newJob, to: toNewJob() },
             })
-          : h(Save, { key: digestOf(file.text), jobs: items, find, setFind, file, spec }),
+          : h(Save, { key: digestOf(file.text), jobs: items, target, setTarget, file, spec }),
     })}
   </section>`;
 }
@@ -61,9 +62,9 @@ const toNewJob = () => `${href("/jobs/new")}?then=fit`;
 const jobName = ({ name, serial_number, updated_at }) =>
   [name, serial_number, fmt.value.date(updated_at)].filter(Boolean).join(" · ");
 
-/** @param {{ jobs: readonly Job[], find: string, setFind: (text: string) => void, file: NodesFile, spec: Fields }} props */
-function Save({ jobs, find, setFind, file, spec }) {
-  const [chosen, setJobId] = useState("");
+/** @param {{ jobs: readonly Job[], target: Target, setTarget: (target: Target) => void, file: NodesFile, spec: Fields }} props */
+function Save({ jobs, target, setTarget, file, spec }) {
+  const { find, jobId: chosen } = target;
   // of what is found the first, unless another is chosen
   const jobId = jobs.some(({ id }) => id === chosen) ? chosen : (jobs[0]?.id ?? "");
   const [typed, setTyped, forget] = useDraft(`save ${digestOf(file.text)}`, () =>
@@ -122,13 +123,13 @@ function Save({ jobs, find, setFind, file, spec }) {
   return html`<form onSubmit=${submit}>
     <p class="quiet">${t.saveText}</p>
     <div class="fields">
-      ${h(TextField, { label: t.findJob, hint: t.findJobHint, type: "search", value: find, onInput: setFind, maxLength: 200 })}
+      ${h(TextField, { label: t.findJob, hint: t.findJobHint, type: "search", value: find, onInput: (text) => setTarget({ ...target, find: text }), maxLength: 200 })}
       ${h(SelectField, {
         label: common.job,
         required: true,
         fault: jobs.length === 0 ? t.noSuchJob : undefined,
         value: jobId,
-        onChange: setJobId,
+        onChange: (id) => setTarget({ ...target, jobId: id }),
         options: jobs.map((job) => ({ value: job.id, label: html`<span translate="no">${jobName(job)}</span>` })),
       })}
       ${FIELDS.map(line)}

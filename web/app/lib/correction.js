@@ -195,23 +195,30 @@ function matrixOf(text, faults) {
 export const escaped = (name) => name.replaceAll("~", "~0").replaceAll("/", "~1");
 
 /**
- * Whether a change is distinguishable from none: greater than the half width of its 95 % interval, and made at all.
- * @param {Pick<import("../api/client.js").Schema<"SettingChange">, "change" | "std_error" | "left">} setting
+ * Whether a change is distinguishable from none: greater than the half width of its 95 % interval.
+ * @param {Pick<import("../api/client.js").Schema<"SettingChange">, "change" | "std_error">} setting
  */
-export const significant = ({ change, std_error, left }) => !left && Math.abs(change) > 1.96 * (std_error ?? 0);
+export const significant = ({ change, std_error }) => Math.abs(change) > 1.96 * (std_error ?? 0);
 
 /**
- * The value to set, from texts: the present value and the change, rounded to the increment of the setting.
- * @param {string} present @param {string} change @param {number | null | undefined} increment
+ * The value after a change, from texts: the value before it and the change.
+ * @param {string} present @param {string} change
  * @returns {number | undefined} none where one of them is no number
  */
-export function newValue(present, change, increment) {
+export function newValue(present, change) {
   const sum = (parseNumber(present) ?? Number.NaN) + (parseNumber(change) ?? Number.NaN);
-  if (Number.isNaN(sum)) return undefined;
-  return Number((increment ? Math.round(sum / increment) * increment : sum).toPrecision(12));
+  return Number.isNaN(sum) ? undefined : Number(sum.toPrecision(12));
 }
 
 /** `present`: before the correction; `next`: after it, once it was entered. @typedef {{ correction: string, present: string, next: string }} Present */
 
-/** The value on the machine before a correction: once another was entered, that one's new value. @param {Present | undefined} kept @param {string} correction */
+/** The value on the machine before a correction: of another correction, the value after it. @param {Present | undefined} kept @param {string} correction */
 export const presentOf = (kept, correction) => (kept?.correction === correction ? kept.present : kept?.next) ?? "";
+
+/**
+ * Whether the value that is kept is not of the time before a correction: of a later one, or of another one although this
+ * one was entered. Ids of corrections grow with time.
+ * @param {Present | undefined} kept @param {string} correction @param {boolean} entered
+ */
+export const isSuperseded = (kept, correction, entered) =>
+  kept !== undefined && kept.correction !== correction && (entered || kept.correction > correction);

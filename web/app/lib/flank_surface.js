@@ -5,6 +5,7 @@ import { micrometres, MICROMETRES } from "./units.js";
 /** @typedef {import("../api/client.js").Schema<"FlankSurfaceRequest">} FlankSurfaceRequest */
 /** @typedef {import("../api/client.js").Schema<"Axes">} Axes */
 /** @typedef {import("../api/client.js").Schema<"Gear">} Gear */
+/** @typedef {import("../api/client.js").Schema<"Nodes">} Nodes */
 
 /** Members of a fit that mean the same for a surface over roll length and face width in mm. */
 const SHARED = ["scaling", "estimator", "errors", "level"];
@@ -13,23 +14,36 @@ const READ = ["nodes", "model", "include", "flank", "tooth", "axes", "regulariza
 /** Regularisations without values of single coefficients. */
 const PLAIN = ["none", "spectral", "ridge"];
 
+/** Whether nodes lie over roll length, roll angle or diameter and face width, with heights in a known unit. @param {Nodes} nodes @param {Axes | undefined} axes */
+export function isOverFlank(nodes, axes) {
+  const across = axes?.v?.quantity === "face_width" && MICROMETRES[axes.v.unit ?? ""] !== undefined;
+  const surface = nodes.type === "grid" || nodes.type === "scattered";
+  return surface && across && profileOf(axes?.u) !== undefined && micrometres(axes) !== undefined;
+}
+
+/** Whether a fit has what the request cannot have, such as filters or unequal weights. @param {Nodes} nodes @param {Axes | undefined} axes @param {Record<string, unknown>} spec */
+export function hasMore(nodes, axes, spec) {
+  const { type = "spectral" } = /** @type {{ type?: string }} */ (spec["regularization"] ?? {});
+  const known = Object.keys(spec).every((name) => SHARED.includes(name) || READ.includes(name));
+  const given = /** @type {{ weight?: readonly (number | readonly number[])[] | null }} */ (nodes).weight;
+  const weights = new Set((given ?? []).flat().filter((weight) => weight > 0));
+  return !known || !PLAIN.includes(type) || Boolean(axes?.z?.trace_lengths) || weights.size > 1;
+}
+
 /**
  * The request; none where the axes are no flank's, or where the fit has conditions that the request cannot have.
- * @param {import("../api/client.js").Schema<"Nodes">} nodes
+ * @param {Nodes} nodes
  * @param {{ axes: Axes | undefined, flank: "left" | "right", gear: Gear, spec: Record<string, unknown> }} of
  * @returns {FlankSurfaceRequest | undefined}
  */
 export function flankSurfaceRequest(nodes, { axes, flank, gear, spec }) {
   const { regularization = { type: "spectral" }, noise_sigma: noise } = /** @type {any} */ (spec);
-  const known = Object.keys(spec).every((name) => SHARED.includes(name) || READ.includes(name));
   const height = micrometres(axes);
   const profile = profileOf(axes?.u);
   const width = MICROMETRES[axes?.v?.unit ?? ""];
   if (nodes.type !== "grid" && nodes.type !== "scattered") return undefined;
-  if (!known || !PLAIN.includes(regularization.type) || axes?.z?.trace_lengths) return undefined;
-  if (height === undefined || !profile || axes?.v?.quantity !== "face_width" || width === undefined) return undefined;
-  const weights = /** @type {readonly (number | readonly number[])[]} */ (nodes.weight ?? []).flat();
-  if (new Set(weights.filter((weight) => weight > 0)).size > 1) return undefined;
+  if (!isOverFlank(nodes, axes) || hasMore(nodes, axes, spec)) return undefined;
+  if (height === undefined || !profile || width === undefined) return undefined;
   const counted = (/** @type {number | null | undefined} */ z, /** @type {number | undefined} */ weight = 1) =>
     typeof z === "number" && weight > 0 ? z * height : null;
   const deviations =

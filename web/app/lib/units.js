@@ -9,8 +9,16 @@ export function unitSign(unit) {
   return unit ? (SIGNS[unit] ?? unit) : undefined;
 }
 
-/** µm of the units of heights. */
-export const MICROMETRES = /** @type {Record<string, number>} */ ({ nm: 1e-3, um: 1, mm: 1000, in: 25400 });
+/** @typedef {"um" | "mm" | "nm" | "in"} Unit */
+
+/** Micrometres in a unit of length; units that testers write most come first. */
+export const MICROMETRES =
+  /** @type {Readonly<Record<Unit, number>> & Readonly<Record<string, number | undefined>>} */ ({
+    um: 1,
+    mm: 1000,
+    nm: 0.001,
+    in: 25_400,
+  });
 
 /** Heights times this are µm of material that stands out; none where their unit is the caller's own. @param {Axes | null | undefined} axes */
 export function micrometres(axes) {

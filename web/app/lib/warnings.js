@@ -13,6 +13,18 @@ export function counted(warnings) {
   return [...all].map(([key, one]) => ({ key, ...one }));
 }
 
-/** A message as a reader reads it: names without the quotes of code, numbers with six digits at most. @param {string} message */
-export const plain = (message) =>
-  message.replaceAll("`", "").replace(/\d+\.\d{6,}/g, (digits) => String(Number(Number(digits).toPrecision(6))));
+/** A message as a reader reads it: names without the quotes of code, numbers without the noise of their last decimals. @param {string} message */
+export const plain = (message) => message.replaceAll("`", "").replace(/(\d+)\.(\d+)/g, shortened);
+
+/**
+ * More than 8 decimals are rounded to 6, without zeros at their end; zeros before the first digit do not count.
+ * @param {string} number @param {string} whole @param {string} decimals
+ */
+function shortened(number, whole, decimals) {
+  const leading = /^0+$/.test(whole) ? decimals.search(/[1-9]|$/) : 0;
+  if (decimals.length - leading <= 8) return number;
+  const places = leading + 6;
+  const up = (decimals[places] ?? "0") >= "5" ? 1n : 0n;
+  const all = String(BigInt(whole + decimals.slice(0, places)) + up).padStart(places + 1, "0");
+  return `${all.slice(0, -places)}.${all.slice(-places)}`.replace(/\.?0+$/, "");
+}

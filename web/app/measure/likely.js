@@ -1,12 +1,11 @@
 // The most likely measurand of a table of nodes, and its meaning in words. Pure.
 
+import { MICROMETRES } from "../lib/units.js";
+
 /** @typedef {import("../api/client.js").Schema<"Gear">} Gear */
 /** @typedef {import("../flank/surface.js").FlankSurface} FlankSurface */
 /** @typedef {"roll_length" | "diameter"} Along */
-/** @typedef {"um" | "mm" | "nm" | "in"} Unit */
-
-/** Micrometres in a unit; those that testers write most come first. */
-export const MICROMETRES = /** @type {const} */ ({ um: 1, mm: 1000, nm: 0.001, in: 25_400 });
+/** @typedef {import("../lib/units.js").Unit} Unit */
 
 /** Usual range of deviations of flanks, µm. */
 const USUAL = [0.4, 300];

@@ -100,7 +100,10 @@ function Kept({ job, iteration, kept, earlier, onApplied }) {
     const { data } = await answer(api.GET("/v1/jobs/{job_id}/iterations/{number}/nodes", { signal, params }));
     return { data: /** @type {import("../api/client.js").Schema<"Nodes">} */ (data) };
   });
-  const chosen = requestOf(kept).sensitivity.flank;
+  const { machine, flank: chosen } = requestOf(kept).sensitivity;
+  // where the request names none, it is that of the iteration then
+  const of = chosen ?? /** @type {const} */ (["left", "right"]).find((side) => result.figures?.[side]);
+  const changed = machine && of && iteration.flank && of !== iteration.flank && t.changedFlank(iteration.flank, of);
   const measure = toMeasure(job.id);
   const owner = `${encodeURIComponent(job.id)}/iterations/${iteration.number}`;
   return html`
@@ -114,7 +117,8 @@ function Kept({ job, iteration, kept, earlier, onApplied }) {
         ],
       })}
       <p class="quiet">${t.changesAbout} ${t.errorAbout}${earlier > 0 && html` ${t.earlier(earlier)}`}</p>
-      ${chosen && chosen !== iteration.flank && html`<p class="note warn">${t.chosenFlank(t[chosen])}</p>`}
+      ${chosen && !iteration.flank && html`<p class="note warn">${t.chosenFlank(chosen)}</p>`}
+      ${changed && html`<p class="note warn">${changed}</p>`}
       ${h(Changes, { result, csvName: `${name} ${t.changes}`, tools: h(ControlCsv, { owner, name, result }) })}
     </section>
     <section class="panel" aria-labelledby="entered">

@@ -27,7 +27,7 @@ import { t as common } from "../i18n/common.js";
 import { fmt, texts } from "../i18n/i18n.js";
 import { digestOf } from "../lib/digest.js";
 import { useDraft } from "../lib/draft.js";
-import { flankSurfaceRequest, isSecondOrder } from "../lib/flank_surface.js";
+import { flankSurfaceRequest, hasMore, isOverFlank, isSecondOrder } from "../lib/flank_surface.js";
 import { gearOf } from "../lib/gear_form.js";
 import { readNodes, specOf } from "../lib/nodes_file.js";
 import { heightUnit } from "../lib/units.js";
@@ -49,6 +49,8 @@ export const styles = ["iteration", "fit"];
 
 const CRITERIA = /** @type {const} */ (["min_mse", "gcv", "l_curve", "discrepancy", "min_condition"]);
 const LAYERS = /** @type {const} */ (["measured", "fitted", "residual"]);
+/** @type {import("../components/save_iteration.js").Target} */
+const NO_TARGET = { find: "", jobId: "" };
 let turns = 0;
 
 export default function FitPage() {
@@ -59,11 +61,13 @@ export default function FitPage() {
   const { gear } = gearOf(gearForm);
   const measured = useMemo(() => given && surfaceOf(given.file.nodes), [given]);
   const measurand = given && measurandOf(given, measured, gear);
-  const key = JSON.stringify([measurand?.axes, measurand?.flank]);
+  const key = JSON.stringify([measurand?.axes, measurand?.flank, measurand?.unit]);
   const spec = useMemo(
     () => given && measurand && withMeasurand(specOf(given.file, { degree, by }), given.file, measurand),
     [given, degree, by, key],
   );
+  // held here: every other fit shows its result, and what saves it, anew
+  const [target, setTarget] = useState(NO_TARGET);
   const watched = useWatched();
   const fit = useResource(given && spec ? `fit of ${given.turn} ${degree ?? ""} ${by ?? ""} ${key}` : null, (signal) =>
     watched.run(
@@ -82,6 +86,7 @@ export default function FitPage() {
     setQuery({ at: undefined, zoom: undefined, limit: undefined, layer: undefined });
     setQuery({ flank: undefined, axes: undefined, unit: undefined });
     setGiven({ file, name, turn: turns });
+    setTarget(NO_TARGET);
     keep(file.text, name);
   };
   // the result shown belongs to the previous file
@@ -98,7 +103,7 @@ export default function FitPage() {
         ${h(NodesInput, { onNodes: take, onRefused: refuse })}
         ${h(Choices, { file: given?.file, degree, by })}
       </div>
-      ${given && measurand && h(Measurand, { file: given.file, surface: measured, measurand, gearForm, setGearForm })}
+      ${given && measurand && spec && h(Measurand, { file: given.file, surface: measured, measurand, spec, gear, gearForm, setGearForm })}
       ${h(Underway, { watched, label: t.fitting })}
       ${
         stopped
@@ -110,7 +115,7 @@ export default function FitPage() {
             ? loaded({
                 resource: fit,
                 lines: 12,
-                children: (result) => h(Fitted, { key: given.turn, given, spec, gear, result }),
+                children: (result) => h(Fitted, { key: given.turn, given, spec, gear, result, target, setTarget }),
               })
             : h(Empty, { children: t.none })
       }`,
@@ -184,7 +189,7 @@ function Choices({ file, degree = "", by = "" }) {
   </section>`;
 }
 
-/** What was measured: as the file says, as was chosen, or what is most likely. @typedef {{ flank: string, axes: string, unit: string, named: boolean }} Measurand */
+/** The measured quantity: as the file says, as was chosen, or what is most likely. @typedef {{ flank: string, axes: string, unit: string, named: boolean }} Measurand */
 
 /** @param {Given} given @param {Surface} surface @param {Gear | undefined} gear @returns {Measurand} */
 function measurandOf({ file, name }, surface, gear) {
@@ -210,10 +215,10 @@ function withMeasurand(spec, { nodes }, { flank, axes, unit, named }) {
 }
 
 /**
- * @param {{ file: NodesFile, surface: Surface, measurand: Measurand, gearForm: import("../lib/gear_form.js").GearForm,
- *   setGearForm: (form: import("../lib/gear_form.js").GearForm) => void }} props
+ * @param {{ file: NodesFile, surface: Surface, measurand: Measurand, spec: Fields, gear: Gear | undefined,
+ *   gearForm: import("../lib/gear_form.js").GearForm, setGearForm: (form: import("../lib/gear_form.js").GearForm) => void }} props
  */
-function Measurand({ file, surface, measurand, gearForm, setGearForm }) {
+function Measurand({ file, surface, measurand, spec, gear, gearForm, setGearForm }) {
   const { named, axes } = measurand;
   const choice = (/** @type {"flank" | "axes" | "unit"} */ what) => ({
     value: measurand[what],
@@ -221,6 +226,8 @@ function Measurand({ file, surface, measurand, gearForm, setGearForm }) {
   });
   if (file.nodes.type === "matrix") return null;
   const words = named ? undefined : measurandInWords(surface, measurand);
+  const of = /** @type {Axes | undefined} */ (spec["axes"]);
+  const without = measurand.flank && gear && isOverFlank(file.nodes, of) && hasMore(file.nodes, of, spec);
   return html`<section class="panel fit-measurand" aria-labelledby="measurand">
     <h2 id="measurand">${t.measurand}</h2>
     <div class="fields thirds">
@@ -230,7 +237,7 @@ function Measurand({ file, surface, measurand, gearForm, setGearForm }) {
     ${words && html`<p class="notice">${words}</p>`}
     ${
       surface &&
-      html`<h3>${t.gear}</h3><p class="quiet">${t.figuresNeed}</p>
+      html`<h3>${t.gear}</h3><p class="quiet">${without ? t.noFigures : t.figuresNeed}</p>
       ${h(GearFields, { form: gearForm, onChange: setGearForm, error: undefined, at: "/gear", told: false })}`
     }
   </section>`;
@@ -254,8 +261,11 @@ function useFigures(file, spec, gear) {
   );
 }
 
-/** @param {{ given: Given, spec: Fields, gear: Gear | undefined, result: FitResult }} props */
-function Fitted({ given: { file, name }, spec, gear, result }) {
+/**
+ * @param {{ given: Given, spec: Fields, gear: Gear | undefined, result: FitResult, target: import("../components/save_iteration.js").Target,
+ *   setTarget: (target: import("../components/save_iteration.js").Target) => void }} props
+ */
+function Fitted({ given: { file, name }, spec, gear, result, target, setTarget }) {
   const axes = /** @type {Axes | undefined} */ (spec["axes"]);
   const level = typeof spec["level"] === "number" ? spec["level"] : 0.95;
   const figures = useFigures(file, spec, gear);
@@ -276,7 +286,7 @@ function Fitted({ given: { file, name }, spec, gear, result }) {
         <h2 id="figures">${t.figures}</h2>${h(FitFacts, { result, axes })}
       </section>
       ${h(Warnings, { result })}
-      ${may("measure") && h(SaveIteration, { file, spec: { ...spec, include: file.spec["include"] } })}
+      ${may("measure") && h(SaveIteration, { file, spec: { ...spec, include: file.spec["include"] }, target, setTarget })}
     </div>
     ${figures.data && h(FlankFigures, { figures: figures.data, level })}
   </div>`;

@@ -68,6 +68,8 @@ function Form() {
   const [error, setError] = useState(/** @type {unknown} */ (undefined));
   const attempt = useAttempt("new job");
   const leaving = useLeaving();
+  // a gear of a file begins the fields anew: those that it fills are not folded
+  const [taken, setTaken] = useState(0);
   const form = useRef(/** @type {HTMLFormElement | null} */ (null));
 
   const submit = async (/** @type {Event} */ event) => {
@@ -94,6 +96,7 @@ function Form() {
   const take = (/** @type {import("../lib/gear_form.js").Gear} */ found, /** @type {string | undefined} */ name) => {
     const named = name && job.name === "" ? { ...job, name } : job;
     setDraft({ ...draft, job: named, gear: formOf(found, fmt.value.input) });
+    setTaken(taken + 1);
   };
 
   return h(Page, {
@@ -113,7 +116,7 @@ function Form() {
           </header>
           ${
             withGear
-              ? html`${h(GearFile, { onTake: take })}${h(GearFields, { form: gear, onChange: setGear, error, at: "/gear", told })}`
+              ? html`${h(GearFile, { onTake: take })}${h(GearFields, { key: taken, form: gear, onChange: setGear, error, at: "/gear", told })}`
               : html`<p class="quiet">${t.gearAbout}</p>`
           }
         </section>

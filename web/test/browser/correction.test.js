@@ -226,31 +226,54 @@ browserTest("what was entered is kept, and the next measurement is compared with
   assert.equal(await change.inputValue(), "-0.5");
 });
 
-browserTest("a present value shows the new one, and the next correction goes on from it", {}, async (world) => {
+browserTest("a value before shows the one after, and the next correction goes on from it", {}, async (world) => {
   const { page, open, stands, job, iteration, call } = world;
-  const { id } = await job({ machine: "grinder of present values" });
+  const { id } = await job();
   await iteration(id);
   await call("POST", `/v1/jobs/${id}/iterations/1/correction`, await request());
   await open(pathOf(id));
   const entered = page.getByRole("region", { name: "Entered on the machine" });
   const angle = entered.getByRole("group", { name: "Profile angle" });
-  await angle.getByLabel("Present value").fill("2,03");
+  const before = angle.getByLabel("Value before");
+  await before.fill("2,03");
   await angle.getByLabel("Change").fill("14.89");
-  // to its step of 0.05
-  await angle.getByRole("status", { name: "New value" }).getByText("16.9 arcmin").waitFor();
+  await angle.getByRole("status", { name: "Value after" }).getByText("16.92 arcmin").waitFor();
   const helix = entered.getByRole("group", { name: "Helix angle" });
-  assert.equal(await helix.getByLabel("New value").textContent(), "–");
+  assert.equal(await helix.getByLabel("Value after").textContent(), "–");
   await page.reload();
   await stands();
-  assert.equal(await angle.getByLabel("Present value").inputValue(), "2,03");
+  assert.equal(await before.inputValue(), "2,03");
   await entered.getByRole("button", { name: "Save what was entered" }).click();
   await entered.getByRole("table", { name: "Entered" }).waitFor();
   await entered.getByText("Correct this entry").click();
-  assert.equal(await angle.getByLabel("Present value").inputValue(), "2,03", "before this correction");
-  await call("POST", `/v1/jobs/${id}/iterations/1/correction`, await request());
-  await page.reload();
-  await stands();
-  assert.equal(await angle.getByLabel("Present value").inputValue(), "16.9", "what was entered then");
+  assert.equal(await before.inputValue(), "2,03", "before this correction");
+  // typed after it was entered: its change is on the machine already
+  await before.fill("3");
+  await iteration(id, "flank_z52_remachined.json");
+  await call("POST", `/v1/jobs/${id}/iterations/2/correction`, await request());
+  await open(`/jobs/${id}/iterations/2/correction`);
+  await before.waitFor();
+  assert.equal(await before.inputValue(), "17.89", "3 and the change that was entered");
+  await entered.getByRole("button", { name: "Save what was entered" }).click();
+  await entered.getByText("Correct this entry").click();
+  assert.equal(await before.inputValue(), "17.89");
+  // of the earlier correction they are no longer shown
+  await open(pathOf(id));
+  await entered.getByText("Correct this entry").click();
+  await angle.getByLabel("Change").fill("14.5");
+  assert.equal(await before.count(), 0);
+  await entered.getByRole("button", { name: "Save what was entered" }).click();
+  await entered.getByRole("cell", { name: "+14.5" }).waitFor();
+  await open(`/jobs/${id}/iterations/2/correction`);
+  await entered.getByText("Correct this entry").click();
+  assert.equal(await before.inputValue(), "17.89", "nor written");
+  // another job on the same machine has values of its own
+  const other = await job();
+  await iteration(other.id);
+  await call("POST", `/v1/jobs/${other.id}/iterations/1/correction`, await request());
+  await open(pathOf(other.id));
+  await before.waitFor();
+  assert.equal(await before.inputValue(), "");
 });
 
 browserTest("a change that means little is not bold, and each reason is said once", {}, async (world) => {
@@ -302,6 +325,10 @@ browserTest("a flank that the measurement does not name is said above the change
   await panel.waitFor();
   await stands();
   assert.equal(await banner.count(), 0, "now the measurement names it");
+  await call("PATCH", `/v1/jobs/${id}/iterations/1`, { flank: "left" });
+  await page.reload();
+  await panel.getByText("now of the left flank; this correction is for the right one").waitFor();
+  assert.equal(await banner.count(), 0);
 });
 
 browserTest("the other flank is predicted once it was measured", {}, async (world) => {

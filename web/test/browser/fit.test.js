@@ -173,6 +173,39 @@ browserTest("saved as an iteration of a job of the list", {}, async ({ page, ope
   assert.equal(path.basename(flank), "flank_z52.json");
 });
 
+browserTest("the chosen job stays when flank and model change", {}, async ({ page, open, stands, job }) => {
+  const { id } = await job({ name: "chosen and kept" });
+  await job({ name: "changed last" });
+  await open("/fit");
+  await page.getByLabel("Drop a file here").setInputFiles(flank);
+  const chosen = page.getByLabel("Job", { exact: true });
+  await chosen.selectOption(id);
+  await page.getByLabel("Flank").selectOption("right");
+  await page.waitForURL(/flank=right/);
+  await stands();
+  assert.equal(await chosen.inputValue(), id);
+  await page.getByLabel("Find a job").fill("chosen and");
+  await page.getByLabel("Polynomial").selectOption("3");
+  await page.waitForURL(/degree=3/);
+  await stands();
+  assert.equal(await chosen.inputValue(), id);
+  assert.equal(await page.getByLabel("Find a job").inputValue(), "chosen and");
+});
+
+browserTest("a fit whose figures are not computed says so", {}, async ({ page, open, stands }) => {
+  const text = await example("flank_z52.json");
+  const buffer = Buffer.from(JSON.stringify({ ...JSON.parse(text), exclude: [{ row: 1, column: 1 }] }));
+  await open("/fit");
+  await page.getByLabel("Drop a file here").setInputFiles({ name: "l.json", mimeType: "application/json", buffer });
+  const measured = page.getByRole("region", { name: "Measured quantity" });
+  await measured.getByText("With the flank, the axes").waitFor();
+  await measured.getByLabel("Teeth z").fill("52");
+  await measured.getByLabel("Normal module").fill("1");
+  await measured.getByText("The page shows no slopes").waitFor();
+  assert.equal(await measured.getByText("With the flank, the axes").count(), 0);
+  await stands();
+});
+
 browserTest("without a job a new one is made, and the nodes are still there", { alone: true }, async (world) => {
   const { page, open, stands, call } = world;
   await open("/fit");
@@ -207,7 +240,7 @@ browserTest(
     const file = { name: "links.csv", mimeType: "text/csv", buffer: Buffer.from(lines.join("\n")) };
     await open("/fit");
     await page.getByLabel("Drop a file here").setInputFiles(file);
-    const measured = page.getByRole("region", { name: "What was measured" });
+    const measured = page.getByRole("region", { name: "Measured quantity" });
     await measured.waitFor();
     assert.equal(await measured.getByLabel("Flank").inputValue(), "left", "as the name of the file says");
     assert.equal(await page.getByRole("list", { name: "Slopes, crownings, twist" }).count(), 0);
@@ -235,6 +268,14 @@ browserTest(
     const words = (await tiles.getByRole("listitem").first().textContent()) ?? "";
     assert.ok(words.includes(slope.value.toFixed(place).replace("-", "−")), `${words}: ${slope.value}`);
     await page.getByRole("region", { name: "Slopes, crownings, twist", exact: true }).waitFor();
+    // in millimetres every figure is a thousand times as great
+    const refit = page.waitForRequest((request) => request.url().endsWith("/v1/fits"));
+    await measured.getByLabel("Unit").selectOption("mm");
+    assert.equal((await refit).postDataJSON().axes.z.unit, "mm");
+    const great = (1000 * slope.value).toFixed(Math.max(0, place - 3)).replace("-", "−");
+    await tiles.getByRole("listitem").first().getByText(great.slice(0, 3)).waitFor();
+    await measured.getByLabel("Unit").selectOption("um");
+    await tiles.getByText(slope.value.toFixed(place).replace("-", "−")).first().waitFor();
     // they are those of the stored iteration, whose axes and flank are the chosen ones
     await page.getByLabel("Find a job").fill("to hold the fit");
     await page.getByLabel("Job", { exact: true }).selectOption(id);
@@ -246,7 +287,7 @@ browserTest(
     // on the other flank the helix slope has the other sign
     await page.goBack();
     await tiles.waitFor();
-    await page.getByRole("region", { name: "What was measured" }).getByLabel("Flank").selectOption("right");
+    await page.getByRole("region", { name: "Measured quantity" }).getByLabel("Flank").selectOption("right");
     await page.waitForURL(/flank=right/);
     await stands();
     const helix = (await tiles.getByRole("listitem").nth(1).textContent()) ?? "";

@@ -126,6 +126,20 @@ browserTest(
   },
 );
 
+browserTest("fields that a gear of a file fills are not folded", {}, async ({ page, open }) => {
+  await open("/jobs/new");
+  const tip = page.getByLabel("Tip diameter");
+  assert.equal(await tip.isVisible(), false);
+  const diameter = '<attribute id="tip_diameter" unit="mm">54.1</attribute>';
+  const model = rexsModel().replace('<attribute id="face_width"', `${diameter}<attribute id="face_width"`);
+  await page
+    .getByLabel("Gear from a file")
+    .setInputFiles({ name: "gear.rexs", mimeType: "application/xml", buffer: Buffer.from(model) });
+  await page.getByRole("button", { name: "Take over" }).click();
+  await tip.waitFor();
+  assert.equal(await tip.inputValue(), "54.1");
+});
+
 browserTest("a lost answer makes one job", { offline: true }, async ({ page, open, call }) => {
   await open("/jobs/new");
   await page.getByLabel("With gear data").uncheck();

@@ -7,6 +7,7 @@ import {
   presentOf,
   requestOf,
   settingsOf,
+  isSuperseded,
   significant,
 } from "../../app/lib/correction.js";
 
@@ -72,19 +73,30 @@ test("what is no number is found at its place", () => {
   ]);
 });
 
-test("a change is significant beyond the half width of its 95 % interval, and where it is made", () => {
+test("a change is significant beyond the half width of its 95 % interval", () => {
   assert.equal(significant({ change: 0.024, std_error: 0.042 }), false);
   assert.equal(significant({ change: -14.89, std_error: 0.2 }), true);
   assert.equal(significant({ change: 3 }), true);
-  assert.equal(significant({ change: 3, std_error: 0.1, left: "within_limits" }), false);
 });
 
-test("a new value is the present one and the change, rounded to the increment", () => {
-  assert.equal(newValue("1,2", "0.1", undefined), 1.3);
-  assert.equal(newValue("10", "−0,52", 0.05), 9.5);
-  assert.equal(newValue("10", "0.33", 0.05), 10.35);
-  assert.equal(newValue("", "0.33", 0.05), undefined);
-  assert.equal(newValue("ten", "0.33", 0.05), undefined);
+test("a new value is the sum of the one before and the change", () => {
+  assert.equal(newValue("1,2", "0.1"), 1.3);
+  assert.equal(newValue("10", "−0,52"), 9.48);
+  assert.equal(newValue("", "0.33"), undefined);
+  assert.equal(newValue("ten", "0.33"), undefined);
   const kept = { correction: "a", present: "10", next: "10.35" };
   assert.deepEqual([presentOf(kept, "a"), presentOf(kept, "b"), presentOf(undefined, "a")], ["10", "10.35", ""]);
+});
+
+test("values are superseded by those of a later correction, and by another's once a correction was entered", () => {
+  const kept = { correction: "b", present: "10", next: "10.35" };
+  assert.deepEqual(
+    ["a", "b", "c"].map((id) => isSuperseded(kept, id, true)),
+    [true, false, true],
+  );
+  assert.deepEqual(
+    ["a", "b", "c"].map((id) => isSuperseded(kept, id, false)),
+    [true, false, false],
+  );
+  assert.equal(isSuperseded(undefined, "a", true), false);
 });

@@ -102,4 +102,10 @@ test("a message has no quotes of code and no more digits than a reader needs", (
     plain("`x` is 0.011; 1.1400000000000001 mm is below 0.123456789 mm"),
     "x is 0.011; 1.14 mm is below 0.123457 mm",
   );
+  const kept = "1234567.25 µm of 12345678.123456 at 0.00001234 and 2.5e-12, v0.1.2, 0.00000000000000002";
+  assert.equal(plain(kept), kept);
+  assert.equal(
+    plain("1234567.1000000001 and 0.0000000123456789 and 1.234567891234e-9; 9.9999999999, 10.000000000"),
+    "1234567.1 and 0.0000000123457 and 1.234568e-9; 10, 10",
+  );
 });

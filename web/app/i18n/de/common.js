@@ -11,7 +11,7 @@ export default {
   previousIteration: "Zur vorigen Iteration",
   nextIteration: "Zur nächsten Iteration",
   newJob: "Neuer Auftrag",
-  fit: "Ausgleich",
+  fit: "Anpassung berechnen",
   settings: "Einstellungen",
   overview: "Übersicht",
   measure: "Messen",

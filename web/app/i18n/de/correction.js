@@ -1,3 +1,5 @@
+const SIDES = { left: "linke", right: "rechte" };
+
 /** @type {import("../i18n.js").Same<typeof import("../en/correction.js").default>} */
 export default {
   title: "Korrektur",
@@ -77,10 +79,10 @@ export default {
   entered: "Eingegeben",
   proposed: "Vorgeschlagen",
   enterAgain: "Diese Eingabe berichtigen",
-  present: "Jetziger Wert",
+  present: "Wert vorher",
   presentAbout:
-    "Mit dem jetzigen Wert einer Einstellung wird ihr neuer Wert angezeigt. Dieser Browser merkt sich die Werte jeder Maschine; gesendet werden sie nicht.",
-  newValue: "Neuer Wert",
+    "Mit dem Wert einer Einstellung vor der Korrektur wird der Wert nachher angezeigt. Dieser Browser merkt sich die Werte jedes Auftrags; gesendet werden sie nicht.",
+  newValue: "Wert nachher",
   enteredNote: "Notiz",
   enterSave: "Eingegebenes speichern",
   enteredDone: "Die Eingabe ist aufbewahrt.",
@@ -129,7 +131,9 @@ export default {
   gearMethod: "Schleifverfahren",
   gearMake: "Korrektur berechnen",
   chosenFlank: (flank) =>
-    `Die Messung nennt ihre Flanke nicht: Für diese Korrektur wurde die Flanke „${flank}“ gewählt. An der anderen Flanke haben die Änderungen, die die Flankenlinie drehen, das entgegengesetzte Vorzeichen.`,
+    `Die Messung nennt ihre Flanke nicht: Für diese Korrektur wurde die ${SIDES[flank]} Flanke gewählt. An der anderen Flanke haben die Änderungen von Schrägungswinkel und Versatz der Werkzeugachse das entgegengesetzte Vorzeichen.`,
+  changedFlank: (now, then) =>
+    `Die Messung ist jetzt die der ${SIDES[now]}n Flanke; diese Korrektur ist für die ${SIDES[then]} Flanke. An der anderen Flanke haben die Änderungen von Schrägungswinkel und Versatz der Werkzeugachse das entgegengesetzte Vorzeichen.`,
   flank_left: "Linke Flanke",
   flank_right: "Rechte Flanke",
   other_left: "Die linke Flanke",

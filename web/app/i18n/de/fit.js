@@ -1,8 +1,8 @@
 /** @type {import("../i18n.js").Same<typeof import("../en/fit.js").default>} */
 export default {
-  about: "Gleicht Messpunkte aus und speichert nichts, bis Sie sie als Iteration speichern.",
-  fitting: "Ausgleich läuft",
-  none: "Legen Sie eine Datei mit Messpunkten ab, oder fügen Sie sie ein. Sie werden sofort ausgeglichen.",
+  about: "Berechnet die Anpassung an Messpunkte und speichert nichts, bis Sie sie als Iteration speichern.",
+  fitting: "Anpassung wird berechnet",
+  none: "Legen Sie eine Datei mit Messpunkten ab, oder fügen Sie sie ein. Die Anpassung wird sofort berechnet.",
   nodes: "Messpunkte",
   drop: "Datei hier ablegen oder auswählen",
   dropHint: "JSON: Messpunkte oder eine ganze Anfrage; eine Tabelle (CSV, TXT, DAT) von Messpunkten",
@@ -13,14 +13,16 @@ export default {
   empty: "Darin steht nichts.",
   json: "Das ist kein gültiges JSON.",
   noNodes: "Darin stehen keine Messpunkte.",
-  measurand: "Was gemessen wurde",
+  measurand: "Messgröße",
   notSaid: "nicht angegeben",
   gear: "Zahnrad",
   figuresNeed:
     "Mit Flanke, Achsen, Zähnezahl und Modul zeigt die Seite Profil- und Flankenlinien-Winkelabweichung, Balligkeiten und Verschränkung.",
+  noFigures:
+    "Winkelabweichungen, Balligkeiten und Verschränkung zeigt die Seite zu dieser Anpassung nicht: Sie hat Filter, ausgeschlossene Messpunkte, Gewichte, Vorwissen, Längen der Linien oder andere Bedingungen.",
   otherModel:
-    "Diese Kenngrößen sind die einer Fläche zweiter Ordnung durch dieselben Messpunkte. Eine gespeicherte Iteration hat die des hier gewählten Modells; beide unterscheiden sich wenig.",
-  fitNow: "Ausgleichen",
+    "Diese Kenngrößen sind die einer Fläche zweiter Ordnung durch dieselben Messpunkte. Eine gespeicherte Iteration hat die Kenngrößen des hier gewählten Modells.",
+  fitNow: "Anpassung berechnen",
   model: "Modell",
   polynomial: "Polynom",
   polynomialHint: "Bei einer Fläche: dieser Grad entlang u und entlang v.",
@@ -45,7 +47,7 @@ export default {
   map: "Topografie",
   layer: "Ebene",
   measured: "Gemessen",
-  fitted: "Ausgeglichen",
+  fitted: "Angepasst",
   residual: "Residuum",
   noMap: "Die Zeilen einer Messmatrix haben keinen Ort auf einer Flanke. Die Kenngrößen der Anpassung stehen daneben.",
   findJob: "Auftrag suchen",

@@ -4,7 +4,7 @@ export default {
   layer: "Ebene",
   measured: "Gemessen",
   from_design: "Gemessen, Abweichung von der Auslegung",
-  fitted: "Ausgeglichen",
+  fitted: "Angepasst",
   residual: "Residuum",
   difference: "Unterschied zu einer anderen Iteration",
   predicted: "Von der Korrektur vorhergesagt",

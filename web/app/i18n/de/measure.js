@@ -101,7 +101,7 @@ export default {
   along_diameter: "Durchmesser",
   inWords: (greatest, along, range) => `Größte Abweichung ${greatest} µm, ${along} ${range} mm.`,
   fit: "Anpassung",
-  fromFile: "Eine JSON-Datei kann sagen, wie ausgeglichen wird; was hier geändert wird, geht vor.",
+  fromFile: "Eine JSON-Datei kann sagen, wie die Anpassung berechnet wird; was hier geändert wird, geht vor.",
   model: "Modell",
   second: "zweite Ordnung",
   otherDegrees: "andere Grade",

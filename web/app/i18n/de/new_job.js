@@ -13,7 +13,7 @@ export default {
   tagsFault: "Jede Zeile als Name = Wert schreiben.",
   gear: "Zahnrad",
   gearAbout:
-    "Ohne Zahnrad lassen sich Messpunkte ausgleichen, aber nicht als Profil und Flankenlinie auswerten, und keine Maschine korrigieren.",
+    "Ohne Zahnrad lässt sich eine Anpassung an Messpunkte berechnen, aber keine Auswertung von Profil und Flankenlinie und keine Korrektur einer Maschine.",
   withGear: "Mit Zahnraddaten",
   fromFile: "Zahnrad aus einer Datei",
   fromFileHint: "REXS, .mka oder .mew",

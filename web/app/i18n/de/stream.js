@@ -33,7 +33,7 @@ export default {
   estimate: "Kenngrößen der Schätzung",
   finish: "Datenstrom abschließen",
   finishText:
-    "Alle Messpunkte werden auf einmal ausgeglichen und die nächste Iteration. Danach nimmt der Datenstrom keine Messpunkte mehr an.",
+    "Die Anpassung an alle Messpunkte wird auf einmal berechnet; sie werden die nächste Iteration. Danach nimmt der Datenstrom keine Messpunkte mehr an.",
   finishNow: "Abschließen",
   finishedAs: (number) => `Der Datenstrom ist Iteration ${number} geworden.`,
   toIteration: (number) => `Zu Iteration ${number}`,

@@ -76,10 +76,10 @@ export default {
   entered: "Entered",
   proposed: "Proposed",
   enterAgain: "Correct this entry",
-  present: "Present value",
+  present: "Value before",
   presentAbout:
-    "With the present value of a setting, its new value is shown. This browser remembers the values of each machine; they are not sent.",
-  newValue: "New value",
+    "With the value of a setting before the correction, the value after it is shown. This browser remembers the values of each job; they are not sent.",
+  newValue: "Value after",
   enteredNote: "Note",
   enterSave: "Save what was entered",
   enteredDone: "What was entered is kept.",
@@ -127,8 +127,10 @@ export default {
     "By the mean over all teeth of both flanks that were measured since the last correction, with the same settings for both flanks.",
   gearMethod: "Grinding method",
   gearMake: "Compute the correction",
-  chosenFlank: (/** @type {string} */ flank) =>
-    `The measurement does not name its flank: the ${flank} one was chosen for this correction. On the other flank the changes that turn the helix have the opposite sign.`,
+  chosenFlank: (/** @type {"left" | "right"} */ flank) =>
+    `The measurement does not name its flank: the ${flank} one was chosen for this correction. On the other flank the changes of helix angle and tool axis offset have the opposite sign.`,
+  changedFlank: (/** @type {"left" | "right"} */ now, /** @type {"left" | "right"} */ then) =>
+    `The measurement is now of the ${now} flank; this correction is for the ${then} one. On the other flank the changes of helix angle and tool axis offset have the opposite sign.`,
   flank_left: "Left flank",
   flank_right: "Right flank",
   other_left: "The left flank",

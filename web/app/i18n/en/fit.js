@@ -12,13 +12,15 @@ export default {
   empty: "There is nothing in it.",
   json: "This is no valid JSON.",
   noNodes: "There are no nodes in it.",
-  measurand: "What was measured",
+  measurand: "Measured quantity",
   notSaid: "not said",
   gear: "Gear",
   figuresNeed:
     "With the flank, the axes, the number of teeth and the module, the page shows profile slope, helix slope, crownings and twist.",
+  noFigures:
+    "The page shows no slopes, crownings and twist of this fit: it has filters, excluded nodes, weights, a prior, trace lengths or other conditions.",
   otherModel:
-    "These figures are of a second-order surface through the same nodes. Those of a saved iteration are of the model chosen here; the two differ by little.",
+    "These figures are of a second-order surface through the same nodes. A saved iteration has the figures of the model chosen here.",
   fitNow: "Fit",
   model: "Model",
   polynomial: "Polynomial",
