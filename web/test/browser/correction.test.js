@@ -329,6 +329,17 @@ browserTest("a flank that the measurement does not name is said above the change
   await page.reload();
   await panel.getByText("now of the left flank; this correction is for the right one").waitFor();
   assert.equal(await banner.count(), 0);
+  // a request without a flank has that of the iteration
+  const { id: named } = await job();
+  await call("POST", `/v1/jobs/${named}/iterations`, { ...nodes, flank: "left" });
+  await call("POST", `/v1/jobs/${named}/iterations/1/correction`, { sensitivity: { machine: "form_grinding" } });
+  await open(pathOf(named));
+  await panel.waitFor();
+  await stands();
+  assert.equal(await panel.locator(".note.warn").count(), 0);
+  await call("PATCH", `/v1/jobs/${named}/iterations/1`, { flank: "right" });
+  await page.reload();
+  await panel.getByText("now of the right flank; this correction is for the left one").waitFor();
 });
 
 browserTest("the other flank is predicted once it was measured", {}, async (world) => {

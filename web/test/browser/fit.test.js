@@ -180,7 +180,7 @@ browserTest("the chosen job stays when flank and model change", {}, async ({ pag
   await page.getByLabel("Drop a file here").setInputFiles(flank);
   const chosen = page.getByLabel("Job", { exact: true });
   await chosen.selectOption(id);
-  await page.getByLabel("Flank").selectOption("right");
+  await page.getByLabel("Flank", { exact: true }).selectOption("right");
   await page.waitForURL(/flank=right/);
   await stands();
   assert.equal(await chosen.inputValue(), id);
@@ -255,14 +255,8 @@ browserTest(
     const tiles = page.getByRole("list", { name: "Slopes, crownings, twist" });
     await tiles.waitFor();
     await stands();
-    const figures = await call("POST", "/v1/gears/flank-surface", {
-      gear,
-      flank: "left",
-      profile: nodes.u,
-      z_mm: nodes.v,
-      deviation_um: nodes.z,
-      regularization: { type: "spectral" },
-    });
+    const request = { gear, flank: "left", profile: nodes.u, z_mm: nodes.v, regularization: { type: "spectral" } };
+    const figures = await call("POST", "/v1/gears/flank-surface", { ...request, deviation_um: nodes.z });
     const slope = figures.profile_slope_um;
     const place = Math.max(0, 1 - Math.floor(Math.log10(slope.std_error)));
     const words = (await tiles.getByRole("listitem").first().textContent()) ?? "";
@@ -272,10 +266,16 @@ browserTest(
     const refit = page.waitForRequest((request) => request.url().endsWith("/v1/fits"));
     await measured.getByLabel("Unit").selectOption("mm");
     assert.equal((await refit).postDataJSON().axes.z.unit, "mm");
-    const great = (1000 * slope.value).toFixed(Math.max(0, place - 3)).replace("-", "−");
-    await tiles.getByRole("listitem").first().getByText(great.slice(0, 3)).waitFor();
+    const great = nodes.z.map((/** @type {(number | null)[]} */ row) => row.map((z) => (z === null ? null : 1000 * z)));
+    const { value } = (await call("POST", "/v1/gears/flank-surface", { ...request, deviation_um: great }))
+      .profile_slope_um;
+    assert.ok(Math.abs(value / slope.value - 1000) < 1, String(value));
+    const first = tiles.getByRole("listitem").first();
+    // to the second digit of its error, which is a thousand times as great, too
+    const step = 10 ** (3 - place);
+    await first.filter({ hasText: String(Math.round(value / step) * step).replace("-", "−") }).waitFor();
     await measured.getByLabel("Unit").selectOption("um");
-    await tiles.getByText(slope.value.toFixed(place).replace("-", "−")).first().waitFor();
+    await first.filter({ hasText: slope.value.toFixed(place).replace("-", "−") }).waitFor();
     // they are those of the stored iteration, whose axes and flank are the chosen ones
     await page.getByLabel("Find a job").fill("to hold the fit");
     await page.getByLabel("Job", { exact: true }).selectOption(id);
