@@ -15,6 +15,17 @@ browserTest("requirements are shown, edited, and refused where they cannot be", 
   await panel.getByText("The job asks nothing of its flanks").waitFor();
   await page.getByRole("button", { name: "Edit" }).click();
   const dialog = page.getByRole("dialog");
+  const names = await dialog.locator(".limits-row > .limits-name").evaluateAll((all) =>
+    all.map((one) => {
+      const { display, lineHeight } = getComputedStyle(one);
+      return { display, lineHeight: Number.parseFloat(lineHeight) };
+    }),
+  );
+  assert.ok(names.length >= NAMES.length, `${names.length} names`);
+  for (const { display, lineHeight } of names) {
+    assert.equal(display, "grid", "names below each other");
+    assert.ok(lineHeight >= 16, `lines of ${lineHeight} px`);
+  }
   await dialog.getByLabel("Accuracy class").selectOption("6");
   await dialog.getByLabel("Twist, Both flanks, from").fill("-4,5");
   await page.getByRole("button", { name: "Save" }).click();
