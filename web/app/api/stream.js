@@ -32,20 +32,15 @@ export function useStream(streamId) {
   return { resource, history: histories.get(streamId) ?? [], wake };
 }
 
-/** The streams of a job that are being measured. @param {string} jobId */
+/**
+ * The streams of a job that are being measured, among its first 200: the server lists the oldest first, and by no state.
+ * @param {string} jobId
+ */
 export function useOpenStreams(jobId) {
   return useResource(`open streams ${jobId}`, async (signal) => {
-    const open = [];
-    /** @type {string | undefined} */
-    let cursor;
-    do {
-      const query = { limit: 200, ...(cursor ? { cursor } : {}) };
-      const params = { path: { job_id: jobId }, query };
-      const { data } = await answer(api.GET("/v1/jobs/{job_id}/streams", { signal, params }));
-      open.push(...data.items.filter(({ state }) => state === "open"));
-      cursor = data.next_cursor;
-    } while (cursor);
-    return { data: open };
+    const params = { path: { job_id: jobId }, query: { limit: 200 } };
+    const { data } = await answer(api.GET("/v1/jobs/{job_id}/streams", { signal, params }));
+    return { data: data.items.filter(({ state }) => state === "open") };
   });
 }
 

@@ -10,7 +10,7 @@ import { href, hrefIf } from "../router.js";
 import { Fragment, h, html, useEffect, useState } from "../../vendor/ui.js";
 import { JobNavigation, Page } from "./page.js";
 import { useShortcut } from "./shortcuts.js";
-import { loaded, Skeleton } from "./states.js";
+import { loaded } from "./states.js";
 
 /** @typedef {import("../../vendor/ui.js").ComponentChildren} Children */
 /** @typedef {import("../api/job.js").Job} Job */
@@ -82,8 +82,7 @@ export function JobPage({ jobId, view, number, actions, onEvents, children }) {
           null,
           h(JobNavigation, { jobId, number, iterations: numbers }),
           streams.data?.map((stream) => h(Streaming, { key: stream.id, jobId, stream })),
-          // what is below the streams comes after them, so that nothing jumps
-          streams.data || streams.error ? children(data, { job, trace, news }) : h(Skeleton, null),
+          children(data, { job, trace, news }),
         ),
     }),
   });

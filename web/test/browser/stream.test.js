@@ -188,6 +188,30 @@ browserTest("a job leads to the streams that were opened before, until they are 
   await page.getByRole("link", { name: "Watch" }).waitFor({ state: "detached" });
 });
 
+browserTest("a job is shown before it is known what is being measured", {}, async (world) => {
+  const { page, iteration, server, stands } = world;
+  const { id } = await opened(world);
+  await iteration(id);
+  /** @type {() => void} */
+  let known = () => undefined;
+  const late = new Promise((resolve) => {
+    known = () => resolve(undefined);
+  });
+  let asked = 0;
+  await page.route(`**/v1/jobs/${id}/streams?*`, async (route) => {
+    asked += 1;
+    await late;
+    await route.continue();
+  });
+  await page.goto(`${server.url}/jobs/${id}`);
+  await page.getByRole("table", { name: "Iterations" }).waitFor();
+  assert.equal(await page.getByRole("link", { name: "Watch" }).count(), 0);
+  assert.ok(asked > 0);
+  known();
+  await page.getByRole("link", { name: "Watch" }).waitFor();
+  await stands();
+});
+
 browserTest("heights of a few nanometres have the digits of their scale, in every place", {}, async (world) => {
   const { page, open, stands, job, call } = world;
   const { id } = await job();
