@@ -44,7 +44,8 @@ export function Dialog({ title, onClose, children, wide = false }) {
 }
 
 /**
- * A menu below its button: a press elsewhere, on one of its buttons or of Escape closes it.
+ * A menu below its button: a press elsewhere, on one of its buttons or of Escape closes it, and so does the focus that
+ * leaves it.
  * @param {{ label: string, children: Children }} props
  */
 export function Menu({ label, children }) {
@@ -58,16 +59,24 @@ export function Menu({ label, children }) {
     document.addEventListener("pointerdown", elsewhere);
     return () => document.removeEventListener("pointerdown", elsewhere);
   }, []);
+  const back = () => {
+    close();
+    menu.current?.querySelector("summary")?.focus();
+  };
   const press = (/** @type {KeyboardEvent} */ event) => {
     if (event.key !== "Escape" || !menu.current?.open) return;
     event.stopPropagation();
-    close();
-    menu.current.querySelector("summary")?.focus();
+    back();
   };
   const choose = (/** @type {MouseEvent} */ event) => {
-    if (event.target instanceof Element && event.target.closest("button")) close();
+    if (event.target instanceof Element && event.target.closest("button")) back();
   };
-  return html`<details class="menu" ref=${menu} onKeyDown=${press} onToggle=${() => setOpen(menu.current?.open === true)}>
+  const leave = (/** @type {FocusEvent} */ event) => {
+    const to = event.relatedTarget;
+    // a press on a label within focuses `main` around it
+    if (to instanceof Node && !menu.current?.contains(to) && !to.contains(menu.current)) close();
+  };
+  return html`<details class="menu" ref=${menu} onKeyDown=${press} onFocusOut=${leave} onToggle=${() => setOpen(menu.current?.open === true)}>
     <summary class="button">${label}</summary>
     ${open && html`<div class="menu-items" onClick=${choose}>${children}</div>`}
   </details>`;

@@ -111,6 +111,12 @@ for (const language of ["en", "de"]) {
         await menu.getByRole("button").nth(2).click();
         await page.waitForURL(/contours=1/);
         await menu.getByRole("button").first().waitFor({ state: "hidden" });
+        const focused = () => menu.locator("summary").evaluate((summary) => summary === document.activeElement);
+        assert.ok(await focused(), "the focus is on the button of the menu again");
+        await page.keyboard.press("Enter");
+        await menu.getByRole("button").first().waitFor();
+        await page.keyboard.press("Shift+Tab");
+        await menu.getByRole("button").first().waitFor({ state: "hidden" });
         await menu.locator("summary").click();
         await page.keyboard.press("Escape");
         await menu.getByRole("button").first().waitFor({ state: "hidden" });
