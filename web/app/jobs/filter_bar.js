@@ -11,6 +11,7 @@ import { href } from "../router.js";
 import { compact, hidden } from "../settings.js";
 import { h, html, useEffect, useRef, useState } from "../../vendor/ui.js";
 import { firstPage, isReversed, noFilters, SORTS, STATUSES } from "./filters.js";
+import { optionalColumns, shows } from "./list.js";
 
 /** @typedef {import("./filters.js").Filters} Filters */
 /** @typedef {import("./filters.js").JobSummary} JobSummary */
@@ -41,30 +42,16 @@ export function Density() {
   return html`<button type="button" class="button density" aria-pressed=${compact.value ? "true" : "false"} onClick=${toggle}>${t.compact}</button>`;
 }
 
-const COLUMNS = /** @type {const} */ ([
-  "part",
-  "serial",
-  "machine",
-  "status",
-  "iterations",
-  "flank",
-  "class",
-  "rms",
-  "condition",
-  "changed",
-]);
-/** For which tablets have no room. */
-const MINOR = /** @type {readonly string[]} */ (["iterations", "condition"]);
-
 /** The columns that the list shows besides the name. */
 export function Columns() {
-  const boxes = COLUMNS.map((key) => {
-    const minor = MINOR.includes(key) || (compact.value && (key === "part" || key === "serial"));
+  const boxes = optionalColumns().map(({ key, header, minor: narrow }) => {
+    // tablets have numbers below the name instead, but for compact lists
+    const minor = narrow && (compact.value || (key !== "part" && key !== "serial"));
     const onChange = (/** @type {boolean} */ shown) => {
       const others = hidden.value.filter((one) => one !== key);
       hidden.value = shown ? others : [...others, key];
     };
-    const box = h(Checkbox, { label: t[key], checked: !hidden.value.includes(key), onChange });
+    const box = h(Checkbox, { label: header, checked: shows(key), onChange });
     return html`<div key=${key} class=${minor ? "minor" : ""}>${box}</div>`;
   });
   return h(Menu, { label: t.columns, children: boxes });

@@ -35,7 +35,7 @@ export function JobList({ jobs, sort, tools }) {
   const list = table({
     caption: t.caption,
     hideCaption: true,
-    // what is hidden is in the file
+    // hidden columns are in the file too
     columns: columns(sort, flanks ? limit : undefined).map((column) =>
       shows(column.key) ? column : { ...column, cell: undefined },
     ),
@@ -50,6 +50,9 @@ export function JobList({ jobs, sort, tools }) {
 
 /** Whether the list has a column. @param {string} key */
 export const shows = (key) => !hidden.value.includes(key);
+
+/** The columns that can be hidden. */
+export const optionalColumns = () => columns("", 0).filter(({ cell, rowHeader }) => cell && !rowHeader);
 
 /** @param {string} sort @param {number | undefined} limit of the flanks' colours; none where no job has one @returns {Column[]} */
 function columns(sort, limit) {
