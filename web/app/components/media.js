@@ -1,4 +1,4 @@
-// What the window is like, as it changes.
+// Media queries of the window, followed as they change.
 
 import { useEffect, useState } from "../../vendor/ui.js";
 

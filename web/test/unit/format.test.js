@@ -45,7 +45,7 @@ test("every kind of number has its digits", () => {
   }
 });
 
-test("a value beside a scale or an axis has the decimals of its labels", () => {
+test("a value next to a scale or an axis has the decimals of its labels", () => {
   assert.equal(en.onScale(0.0034, 0.01, "µm"), "0.003");
   assert.equal(en.onScale(-0.0034, 0.01, "µm"), "−0.003");
   assert.equal(de.onScale(0.234, 0.5, "µm"), "0,23");

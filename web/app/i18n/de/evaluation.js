@@ -1,9 +1,9 @@
 /** @type {import("../i18n.js").Same<typeof import("../en/evaluation.js").default>} */
 export default {
   title: "Auswertung",
-  none: "Nach dem Import der Datei einer Messmaschine, oder nach einer gesendeten Auswertung, sind hier ausgewertete Profile, Flankenlinien und Teilungen.",
+  none: "Hier erscheinen ausgewertete Profile, Flankenlinien und Teilungen, sobald die Datei einer Messmaschine importiert oder eine Auswertung gesendet ist.",
   noTraces:
-    "Nach dem Import der Datei einer Messmaschine, oder nach einer gesendeten Auswertung, sind hier ausgewertete Profile und Flankenlinien.",
+    "Hier erscheinen ausgewertete Profile und Flankenlinien, sobald die Datei einer Messmaschine importiert oder eine Auswertung gesendet ist.",
   imported:
     "Diese Auswertung kam aus einer Datei, von der keine Kurven aufbewahrt sind. Die Kenngrößen stehen unten, ohne Diagramme.",
   record: "Auswertung",

@@ -1,7 +1,7 @@
 /** @type {import("../i18n.js").Same<typeof import("../en/job.js").default>} */
 export default {
   next: "Nächster Schritt",
-  nextMeasure: "Nach der ersten Messung sind hier Karte, Kenngrößen und Entscheidung jeder Iteration.",
+  nextMeasure: "Hier erscheinen Karte, Kenngrößen und Entscheidung jeder Iteration, sobald gemessen wurde.",
   nextMeasureApi: "Messpunkte gehen an …/iterations, die Datei einer Messmaschine an …/import.",
   nextDecide: (number) =>
     `Über Iteration ${number} entscheiden: Karte ansehen, dann annehmen, nacharbeiten lassen oder verwerfen.`,

@@ -1,6 +1,6 @@
 /** @type {import("../i18n.js").Same<typeof import("../en/pitch.js").default>} */
 export default {
-  none: "Nach dem Import der Datei einer Messmaschine, die sie enthält, sind hier Teilungen und Rundlauf.",
+  none: "Hier erscheinen Teilungen und Rundlauf, sobald die Datei einer Messmaschine importiert ist, die sie enthält.",
   title: "Teilung und Rundlauf",
   record: "Teilungsmessung",
   left: "linke Flanken",

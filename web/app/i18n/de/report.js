@@ -11,7 +11,7 @@ export default {
   german: "Deutsch",
   print: "Drucken",
   printHint: "A4 hoch. Der Druckdialog des Browsers speichert auch als PDF.",
-  nothing: "Nach der ersten Messung ist hier der Bericht.",
+  nothing: "Hier erscheint der Bericht, sobald gemessen wurde.",
   page: "Seite",
   summary: "Erste Seite",
   maps: "Flankenkarten",

@@ -2,7 +2,7 @@
 export default {
   title: "Verlauf",
   aboutTrace: "Je Iteration eine Spalte, die Zeit läuft nach unten. Nichts wird je überschrieben.",
-  none: "Anpassungen, Korrekturen und Entscheidungen werden nach der ersten Messung hier aufgelistet.",
+  none: "Hier erscheinen Anpassungen, Korrekturen und Entscheidungen, sobald gemessen wurde.",
   filter: "Was gezeigt wird",
   show_measured: "Messungen",
   show_fit: "Anpassungen",
