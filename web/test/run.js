@@ -1,6 +1,6 @@
-// Runs the tests of a folder: `node test/run.js browser 2`, all of its files in two processes that each keep their
-// browser and their server; `node test/run.js budget`, a process for each file. What was left out is told, and written
-// to the file FLANKFIT_LEFT_OUT.
+// Runs the tests of a folder: `node test/run.js browser 2` (or `nightly 2`), all of its files in two processes that each
+// keep their browser and their server; `node test/run.js budget`, a process for each file. What was left out is told, and
+// written to the file FLANKFIT_LEFT_OUT.
 
 import { fork } from "node:child_process";
 import { appendFile, readdir } from "node:fs/promises";
@@ -13,7 +13,7 @@ const [folder = "browser", workers] = process.argv.slice(2);
 const worker = fileURLToPath(new URL("worker.js", import.meta.url));
 
 /** These take longest, and begin first. */
-const LONG = ["everywhere.test.js", "plant.test.js", "report.test.js", "story.test.js"];
+const LONG = ["report.test.js", "story.test.js"];
 
 /** After so long a test never ends. */
 const LONGEST_MS = 1_200_000;

@@ -1,4 +1,4 @@
-// What is chosen stands in the address; everywhere.test.js loads every page anew.
+// What is chosen stands in the address; nightly/sweep.test.js loads every page anew.
 
 import assert from "node:assert/strict";
 import { browserTest, example } from "./harness.js";

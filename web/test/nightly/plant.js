@@ -14,10 +14,10 @@ import { text } from "node:stream/consumers";
 import { setTimeout as pause } from "node:timers/promises";
 import { fileURLToPath } from "node:url";
 import { promisify } from "node:util";
-import { callOf, program, serve } from "./harness.js";
+import { callOf, program, serve } from "../browser/harness.js";
 
-/** @typedef {import("./harness.js").Server} Server */
-/** @typedef {import("./harness.js").World["call"]} Call */
+/** @typedef {import("../browser/harness.js").Server} Server */
+/** @typedef {import("../browser/harness.js").World["call"]} Call */
 /** @typedef {"admin" | "engineer" | "operator" | "reader"} Role */
 /** @typedef {0 | 1} Which of the servers */
 /**

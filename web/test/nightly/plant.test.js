@@ -3,14 +3,22 @@
 // all of these tests.
 
 import assert from "node:assert/strict";
-import { atEnd, counted, doNotSendAgain, example, holdsTheseFiles, inBrowser, tellingMore } from "./harness.js";
+import {
+  atEnd,
+  counted,
+  doNotSendAgain,
+  example,
+  holdsTheseFiles,
+  inBrowser,
+  tellingMore,
+} from "../browser/harness.js";
 import { lacking, startPlant, until } from "./plant.js";
 
 /** @typedef {import("./plant.js").Plant} Plant */
-/** @typedef {import("./harness.js").World["call"]} Call */
+/** @typedef {import("../browser/harness.js").World["call"]} Call */
 /** @typedef {import("playwright-core").Page} Page */
 /** @typedef {import("playwright-core").Locator} Locator */
-/** @typedef {Pick<import("./harness.js").World, "page" | "open" | "stands" | "startAgain"> & { plant: Plant }} World */
+/** @typedef {Pick<import("../browser/harness.js").World, "page" | "open" | "stands" | "startAgain"> & { plant: Plant }} World */
 
 const why = lacking();
 /** The gate takes no excuse. */
@@ -28,7 +36,7 @@ atEnd(async () => (await started)?.server.stop());
 
 /**
  * @param {string} name
- * @param {Omit<import("./harness.js").Options, "serve" | "browser"> & { role?: import("./plant.js").Role }} options
+ * @param {Omit<import("../browser/harness.js").Options, "serve" | "browser"> & { role?: import("./plant.js").Role }} options
  *   `role`: whose key the browser has
  * @param {(world: World) => Promise<void>} body
  */

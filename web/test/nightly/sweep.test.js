@@ -1,0 +1,88 @@
+// Every page, each in all that holds of it: accessibility, languages, narrow screens, a reload.
+
+import assert from "node:assert/strict";
+import { asTables, graphics } from "../browser/graphics.js";
+import { axeFinds, browserTest } from "../browser/harness.js";
+import { jumps, pressed, show, strays, watchShifts, wide } from "../browser/looks.js";
+import { closes, opens, pageList, visit } from "../browser/pages.js";
+
+/** @typedef {import("../browser/harness.js").World} World */
+/** @typedef {import("playwright-core").Page} Page */
+
+const DESK = { width: 1280, height: 800 };
+/** A tablet is turned: both widths are of one. */
+const TABLETS = [
+  { width: 1000, height: 1024 },
+  { width: 768, height: 1024 },
+];
+const PHONE = { width: 360, height: 740 };
+
+/** What a reader of the page has before them. @param {Page} page */
+const seen = async (page) => ((await page.locator("main").textContent()) ?? "").replaceAll(/\s+/gu, " ").trim();
+
+/**
+ * The faults of what is shown, by all that holds of pages and dialogs: window, theme and language are changed and set
+ * back. Each theme is looked at by axe, and each width: light on the desk, dark on a tablet.
+ * @param {World} world @param {string} [part] that axe looks at, by default the page
+ */
+async function looked(world, part) {
+  const { page } = world;
+  /** @type {string[]} */
+  const faults = [];
+  const add = (/** @type {string} */ where, /** @type {readonly string[]} */ found) =>
+    faults.push(...found.map((one) => `${where}: ${one}`));
+  add("axe, light", await axeFinds(page, part));
+  await show(world, { language: "pseudo" });
+  add("not of the tables", await strays(page));
+  await show(world, { language: "de" }, PHONE);
+  add("360 px, de", await wide(page));
+  await show(world, { language: "en", theme: "dark" });
+  add("360 px, en", await wide(page));
+  for (const tablet of TABLETS) {
+    await show(world, {}, tablet);
+    const { small, count } = await pressed(page);
+    add(`less than 44 px at ${tablet.width} px`, small);
+    if (count <= 4) add(`${tablet.width} px`, [`only ${count} targets`]);
+  }
+  add("axe, dark, on a tablet", await axeFinds(page, part));
+  await show(world, { theme: "light" }, DESK);
+  return faults;
+}
+
+browserTest("every page stands, in each theme, language and width", { settings: { theme: "light" } }, async (world) => {
+  const { page, server, stands } = world;
+  /** @type {string[]} */
+  const faults = [];
+  await watchShifts(page);
+  let drawn = 0;
+  for (const listed of await pageList(world)) {
+    const add = (/** @type {readonly string[]} */ found, name = listed.name) =>
+      faults.push(...found.map((one) => `${name}: ${one}`));
+    const address = server.url + listed.path;
+    add(await jumps(page, () => world.open(listed.path)));
+    if (listed.fill) await visit(world, listed);
+    const before = await seen(page);
+    if (page.url() !== address) add([`stands at ${page.url()}`]);
+    add(await looked(world));
+    // what is seen stands in the address
+    if (!listed.fill) {
+      await page.reload();
+      await stands();
+      if (page.url() !== address) add([`stands at ${page.url()} after a reload`]);
+    }
+    const after = await seen(page);
+    if (after !== before) add([`${before}\nis after a reload, or other languages and widths\n${after}`]);
+    for (const dialog of listed.dialogs ?? []) {
+      await opens(world, dialog);
+      add(await looked(world, "dialog[open]"), dialog.name);
+      await closes(world);
+    }
+    if (listed.name.startsWith("report")) continue;
+    const { faults: found, count } = await graphics(page);
+    add(found);
+    drawn += count;
+    await asTables(page);
+  }
+  assert.deepEqual(faults, []);
+  assert.ok(drawn > 40, `${drawn} graphics`);
+});
