@@ -10298,8 +10298,9 @@ export interface components {
             /** @description Why it is left alone; left out where it is changed, fixed or undetermined. */
             left?: components["schemas"]["LeftAlone"];
             /**
-             * @description Whether the deviations say nothing about the setting (see `absolute`), so that it stays as
-             *     it is, or goes no further than its limits ask for.
+             * @description Whether the deviations say nothing about the setting (see `absolute`), or nothing that other
+             *     settings do not explain as well, as of a twist where one profile and one helix cross. It
+             *     stays as it is, or goes no further than its limits ask for.
              */
             undetermined: boolean;
         };
