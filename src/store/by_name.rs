@@ -1,8 +1,10 @@
 //! Declares rows that are read by the names of their columns.
 
-/// Declares a struct with a field for each column, and after `@` rows that take further columns of the same row.
+/// Declares a struct with a field for each column, and after `@` rows that take further columns of
+/// the same row.
 ///
-/// (sqlx derives the same; its procedural macros build sqlx and all that it depends on a second time.)
+/// (sqlx derives the same; its procedural macros build sqlx and all that it depends on a second
+/// time.)
 macro_rules! row {
     (
         $(#[$meta:meta])*

@@ -10,7 +10,8 @@ use sqlx::{
 #[folder = "migrations"]
 struct Files;
 
-/// Returns the migrations in a folder below `migrations`, oldest first, from files named `0001_what_it_adds.sql`.
+/// Returns the migrations in a folder below `migrations`, oldest first, from files named
+/// `0001_what_it_adds.sql`.
 pub fn embedded(folder: &str) -> Migrator {
     let migration = |path: std::borrow::Cow<'static, str>| {
         let name = path.strip_prefix(folder)?.strip_suffix(".sql").filter(|name| !name.contains('/'))?;

@@ -1,5 +1,6 @@
-//! Requests with their answers as they were before the interface was redesigned: numbers must keep every bit, refusals
-//! their status and pointers. `tests/corpus/README.md` says what the files hold.
+//! Requests with their answers as they were before the interface was redesigned: numbers must keep
+//! every bit, refusals their status and pointers. `tests/corpus/README.md` says what the files
+//! hold.
 
 use std::{collections::BTreeMap, fs, path::PathBuf};
 
@@ -71,7 +72,8 @@ fn recorded(name: &str) -> Vec<Exchange> {
     text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
 }
 
-/// Whether a text is an id, a time or a digest, which differ from run to run or are derived from such.
+/// Whether a text is an id, a time or a digest, which differ from run to run or are derived from
+/// such.
 fn varies(text: &str) -> bool {
     let is_id = text.len() == 36 && text.bytes().filter(|byte| *byte == b'-').count() == 4;
     let is_time = text.len() > 19 && text.ends_with('Z') && text.as_bytes()[10] == b'T';
@@ -194,7 +196,8 @@ impl Stage {
     }
 }
 
-/// Sends every example: those of calculations by themselves, those of stored things as the story of one job.
+/// Sends every example: those of calculations by themselves, those of stored things as the story of
+/// one job.
 async fn examples() -> Vec<Exchange> {
     let operations = operations();
     let mut stage = Stage { app: TestApp::start().await, ids: BTreeMap::new() };
@@ -269,7 +272,8 @@ async fn drawn_requests_are_refused_as_before() {
     app.stop().await;
 }
 
-/// Every example of a fit, stored with a job, has the numbers of the plain answer, and its replay is identical.
+/// Every example of a fit, stored with a job, has the numbers of the plain answer, and its replay
+/// is identical.
 #[tokio::test]
 async fn stored_examples_are_replayed() {
     let app = TestApp::start().await;

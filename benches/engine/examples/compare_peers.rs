@@ -1,8 +1,8 @@
 //! Our side of `tools/compare_peers.py`: one whole fit of a grid, as often as asked.
 //!
-//! Run: `cargo run --release -p engine-benches --example compare_peers -- FOLDER WORK REPEATS`. The folder holds
-//! little-endian doubles: `u`, `v`, `z` (v running fastest). Written are the `coefficients`;
-//! printed are the seconds of each repetition as JSON.
+//! Run: `cargo run --release -p engine-benches --example compare_peers -- FOLDER WORK REPEATS`. The
+//! folder holds little-endian doubles: `u`, `v`, `z` (v running fastest). Written are the
+//! `coefficients`; printed are the seconds of each repetition as JSON.
 
 mod timing;
 

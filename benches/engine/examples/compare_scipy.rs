@@ -1,10 +1,11 @@
 //! Our side of `tools/compare_scipy.py`: reads its data, does the work, writes the numbers, and
 //! prints what it took.
 //!
-//! Run: `cargo run --release -p engine-benches --example compare_scipy -- FOLDER REPEATS`. The folder holds
-//! little-endian doubles: `u`, `v`, `z` (the nodes of a grid, v running fastest), `knots_u`,
-//! `knots_v` (for a bicubic surface), `at` (pairs of parameters), `grid_u`, `grid_v`. Written are
-//! `coefficients`, `scattered` and `grid`; printed are the seconds of each repetition as JSON.
+//! Run: `cargo run --release -p engine-benches --example compare_scipy -- FOLDER REPEATS`. The
+//! folder holds little-endian doubles: `u`, `v`, `z` (the nodes of a grid, v running fastest),
+//! `knots_u`, `knots_v` (for a bicubic surface), `at` (pairs of parameters), `grid_u`, `grid_v`.
+//! Written are `coefficients`, `scattered` and `grid`; printed are the seconds of each repetition
+//! as JSON.
 
 mod timing;
 

@@ -137,7 +137,8 @@ pub enum Warning {
     UndeterminedSettings {
         /// Which settings.
         settings: Vec<String>,
-        /// The nodes that they would change alike; `None` for settings without an effect of their own at the nodes.
+        /// The nodes that they would change alike; `None` for settings without an effect of their
+        /// own at the nodes.
         common: Option<Common>,
     },
     /// Those of them that their limits move all the same.

@@ -106,8 +106,9 @@ fn what_cannot_be_read_has_line_and_column() {
     assert_eq!((values.results.len(), values.results[0].side), (2, Some(Side::Left)));
 }
 
-/// M_dK over balls of 1.75 mm is 54.531 mm for x = 0.011 (z = 52, m_n = 1 mm) and 55.377 mm for x = 0.5, from
-/// inv α_K = inv α + D_M / (z m cos α) − π / 2z + 2 x tan α / z and M_dK = z m cos α / cos α_K + D_M.
+/// M_dK over balls of 1.75 mm is 54.531 mm for x = 0.011 (z = 52, m_n = 1 mm) and 55.377 mm for x =
+/// 0.5, from inv α_K = inv α + D_M / (z m cos α) − π / 2z + 2 x tan α / z and M_dK = z m cos α /
+/// cos α_K + D_M.
 #[test]
 fn a_dimension_over_balls_that_contradicts_the_profile_shift_is_noted() {
     let noted = |dimension: &str| {

@@ -365,7 +365,8 @@ fn the_services_refusals_come_through() {
     assert!(matches!(error, FitError::Invalid(_)));
 }
 
-/// A setting without effect at the nodes is undetermined, and the others are what they are without it.
+/// A setting without effect at the nodes is undetermined, and the others are what they are without
+/// it.
 #[test]
 fn a_setting_without_effect_is_undetermined() {
     let d: Vec<f64> = (0..9).map(|k| 0.7 * f64::from(k) + (1.3 * f64::from(k)).sin()).collect();

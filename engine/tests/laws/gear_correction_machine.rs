@@ -356,8 +356,9 @@ fn impossible_nodes_and_ranges_have_their_places() {
     assert!(Machine::FormGrinding.sensitivity(gear, &nodes, ranges).unwrap().matrix.iter().all(|x| x.is_finite()));
 }
 
-/// A profile and a helix that cross near the middle show nothing of a twist that the two angles do not do as well:
-/// the twist stays as it is, and the angles are found. Nodes over the flank, or over a part of it, determine all.
+/// A profile and a helix that cross near the middle show nothing of a twist that the two angles do
+/// not do as well: the twist stays as it is, and the angles are found. Nodes over the flank, or
+/// over a part of it, determine all.
 #[test]
 fn a_cross_leaves_the_twist_undetermined() {
     let gear = &gears()[0];

@@ -8,7 +8,7 @@
 use std::collections::{BTreeMap, HashMap, HashSet};
 
 use jiff::Timestamp;
-use sqlx::{PgConnection};
+use sqlx::PgConnection;
 use uuid::Uuid;
 
 use super::{

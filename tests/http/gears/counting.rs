@@ -9,9 +9,9 @@ use super::{
 };
 use crate::{harness::TestApp, shapes::close};
 
-/// Returns the index deviation of tooth i, µm, of a gear with an eccentricity of 20 µm towards tooth 0, of the left
-/// (side 1) or right (−1) flank. Flanks are displaced along their normals, and the space after a tooth is bounded by
-/// its left flank if teeth are counted counterclockwise.
+/// Returns the index deviation of tooth i, µm, of a gear with an eccentricity of 20 µm towards
+/// tooth 0, of the left (side 1) or right (−1) flank. Flanks are displaced along their normals, and
+/// the space after a tooth is bounded by its left flank if teeth are counted counterclockwise.
 fn eccentric(teeth: f64, side: f64, i: u32) -> f64 {
     let at = (f64::from(i) + 0.25 * side) * std::f64::consts::TAU / teeth;
     20.0 * (side * 20f64.to_radians().tan() * at.cos() - at.sin())

@@ -1,7 +1,8 @@
 //! Settings whose effect at the nodes is small and can be reproduced by other settings.
 //!
-//! A profile and a helix that cross near the middle of the flank hardly change with its twist, and the two angles
-//! reproduce that change. Least squares may then answer a twist of hundreds of micrometres to a deviation of two.
+//! A profile and a helix that cross near the middle of the flank hardly change with its twist, and
+//! the two angles reproduce that change. Least squares may then answer a twist of hundreds of
+//! micrometres to a deviation of two.
 
 use nalgebra::DMatrix;
 
@@ -9,7 +10,8 @@ use super::problem::Correction;
 
 /// Share of a setting's effect on the whole flank above which the nodes show it.
 const SHOWN: f64 = 0.6;
-/// Share of a setting's effect on the whole flank that other settings must leave unexplained at the nodes.
+/// Share of a setting's effect on the whole flank that other settings must leave unexplained at the
+/// nodes.
 const OWN: f64 = 0.01;
 
 impl Correction {
@@ -28,7 +30,8 @@ impl Correction {
         self
     }
 
-    /// Greatest effect of a setting at a node, as a share of that on the whole flank; infinite where that is unknown.
+    /// Greatest effect of a setting at a node, as a share of that on the whole flank; infinite
+    /// where that is unknown.
     fn shown(&self, j: usize) -> f64 {
         let effects = self.counted.iter().map(|&k| self.row(k)[j].abs());
         effects.fold(0.0, f64::max) / self.asked.settings[j].reach

@@ -212,7 +212,8 @@ impl Made<'_> {
         }
     }
 
-    /// Greatest effect of a setting about its mean, at 5 × 5 places over the ranges, µm for one unit.
+    /// Greatest effect of a setting about its mean, at 5 × 5 places over the ranges, µm for one
+    /// unit.
     fn reach(&self, kind: Kind, side: Side) -> f64 {
         let places = |[from, to]: [f64; 2]| (0..5).map(move |k| from + 0.25 * f64::from(k) * (to - from));
         let Ranges { profile, helix } = self.ranges;

@@ -70,8 +70,8 @@ row! {
 }
 
 row! {
-    /// A fit with what the trace tells of it, where columns of their own have what is in its result as
-    /// well.
+    /// A fit with what the trace tells of it, where columns of their own have what is in its result
+    /// as well.
     pub struct FoundFitTold {
         @fit: FoundFit,
         coefficients: Option<Document>,

@@ -14,8 +14,8 @@ use crate::{
 };
 
 row! {
-    /// The purge of a job as the audit finds it: with the time that stands in the job's own row, where
-    /// every write looks.
+    /// The purge of a job as the audit finds it: with the time that stands in the job's own row,
+    /// where every write looks.
     pub struct FoundJobPurge {
         purged_at: Option<Moment>,
         at: Option<Moment>,
