@@ -1,53 +1,55 @@
-//! Settings whose effect at the nodes is small and can be reproduced by other settings.
+//! Whether nodes show the twist of a flank.
 //!
-//! A profile and a helix that cross near the middle of the flank hardly change with its twist, and
-//! the two angles reproduce that change. Least squares may then answer a twist of hundreds of
-//! micrometres to a deviation of two.
+//! A profile and a helix that cross hardly change with the twist, and the two angles reproduce that
+//! change wherever they cross. Least squares may then answer a twist of hundreds of micrometres to
+//! a deviation of two.
 
 use nalgebra::DMatrix;
 
-use super::problem::Correction;
+use super::flank::Flank;
 
-/// Share of a setting's effect on the whole flank above which the nodes show it.
-const SHOWN: f64 = 0.6;
-/// Share of a setting's effect on the whole flank that other settings must leave unexplained at the
-/// nodes.
-const OWN: f64 = 0.01;
+/// Rms of what functions linear in u and v must leave unexplained of u v, as a share of the rms of
+/// u times that of v.
+const SHOWN: f64 = 0.1;
 
-impl Correction {
-    /// Makes hidden settings undetermined, the one that the nodes show least first.
-    pub(super) fn without_hidden(mut self) -> Self {
-        let mut order: Vec<(f64, usize)> = self.open.iter().map(|&j| (self.shown(j), j)).collect();
-        order.retain(|(shown, _)| *shown < SHOWN);
-        order.sort_by(|a, b| a.0.total_cmp(&b.0));
-        for (_, j) in order {
-            if self.own(j) < OWN {
-                self.open.retain(|open| *open != j);
-                self.undetermined.push(j);
-            }
+impl Flank {
+    /// Returns whether nodes that have a deviation and a weight above 0 show a twist: whether the
+    /// product u v of their coordinates is not nearly a linear function of u and v, with a constant
+    /// for each trace that has a zero of its own.
+    pub fn shows_twist(&self, deviation: &[f64], weight: Option<&[f64]>) -> bool {
+        let weight = |k: usize| weight.map_or(1.0, |weight| weight[k]);
+        let counted: Vec<usize> =
+            (0..self.places.len()).filter(|&k| !deviation[k].is_nan() && weight(k) > 0.0).collect();
+        let weights: f64 = counted.iter().map(|&k| weight(k)).sum();
+        // u and v with mean 0 and rms 1, unless they hardly vary over their range
+        let scaled = |of: &dyn Fn(usize) -> f64| -> Vec<f64> {
+            let mean = counted.iter().map(|&k| weight(k) * of(k)).sum::<f64>() / weights;
+            let square = counted.iter().map(|&k| weight(k) * (of(k) - mean).powi(2)).sum::<f64>() / weights;
+            let [low, high] = counted.iter().fold([mean; 2], |[low, high], &k| [low.min(of(k)), high.max(of(k))]);
+            let scale = square.sqrt().max(0.05 * (high - low)).max(f64::MIN_POSITIVE);
+            counted.iter().map(|&k| (of(k) - mean) / scale).collect()
+        };
+        let u = scaled(&|k| self.places[k].roll_length);
+        let v = scaled(&|k| self.places[k].z);
+        let trace = |row: usize| self.traces.as_ref().map_or(0, |traces| traces[counted[row]]);
+        let mut traces: Vec<usize> = (0..counted.len()).map(trace).collect();
+        traces.sort_unstable();
+        traces.dedup();
+        let columns = traces.len() + 3;
+        if counted.len() < columns {
+            return false;
         }
-        self.undetermined.sort_unstable();
-        self
-    }
-
-    /// Greatest effect of a setting at a node, as a share of that on the whole flank; infinite
-    /// where that is unknown.
-    fn shown(&self, j: usize) -> f64 {
-        let effects = self.counted.iter().map(|&k| self.row(k)[j].abs());
-        effects.fold(0.0, f64::max) / self.asked.settings[j].reach
-    }
-
-    /// Rms of the part of the effect that no other settings reproduce, as a share of the same.
-    fn own(&self, j: usize) -> f64 {
-        let others = self.open.iter().copied().filter(|open| *open != j);
-        let order: Vec<usize> = others.chain([j]).collect();
         let entry = |row: usize, column: usize| {
-            let k = self.counted[row];
-            self.weight(k).sqrt() * self.row(k)[order[column]]
+            let value = match column.checked_sub(traces.len()) {
+                None => f64::from(u8::from(traces[column] == trace(row))),
+                Some(0) => u[row],
+                Some(1) => v[row],
+                Some(_) => u[row] * v[row],
+            };
+            weight(counted[row]).sqrt() * value
         };
         // the last diagonal of R is the length of what the other columns do not explain
-        let r = DMatrix::from_fn(self.counted.len(), order.len(), entry).qr().r();
-        let weights: f64 = self.counted.iter().map(|&k| self.weight(k)).sum();
-        r[(order.len() - 1, order.len() - 1)].abs() / weights.sqrt() / self.asked.settings[j].reach
+        let own = DMatrix::from_fn(counted.len(), columns, entry).qr().r()[(columns - 1, columns - 1)].abs();
+        own >= SHOWN * weights.sqrt()
     }
 }

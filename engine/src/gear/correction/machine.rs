@@ -115,7 +115,7 @@ impl Kind {
             Kind::Infeed => ("infeed", "um"),
             Kind::ToolAxisOffset => ("tool_axis_offset", "um"),
         };
-        Setting::free(name, unit)
+        Setting { twists: self == Kind::Twist, ..Setting::free(name, unit) }
     }
 }
 
@@ -167,8 +167,7 @@ impl Machine {
         let made = Made { machine: self, gear, ranges };
         let kinds = self.kinds();
         let matrix = nodes.iter().asking(2000).flat_map(|node| kinds.map(|kind| made.deviation(kind, *node))).collect();
-        let settings = kinds.map(|kind| Setting { reach: made.reach(kind, nodes[0].side), ..kind.setting() });
-        Ok(Sensitivity { settings: settings.to_vec(), matrix })
+        Ok(Sensitivity { settings: self.settings(), matrix })
     }
 }
 
@@ -210,17 +209,6 @@ impl Made<'_> {
                 Machine::FormGrinding => self.gap_moved(node, -1.0, 0.0),
             },
         }
-    }
-
-    /// Greatest effect of a setting about its mean, at 5 × 5 places over the ranges, µm for one
-    /// unit.
-    fn reach(&self, kind: Kind, side: Side) -> f64 {
-        let places = |[from, to]: [f64; 2]| (0..5).map(move |k| from + 0.25 * f64::from(k) * (to - from));
-        let Ranges { profile, helix } = self.ranges;
-        let along_profile = |z| places(profile).map(move |roll_length| FlankNode { side, roll_length, z });
-        let effects: Vec<f64> = places(helix).flat_map(along_profile).map(|node| self.deviation(kind, node)).collect();
-        let mean = effects.iter().sum::<f64>() / 25.0;
-        effects.iter().map(|effect| (effect - mean).abs()).fold(0.0, f64::max)
     }
 
     /// How far a flank stands out for each rad more of the normal pressure angle, mm. At a fixed

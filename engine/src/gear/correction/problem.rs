@@ -28,8 +28,10 @@ pub struct Setting {
     pub fixed: bool,
     /// Step of the control: changes are multiples of it.
     pub increment: Option<f64>,
-    /// Greatest effect of one unit on the whole flank about its mean, µm; 0 where it is not known.
-    pub reach: f64,
+    /// Whether its effect is a twist, which only nodes off a cross show.
+    pub twists: bool,
+    /// Whether the nodes do not show its effect, so that it is undetermined.
+    pub hidden: bool,
 }
 
 impl Setting {
@@ -42,7 +44,8 @@ impl Setting {
             max: None,
             fixed: false,
             increment: None,
-            reach: 0.0,
+            twists: false,
+            hidden: false,
         }
     }
 }
@@ -271,8 +274,7 @@ impl Correction {
             let reason = CorrectionReason::TooFew { settings, nodes, left, traces };
             return Err(CorrectionFaults::one(field, reason));
         }
-        let checked = if plain.asked.absolute { plain } else { plain.without_datum()? };
-        Ok(checked.without_hidden())
+        if plain.asked.absolute { Ok(plain) } else { plain.without_datum() }
     }
 
     /// What was asked for.
@@ -285,10 +287,10 @@ impl Correction {
         &self.counted
     }
 
-    /// Whether setting j has an effect at any node that takes part.
+    /// Whether setting j has an effect of its own at any node that takes part.
     pub(super) fn has_effect(&self, j: usize) -> bool {
         let columns = self.asked.settings.len();
-        self.counted.iter().any(|&k| self.asked.sensitivity[k * columns + j] != 0.0)
+        !self.asked.settings[j].hidden && self.counted.iter().any(|&k| self.asked.sensitivity[k * columns + j] != 0.0)
     }
 
     pub(super) fn target(&self, k: usize) -> f64 {

@@ -288,6 +288,9 @@ pub fn read(
     if target_fits && matches!(job, Job::Requires(_)) {
         spec.figures = parts.iter().flat_map(|part| part.held(&spec)).collect();
     }
+    for j in (0..spec.settings.len()).filter(|&j| nodes.settings[j].twists) {
+        spec.settings[j].hidden = parts.iter().all(|part| !part.shows_twist(&spec, j));
+    }
     drop(parts);
     Ok(faults.into_result(Read { spec, aim: aim.kind, aim_assumed, nodes, include }))
 }
@@ -380,6 +383,12 @@ pub fn spanned(flank: &Flank) -> Spanned<'_> {
 }
 
 impl Part<'_> {
+    /// Whether the nodes of the flank show the twist that setting j of `spec` makes on it.
+    fn shows_twist(&self, spec: &CorrectionSpec, j: usize) -> bool {
+        let acts = self.rows.clone().any(|k| spec.sensitivity.get(k * spec.settings.len() + j) != Some(&0.0));
+        acts && self.flank.is_none_or(|flank| flank.shows_twist(self.deviation, self.weight.as_deref()))
+    }
+
     /// The figures of the flank as the settings of `spec` move them.
     fn held(&self, spec: &CorrectionSpec) -> Vec<HeldFigure> {
         let Some(flank) = self.flank else { return Vec::new() };
