@@ -397,6 +397,14 @@ fn a_cross_leaves_the_twist_undetermined() {
         let terms = Default::default();
         let flank = correction::Flank { gear: gear.clone(), side: Side::Left, places, ranges, traces: None, terms };
         assert_eq!(flank.shows_twist(&deviations, None), shown);
+        // slopes of traces with zeros of their own show as much
+        let traces = flank
+            .places
+            .iter()
+            .enumerate()
+            .map(|(k, place)| if is_cross { k / 40 } else { place.z.to_bits() as usize });
+        let apart = correction::Flank { traces: Some(traces.collect()), ..flank.clone() };
+        assert_eq!(apart.shows_twist(&deviations, None), shown);
         // corners of hardly any weight, or without a deviation, show nothing
         let (mut more, mut weights) = (deviations.clone(), vec![1.0; deviations.len()]);
         let mut corners = flank.clone();

@@ -4,6 +4,8 @@
 //! change wherever they cross. Least squares may then answer a twist of hundreds of micrometres to
 //! a deviation of two.
 
+use std::collections::BTreeMap;
+
 use nalgebra::DMatrix;
 
 use super::flank::Flank;
@@ -32,24 +34,24 @@ impl Flank {
         let u = scaled(&|k| self.places[k].roll_length);
         let v = scaled(&|k| self.places[k].z);
         let trace = |row: usize| self.traces.as_ref().map_or(0, |traces| traces[counted[row]]);
-        let mut traces: Vec<usize> = (0..counted.len()).map(trace).collect();
-        traces.sort_unstable();
-        traces.dedup();
-        let columns = traces.len() + 3;
-        if counted.len() < columns {
+        // less their means over each trace, in place of its constant
+        let values = |row: usize| [u[row], v[row], u[row] * v[row]];
+        let mut sums: BTreeMap<usize, (f64, [f64; 3])> = BTreeMap::new();
+        for row in 0..counted.len() {
+            let (whole, sum) = sums.entry(trace(row)).or_default();
+            let weight = weight(counted[row]);
+            *whole += weight;
+            sum.iter_mut().zip(values(row)).for_each(|(sum, value)| *sum += weight * value);
+        }
+        if counted.len() < sums.len() + 3 {
             return false;
         }
         let entry = |row: usize, column: usize| {
-            let value = match column.checked_sub(traces.len()) {
-                None => f64::from(u8::from(traces[column] == trace(row))),
-                Some(0) => u[row],
-                Some(1) => v[row],
-                Some(_) => u[row] * v[row],
-            };
-            weight(counted[row]).sqrt() * value
+            let (whole, sum) = sums[&trace(row)];
+            weight(counted[row]).sqrt() * (values(row)[column] - sum[column] / whole)
         };
         // the last diagonal of R is the length of what the other columns do not explain
-        let own = DMatrix::from_fn(counted.len(), columns, entry).qr().r()[(columns - 1, columns - 1)].abs();
+        let own = DMatrix::from_fn(counted.len(), 3, entry).qr().r()[(2, 2)].abs();
         own >= SHOWN * weights.sqrt()
     }
 }
