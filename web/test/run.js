@@ -1,5 +1,5 @@
 // Runs the tests of a folder: `node test/run.js browser 2` (or `nightly 2`), all of its files in two processes that each
-// keep their browser and their server; `node test/run.js budget`, a process for each file. What was left out is told, and
+// keep their browser and their server; `node test/run.js bench`, a process for each file. What was left out is told, and
 // written to the file FLANKFIT_LEFT_OUT.
 
 import { fork } from "node:child_process";

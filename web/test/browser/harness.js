@@ -69,7 +69,7 @@ if (!process.send) after(close);
 const QUICK = ["--disable-gpu-compositing", "--disable-gpu-rasterization", "--disable-accelerated-2d-canvas"];
 let quick = true;
 
-/** Paints as a browser does that is not told otherwise, and has read nothing before: for budgets. */
+/** Paints as a browser does that is not told otherwise, and has read nothing before: for benches. */
 export function asOnScreen() {
   quick = false;
 }
