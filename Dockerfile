@@ -11,8 +11,8 @@ FROM ${RUST_IMAGE} AS manifest
 WORKDIR /all
 COPY . .
 RUN mkdir /manifest \
- && cp -r --parents Cargo.toml */Cargo.toml benches/*/Cargo.toml Cargo.lock .cargo /manifest \
- && for target in src/lib.rs src/main.rs */src/lib.rs */src/main.rs benches/service/load.rs benches/*/main.rs engine/tests/formats/klingelnberg_file.rs tests/*.rs tests/*/main.rs; do \
+ && cp -r --parents Cargo.toml */Cargo.toml engine/*/Cargo.toml benches/*/Cargo.toml Cargo.lock .cargo /manifest \
+ && for target in src/lib.rs src/main.rs */src/lib.rs */src/main.rs engine/*/src/lib.rs benches/service/load.rs benches/*/main.rs engine/tests/formats/klingelnberg_file.rs tests/*.rs tests/*/main.rs; do \
       mkdir -p "/manifest/$(dirname "$target")" && echo 'fn main() {}' > "/manifest/$target"; \
     done
 
@@ -25,13 +25,12 @@ RUN cargo build --profile dist --locked
 COPY build.rs build.rs
 COPY migrations migrations
 COPY examples examples
-COPY engine/src engine/src
-COPY engine/README.md engine/README.md
+COPY engine engine
 COPY src src
 COPY web/index.html web/index.html
 COPY web/app web/app
 COPY web/vendor web/vendor
-RUN touch src/lib.rs src/main.rs engine/src/lib.rs \
+RUN touch src/lib.rs src/main.rs engine/src/lib.rs engine/*/src/lib.rs \
  && cargo build --profile dist --locked --bin flankfit \
  && mkdir -p /out/data \
  && objcopy --only-keep-debug target/dist/flankfit /out/flankfit.debug \

@@ -1,9 +1,8 @@
 #![doc = include_str!("../README.md")]
-#![warn(missing_docs, unnameable_types, unreachable_pub)]
 
-pub mod estimation;
-pub mod fault;
-pub mod formats;
-pub mod gear;
-pub mod geometry;
-pub mod numerics;
+pub use flankfit_estimation as estimation;
+pub use flankfit_formats as formats;
+pub use flankfit_gear as gear;
+pub use flankfit_geometry as geometry;
+pub use flankfit_numerics as numerics;
+pub use flankfit_numerics::fault;

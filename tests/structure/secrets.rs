@@ -1,8 +1,6 @@
 //! Secrets are compared in one place, by `subtle`: in a time that tells nothing of them.
 
-use std::fs;
-
-use super::{crate_used, root, sources, split, tokens};
+use super::{code, root, sources};
 
 /// The only comparison of digests of keys.
 const SAME: &str = "pubfnsame(kept:&[u8;32],presented:&[u8;32])->bool{kept.ct_eq(presented).into()}";
@@ -12,9 +10,9 @@ fn digests_of_keys_are_compared_in_one_place_and_in_constant_time() {
     let own = root().join("src/jobs/callers/secret.rs");
     let (mut by_subtle, mut callers) = (Vec::new(), 0);
     for file in sources() {
-        let (code, _) = split(&fs::read_to_string(&file).expect("a source file"));
+        let code = code(&file);
         let dense: String = code.split_whitespace().collect();
-        if crate_used(&tokens(&code), "subtle") {
+        if code.contains("subtle::") {
             by_subtle.push(file.clone());
         }
         // who digests what somebody presents compares it there, too
@@ -29,8 +27,7 @@ fn digests_of_keys_are_compared_in_one_place_and_in_constant_time() {
     }
     assert_eq!(by_subtle, std::slice::from_ref(&own));
     assert_eq!(callers, 2, "keys of the settings and keys of the store");
-    let (code, _) = split(&fs::read_to_string(&own).expect("a source file"));
-    let dense: String = code.split_whitespace().collect();
+    let dense: String = code(&own).split_whitespace().collect();
     assert!(dense.contains("usesubtle::ConstantTimeEqas_;") && dense.contains(SAME));
     // and a key itself cannot be compared, printed or logged
     assert!(dense.contains("pubstructSecret(String);"));

@@ -2,7 +2,7 @@
 
 Cubic powers of x over different nodes in each of four iterations; a correction was made after the
 second. Every step is as the definition has it: predict, innovate, update; explicit inverses.
-Intervals by the definition of engine/src/estimation/prior/form_interval.rs.
+Intervals by the definition of engine/estimation/src/prior/form_interval.rs.
 """
 import json
 from mpmath import mp, mpf, matrix, log, exp, det, inverse, betainc, sqrt

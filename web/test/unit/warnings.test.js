@@ -9,20 +9,20 @@ import german from "../../app/i18n/de/warnings.js";
 import { counted, plain } from "../../app/lib/warnings.js";
 
 const SOURCES = [
-  "estimation/result/warning_codes.rs",
-  "formats/table/fault.rs",
-  "gear/evaluation/warning/mod.rs",
-  "gear/evaluation/warning/samples.rs",
-  "gear/flank_grid/warning.rs",
-  "gear/geometry/warning.rs",
-  "gear/warning.rs",
+  "estimation/src/result/warning_codes.rs",
+  "formats/src/table/fault.rs",
+  "gear/src/evaluation/warning/mod.rs",
+  "gear/src/evaluation/warning/samples.rs",
+  "gear/src/flank_grid/warning.rs",
+  "gear/src/geometry/warning.rs",
+  "gear/src/warning.rs",
 ];
 
 test("every code of the engine's warnings has a sentence in German", async () => {
   /** @type {string[]} */
   const codes = [];
   for (const source of SOURCES) {
-    const text = await readFile(new URL(`../../../engine/src/${source}`, import.meta.url), "utf8");
+    const text = await readFile(new URL(`../../../engine/${source}`, import.meta.url), "utf8");
     // the arms of `code`, and the constants that stand in them
     const arms = text
       .split("fn code(&self)")

@@ -1,0 +1,156 @@
+//! The blocks of nodes that cross-validation leaves out.
+
+use std::cmp::Ordering;
+
+use super::{Nodes, Sample};
+use crate::{
+    fault::{Faults, Field},
+    spec::{Folds, FoldsBy},
+};
+
+/// Blocks where no number of them is told.
+const DEFAULT_COUNT: usize = 10;
+
+/// Why blocks of nodes are refused.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum FoldsReason {
+    /// Columns of nodes that have no v.
+    #[error("only the nodes of a surface lie in columns")]
+    NoColumns,
+    /// Scan lines that do not fit the nodes.
+    #[error("{given} numbers of lines for {nodes} nodes: give one for each node posted")]
+    LineLength {
+        /// Numbers.
+        given: usize,
+        /// Posted nodes.
+        nodes: usize,
+    },
+    /// More blocks than rows, or fewer than two.
+    #[error("{count} is no number of blocks for {rows} {of}: at least 2, at most one for each")]
+    Count {
+        /// Blocks asked for.
+        count: usize,
+        /// Rows, columns or lines that hold a counted node.
+        rows: usize,
+        /// What they are called.
+        of: &'static str,
+    },
+    /// Nodes that make no two blocks, where no number of them is told.
+    #[error("the counted nodes lie in fewer than two {of}, of which the blocks of a cross-validation are made")]
+    OneOf {
+        /// What they are called.
+        of: &'static str,
+    },
+    /// Blocks that nothing is done with.
+    #[error("nothing is cross-validated here: ask for the criterion blocked_cv, or for a selection")]
+    Unused,
+    /// More work than a request may ask for.
+    #[error("{folds} blocks are too much work for {coefficients} coefficients: at most {most}")]
+    TooMany {
+        /// Blocks.
+        folds: usize,
+        /// n.
+        coefficients: usize,
+        /// At most.
+        most: usize,
+    },
+}
+
+/// The block of every counted node.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Partition {
+    /// Numbers of blocks, from 0.
+    pub block: Vec<usize>,
+    /// How many blocks there are.
+    pub count: usize,
+}
+
+impl Partition {
+    /// Neighbouring rows, columns or lines go into one block, as many into each as into any other
+    /// (or one more).
+    pub(crate) fn new(nodes: &Nodes, sample: &Sample, folds: &Folds) -> Result<Self, Faults> {
+        let m = sample.count();
+        let places = |of: &dyn Fn(usize) -> f64| {
+            let value: Vec<f64> = (0..m).map(of).collect();
+            ranks(m, |a, b| value[a].total_cmp(&value[b]))
+        };
+        let (row, rows) = match (&folds.by, nodes) {
+            (FoldsBy::Rows, Nodes::Matrix(_)) => ((0..m).collect(), m),
+            // −0 and 0 are one place
+            (FoldsBy::Rows, _) => places(&|k| sample.place(k).0 + 0.0),
+            (FoldsBy::Columns, Nodes::Grid(_) | Nodes::Scattered(_)) => places(&|k| sample.place(k).1 + 0.0),
+            (FoldsBy::Columns, _) => return Err(Faults::one(Field::FoldsBy, FoldsReason::NoColumns)),
+            (FoldsBy::Lines(line), _) => {
+                if line.len() != nodes.posted() {
+                    let reason = FoldsReason::LineLength { given: line.len(), nodes: nodes.posted() };
+                    return Err(Faults::one(Field::FoldsLine, reason));
+                }
+                let of = |k: usize| line[sample.posted(k)];
+                ranks(m, |a, b| of(a).cmp(&of(b)))
+            }
+        };
+        let count = folds.count.unwrap_or(DEFAULT_COUNT.min(rows));
+        if count < 2 || count > rows {
+            let of = folds.by.name();
+            return Err(match folds.count {
+                Some(_) => Faults::one(Field::FoldsCount, FoldsReason::Count { count, rows, of }),
+                None => Faults::one(Field::FoldsBy, FoldsReason::OneOf { of }),
+            });
+        }
+        Ok(Partition { block: row.into_iter().map(|row| row * count / rows).collect(), count })
+    }
+}
+
+/// The number of each of `m` among the different ones in ascending order, and how many those are.
+fn ranks(m: usize, compare: impl Fn(usize, usize) -> Ordering) -> (Vec<usize>, usize) {
+    let mut order: Vec<usize> = (0..m).collect();
+    order.sort_by(|&a, &b| compare(a, b));
+    let mut rank = vec![0; m];
+    let mut next = 0;
+    for pair in 0..m {
+        if pair > 0 && compare(order[pair - 1], order[pair]).is_ne() {
+            next += 1;
+        }
+        rank[order[pair]] = next;
+    }
+    (rank, next + usize::from(m > 0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn blocks(nodes: &Nodes, by: FoldsBy, count: Option<usize>) -> Result<Vec<usize>, Field> {
+        match Partition::new(nodes, &Sample::new(nodes), &Folds { by, count }) {
+            Ok(partition) => Ok(partition.block),
+            Err(faults) => Err(faults.list()[0].field),
+        }
+    }
+
+    #[test]
+    fn rows_and_columns_of_a_grid_with_a_gap() {
+        let z = vec![1.0, f64::NAN, 3.0, 4.0, 5.0, 6.0];
+        let grid = Nodes::grid(vec![0.0, 2.0], vec![0.0, 1.0, 5.0], z, None, None).unwrap();
+        assert_eq!(blocks(&grid, FoldsBy::Rows, None), Ok(vec![0, 0, 1, 1, 1]));
+        assert_eq!(blocks(&grid, FoldsBy::Columns, None), Ok(vec![0, 2, 0, 1, 2]));
+        assert_eq!(blocks(&grid, FoldsBy::Columns, Some(2)), Ok(vec![0, 1, 0, 0, 1]));
+        assert_eq!(blocks(&grid, FoldsBy::Rows, Some(3)), Err(Field::FoldsCount));
+        assert_eq!(blocks(&grid, FoldsBy::Columns, Some(1)), Err(Field::FoldsCount));
+        assert_eq!(blocks(&grid, FoldsBy::Lines(vec![7, 7, 7, 7, 7, 7]), None), Err(Field::FoldsBy));
+        assert_eq!(blocks(&grid, FoldsBy::Lines(vec![7; 5]), None), Err(Field::FoldsLine));
+        // the second node does not count, but has a line
+        assert_eq!(blocks(&grid, FoldsBy::Lines(vec![7, 7, 7, -1, 7, -1]), None), Ok(vec![1, 1, 0, 1, 0]));
+    }
+
+    #[test]
+    fn abscissae_of_a_curve_ascend_and_repeat() {
+        let x = vec![3.0, -0.0, 0.0, 7.0, 3.0];
+        let curve = Nodes::curve(x, vec![0.0; 5], None).unwrap();
+        assert_eq!(blocks(&curve, FoldsBy::Rows, None), Ok(vec![1, 0, 0, 2, 1]));
+        assert_eq!(blocks(&curve, FoldsBy::Columns, None), Err(Field::FoldsBy));
+        let matrix = Nodes::matrix(vec![1.0; 25], 1, vec![0.0; 25], None, None).unwrap();
+        let ten = blocks(&matrix, FoldsBy::Rows, None).unwrap();
+        assert_eq!((ten[0], ten[2], ten[3], ten[24]), (0, 0, 1, 9));
+    }
+}

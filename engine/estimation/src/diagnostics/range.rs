@@ -1,0 +1,32 @@
+//! Numbers whose squares are doubles.
+
+use super::reason::RangeReason;
+use crate::fault::{Faults, Field};
+use nalgebra::DMatrix;
+
+use crate::{data::Heights, design::Design, error::FitError};
+use flankfit_numerics::Dd;
+
+/// Lengths of columns are squared: they must neither overflow nor vanish.
+pub(crate) fn columns_within_range(design: &Design, caller: &DMatrix<Dd>) -> Result<(), FitError> {
+    const RANGE: std::ops::Range<f64> = 1e-145..1e145;
+    let rows = caller.nrows();
+    for (label, column) in design.labels.iter().zip(caller.as_slice().chunks_exact(rows)) {
+        let largest = column.iter().map(|x| x.to_f64().abs()).fold(0.0, f64::max);
+        if largest != 0.0 && !RANGE.contains(&largest) {
+            return Err(Faults::one(Field::Nodes, RangeReason::Column { label: label.clone(), largest }).into());
+        }
+    }
+    Ok(())
+}
+
+/// Squares of heights are summed: they must neither overflow nor vanish.
+pub(crate) fn within_range(field: Field, heights: &Heights) -> Result<(), FitError> {
+    if !(heights.about_zero.is_finite() && heights.weight.is_finite()) {
+        return Err(Faults::one(field, RangeReason::GreatHeights).into());
+    }
+    if heights.about_zero < 1e-280 && heights.largest_plain > 0.0 {
+        return Err(Faults::one(field, RangeReason::SmallHeights).into());
+    }
+    Ok(())
+}

@@ -1,0 +1,128 @@
+//! Why there is no fit.
+
+use std::fmt;
+
+use super::fault::{Faults, Field, Reason};
+use flankfit_numerics::fault;
+
+/// Why no fit could be given.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum FitError {
+    /// Something in the request is impossible (too few nodes, an unsorted axis, a domain that
+    /// leaves nodes out).
+    #[error("the fit is impossible as asked: {0}")]
+    Invalid(Faults),
+    /// Spectral regularisation divides by λ₁ (Eq. 39); with dependent columns λ₁ is 0.
+    #[error("the columns are linearly dependent (rank {rank} of {columns}): {}", terms.join(", "))]
+    RankDeficient {
+        /// Numerically nonzero singular values.
+        rank: usize,
+        /// Columns of X.
+        columns: usize,
+        /// The terms that depend on each other.
+        terms: Vec<String>,
+    },
+    /// An iteration did not end within its limit; nothing was returned rather than something
+    /// unsure.
+    #[error(transparent)]
+    NotConverged(#[from] Unconverged),
+}
+
+/// What did not converge.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Unconverged {
+    /// Singular values of scaled columns.
+    #[error("the singular value decomposition did not converge within its limit: take fewer terms or another basis")]
+    SingularValues,
+    /// The decomposition of matrix and penalty.
+    #[error("the decomposition of matrix and penalty did not converge within its limit: take another penalty or basis")]
+    PenaltyPair,
+    /// The iterative refinement of a surface's coefficients.
+    #[error("corrections of the coefficients did not shrink: take fewer spans, or regularise more")]
+    Refinement,
+    /// Knots placed by residuals.
+    #[error("no knots were tried: give the knots, or allow more of them")]
+    KnotPlacement,
+    /// The simplex of least absolute deviations.
+    #[error("the nodes determine no vertex of least absolute deviations: take fewer terms or another estimator")]
+    AbsoluteDeviations,
+    /// The simplex of the rank dispersion.
+    #[error("pairs of nodes determine no vertex of the rank dispersion: take fewer terms or another estimator")]
+    RankDispersion,
+    /// Positions of nodes that are off.
+    #[error(
+        "the positions of the nodes did not converge: they are too uncertain for this model; take fewer terms, or take \
+            `nominal`"
+    )]
+    Positions,
+    /// The registration of a measured flank.
+    #[error("the registration ran away to tilts beyond 0.1 rad: free fewer motions, or regularise")]
+    Registration,
+    /// The quadratic surface of a flank.
+    #[error("the fit answered other terms than those of second order")]
+    SecondOrder,
+    /// Singular values of a sensitivity matrix.
+    #[error("the singular values of the sensitivity matrix did not converge")]
+    Sensitivity,
+    /// Settings of a machine held at their limits.
+    #[error("the settings at their limits did not settle within the rounds allowed")]
+    Limits,
+    /// The comparison of two corrections.
+    #[error("the changes of the settings are too great to be compared")]
+    Comparison,
+}
+
+impl Unconverged {
+    /// The part of the request to be changed, where it is one.
+    pub fn field(self) -> Option<Field> {
+        match self {
+            Unconverged::SingularValues | Unconverged::SecondOrder | Unconverged::KnotPlacement => Some(Field::Model),
+            Unconverged::PenaltyPair | Unconverged::Refinement => Some(Field::Regularization),
+            Unconverged::AbsoluteDeviations | Unconverged::RankDispersion => Some(Field::Estimator),
+            Unconverged::Positions => Some(Field::NodeUncertainty),
+            Unconverged::Registration | Unconverged::Sensitivity | Unconverged::Limits | Unconverged::Comparison => {
+                None
+            }
+        }
+    }
+}
+
+impl FitError {
+    /// The first reason of an impossible fit, for those whose fields are others.
+    pub fn first(&self) -> Option<&Reason> {
+        match self {
+            FitError::Invalid(faults) => faults.list().first().map(|fault| &fault.reason),
+            _ => None,
+        }
+    }
+}
+
+impl From<Faults> for FitError {
+    fn from(faults: Faults) -> Self {
+        FitError::Invalid(faults)
+    }
+}
+
+/// Why something that is made by a fit was refused: by checks of its own, or by the fit.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum Refused<F: fmt::Debug, R: fmt::Debug + fmt::Display> {
+    /// Something in what was asked for is impossible.
+    #[error(transparent)]
+    Invalid(fault::Faults<F, R>),
+    /// The fit was refused.
+    #[error(transparent)]
+    Fit(FitError),
+}
+
+impl<F: fmt::Debug, R: fmt::Debug + fmt::Display> From<fault::Faults<F, R>> for Refused<F, R> {
+    fn from(faults: fault::Faults<F, R>) -> Self {
+        Refused::Invalid(faults)
+    }
+}
+
+impl<F: fmt::Debug, R: fmt::Debug + fmt::Display> From<FitError> for Refused<F, R> {
+    fn from(error: FitError) -> Self {
+        Refused::Fit(error)
+    }
+}

@@ -1,0 +1,425 @@
+//! Fits whose errors are correlated or of unequal variance: from plain least squares to the problem
+//! that the model of the errors makes of it, and on as any fit.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::{
+    conclude::{conclude, conclude_with},
+    error_checks::{check, family, given},
+};
+use crate::{
+    data::{Heights, Nodes, Sample},
+    design::Design,
+    diagnostics::{dependence, outliers, within_range},
+    error::FitError,
+    error_model::{
+        lines::{Lines, Measure},
+        mixture::{Family, Mixture},
+        process::Whitening,
+        restricted::PlainRows,
+        sandwich::Sandwich,
+        spread::ErrorSpread,
+        unequal::{self, Rows},
+        variance_spread::VarianceSpread,
+        white::{white_heights, white_rows},
+    },
+    estimate::Frame,
+    factor::{Factor, orthonormal_rows},
+    fault::{ErrorsReason, Faults, Field, InferenceReason},
+    problem::{Evidence, LinearProblem},
+    result::{ErrorsReport, FitResult, VarianceReport, Warning, Whiteness},
+    spec::{Along, Correlation, Errors, FitSpec, Include, Variance},
+};
+use flankfit_numerics::{Dd, triangular};
+
+/// Numbers that rows may hold: 128 MB.
+const MOST: usize = 8_000_000;
+/// Products of a search for parameters, and of looks at every node: some seconds.
+const MOST_PRODUCTS: usize = 1_000_000_000;
+/// Degrees of freedom below which the variance of a group is warned of.
+const FEW_OF_GROUP: f64 = 3.0;
+/// Degrees of freedom below which a power is warned of.
+const FEW_OF_POWER: usize = 8;
+/// Degrees of freedom that estimates of errors take at least.
+const LEAST_FREEDOM: usize = 3;
+/// Pairs of neighbours that an estimate of their correlation takes at least, and nodes with two
+/// others before them on their line that a second parameter does.
+const LEAST_PAIRS: usize = 3;
+/// Logarithms of a coordinate that differ by no more are of one place: over them standard
+/// deviations of no power that is looked at differ by what residuals could tell.
+const LEVEL: f64 = 1e-9;
+
+/// Fits nodes whose errors are as `spec` says.
+pub(super) fn fit_errors(nodes: &Nodes, sample: &Sample, spec: &FitSpec) -> Result<FitResult, FitError> {
+    check(nodes, spec)?;
+    let (spec, warnings) = with_what_exists(spec);
+    let mut result = fit_checked(nodes, sample, &spec)?;
+    result.warnings.extend(warnings);
+    Ok(result)
+}
+
+/// The spec without what is included but does not exist where errors are not white.
+fn with_what_exists(spec: &FitSpec) -> (FitSpec, Vec<Warning>) {
+    let (mut spec, mut warnings) = (spec.clone(), Vec::new());
+    let correlated = spec.errors.as_ref();
+    let told = correlated.is_none_or(|errors| given(errors.correlation).is_some());
+    let sandwich = spec.variance == Variance::Hc3;
+    if spec.include.influence && (correlated.is_some() || sandwich) {
+        spec.include.influence = false;
+        warnings.push(Warning::NoInfluenceOfErrors);
+    }
+    if spec.include.predicted_mse && (!told || sandwich) {
+        spec.include.predicted_mse = false;
+        warnings.push(Warning::NoCorrectedError);
+    }
+    if let Some(asked) = &mut spec.predict
+        && asked.kinds.prediction
+        && spec.variance != Variance::Constant
+    {
+        asked.kinds.prediction = false;
+        warnings.push(Warning::NoPredictionIntervals);
+    }
+    (spec, warnings)
+}
+
+fn fit_checked(nodes: &Nodes, sample: &Sample, spec: &FitSpec) -> Result<FitResult, FitError> {
+    let design = Design::new(nodes, sample, spec)?;
+    let heights = Heights::new(sample);
+    within_range(Field::List(nodes.heights()), &heights)?;
+    let (m, n) = (sample.count(), design.size());
+    let field = if spec.errors.is_some() { Field::Errors } else { Field::Variance };
+    if m.saturating_mul(n + 2) > MOST {
+        return Err(Faults::one(field, ErrorsReason::TooLarge { nodes: m, coefficients: n }).into());
+    }
+    // where nothing is said of variances every place looks at every node
+    let places = spec.predict.as_ref().filter(|_| spec.variance == Variance::Hc3).map_or(0, |asked| asked.at.count());
+    let most = MOST_PRODUCTS / m.saturating_mul(n).max(1);
+    if places > most {
+        return Err(Faults::one(Field::PredictAt, InferenceReason::ManyPlaces { places, most }).into());
+    }
+    // what is told of the errors needs no residuals
+    let told = match &spec.errors {
+        Some(errors) => given(errors.correlation).is_some(),
+        None => matches!(spec.variance, Variance::Power { exponent: Some(_), .. }),
+    };
+    let least = if told && spec.noise_sigma.is_some() { 0 } else { LEAST_FREEDOM };
+    if m < n + least {
+        return Err(Faults::one(field, ErrorsReason::FewNodes { nodes: m, coefficients: n }).into());
+    }
+    let factor = Factor::new(&design, sample)?;
+    if factor.working.is_none() {
+        return Err(dependence(&design, &factor, heights.weight));
+    }
+    if !told && factor.rss == 0.0 {
+        return Err(Faults::one(field, ErrorsReason::NoResiduals).into());
+    }
+    let plain = Plain { nodes, sample, spec, design: &design, heights: &heights, factor: &factor };
+    match (&spec.errors, &spec.variance) {
+        (Some(errors), _) => plain.correlated(errors),
+        (None, Variance::Hc3) => plain.sandwich(),
+        (None, Variance::Groups(groups)) => plain.groups(groups),
+        (None, Variance::Power { of, exponent }) => plain.power(*of, *exponent),
+        (None, Variance::Constant) => conclude_plain(&plain),
+    }
+}
+
+fn conclude_plain(plain: &Plain) -> Result<FitResult, FitError> {
+    let frame = Frame::new(plain.design, plain.factor, plain.spec, plain.heights.weight)?;
+    conclude(&plain.linear(), plain.heights, plain.spec, &frame, None)
+}
+
+/// Plain least squares, where every model of the errors begins.
+struct Plain<'a> {
+    nodes: &'a Nodes,
+    sample: &'a Sample<'a>,
+    spec: &'a FitSpec,
+    design: &'a Design,
+    heights: &'a Heights,
+    factor: &'a Factor,
+}
+
+impl Plain<'_> {
+    fn linear(&self) -> LinearProblem<'_> {
+        let evidence = Evidence::Posted { sample: self.sample, nodes: self.nodes };
+        LinearProblem { design: self.design, factor: self.factor, heights: self.heights.about_zero, evidence }
+    }
+
+    fn working(&self) -> &[Dd] {
+        self.factor.working.as_deref().unwrap_or(&[])
+    }
+
+    /// Residuals times the root of the weight, by counted node.
+    fn residuals(&self) -> Vec<f64> {
+        let found = self.linear().of_working(self.working(), true).values.unwrap_or_default();
+        found.iter().enumerate().map(|(k, r)| r * self.sample.w(k).sqrt()).collect()
+    }
+
+    fn orthonormal(&self) -> Vec<f64> {
+        orthonormal_rows(self.design, self.factor, self.sample)
+    }
+
+    /// Generalised least squares.
+    fn correlated(&self, errors: &Errors) -> Result<FitResult, FitError> {
+        let refused = || {
+            let told = given(errors.correlation).is_some();
+            FitError::from(match told {
+                true => Faults::one(Field::ErrorsParameters, ErrorsReason::Singular),
+                false => Faults::one(Field::Errors, ErrorsReason::Undetermined),
+            })
+        };
+        let measure = match errors.correlation {
+            Correlation::Matern { .. } => Measure::Distance,
+            Correlation::Ar1 { .. } | Correlation::Ar2 { .. } => Measure::Steps,
+        };
+        let lines = Lines::new(self.nodes, self.sample, errors.along, errors.lines.as_deref(), measure);
+        let residuals = self.residuals();
+        let mixture = match family(&errors.correlation, &lines) {
+            None => None,
+            Some(family) => {
+                self.check_neighbours(&errors.correlation, &lines)?;
+                Some(self.searched(&family, &residuals, lines.clone())?)
+            }
+        };
+        let process = match (&mixture, errors.correlation) {
+            (Some(mixture), _) => mixture.process,
+            (None, correlation) => given(correlation).ok_or_else(refused)?,
+        };
+        let std_errors = mixture.as_ref().map(|mixture| mixture.std_errors);
+        let at_end = mixture.as_ref().and_then(|mixture| mixture.at_end);
+        let whitening = Whitening::new(&process, &lines).ok_or_else(refused)?;
+        let rows = white_rows(self.design, self.sample, &lines, &whitening);
+        let heights = white_heights(&rows, self.heights);
+        let sample = self.sample.whitened(&rows);
+        let white = Factor::new(self.design, &sample)?;
+        if white.working.is_none() {
+            return Err(dependence(self.design, &white, heights.weight));
+        }
+        let (factor, spread) = match mixture {
+            None => (white, None),
+            Some(mixture) => {
+                let factor = self.averaged(&white, &sample, &heights, &mixture);
+                let spread = ErrorSpread::of_mixture(mixture, &white.r, self.factor);
+                (factor, Some(spread.ok_or_else(refused)?))
+            }
+        };
+        let evidence = Evidence::Posted { sample: &sample, nodes: self.nodes };
+        let linear = LinearProblem { design: self.design, factor: &factor, heights: heights.about_zero, evidence };
+        let spec = FitSpec { include: Include { residuals: true, ..self.spec.include }, ..self.spec.clone() };
+        let frame = Frame::new(self.design, &factor, &spec, heights.weight)?;
+        let mut result = conclude_with(&linear, &heights, &spec, &frame, None, spread.as_ref())?;
+        result.warnings.extend(at_end.map(Warning::CorrelationAtBound));
+        result.warnings.extend(outliers(&self.linear(), self.heights.largest).map(Warning::OutliersSuspected));
+        let left = result.residuals.values.take().unwrap_or_default();
+        // as many coefficients as nodes leave rounding
+        let lags = if left.len() > self.design.size() { Whiteness::lags(&lines) } else { 0 };
+        let whiteness = |residuals: &[f64]| Whiteness::of(residuals, &lines, lags);
+        result.errors = Some(ErrorsReport {
+            correlation: process.correlation(),
+            along: errors.along,
+            std_errors,
+            effective_count: heights.weight * sample.count() as f64 / self.heights.weight,
+            whiteness: whiteness(&residuals).zip(whiteness(&left)).map(|(before, after)| [before, after]),
+            lags,
+        });
+        self.in_heights(&mut result, left, &lines, &whitening);
+        Ok(result)
+    }
+
+    /// Whether the lines can tell what is searched for: one parameter by pairs of neighbours, a
+    /// second one by what lies further apart, or by neighbours at other distances.
+    fn check_neighbours(&self, correlation: &Correlation, lines: &Lines) -> Result<(), Faults> {
+        let lines_are_named = matches!(self.nodes, Nodes::Scattered(_) | Nodes::Matrix(_));
+        let field = if lines_are_named { Field::ErrorsLine } else { Field::ErrorsAlong };
+        let (pairs, thirds) = (lines.pairs(), lines.thirds());
+        let alike = match correlation {
+            Correlation::Ar1 { .. } => false,
+            Correlation::Ar2 { .. } => true,
+            Correlation::Matern { .. } => lines.is_even(),
+        };
+        if pairs < LEAST_PAIRS {
+            return Err(Faults::one(field, ErrorsReason::FewNeighbours { pairs, least: LEAST_PAIRS }));
+        }
+        if alike && thirds < LEAST_PAIRS {
+            return Err(Faults::one(field, ErrorsReason::ShortLines { found: thirds, least: LEAST_PAIRS }));
+        }
+        Ok(())
+    }
+
+    fn searched(&self, family: &Family, residuals: &[f64], lines: Lines) -> Result<Mixture, FitError> {
+        let (m, n) = (self.sample.count(), self.design.size());
+        let rows = PlainRows::new(&self.orthonormal(), residuals, lines);
+        if rows.work().saturating_mul(family.points()) > MOST_PRODUCTS {
+            let reason = ErrorsReason::TooLarge { nodes: m, coefficients: n };
+            return Err(Faults::one(Field::Errors, reason).into());
+        }
+        Mixture::new(&rows, family, self.spec.noise_sigma)
+            .ok_or_else(|| Faults::one(Field::Errors, ErrorsReason::Undetermined).into())
+    }
+
+    /// The white problem with the mean of the mixture as its solution.
+    fn averaged(&self, white: &Factor, sample: &Sample, heights: &Heights, mixture: &Mixture) -> Factor {
+        let mut working: Vec<Dd> = mixture.step.iter().map(|&x| Dd::from(x)).collect();
+        triangular::solve_upper(&self.factor.r, &mut working);
+        working.iter_mut().zip(self.working()).for_each(|(c, plain)| *c += *plain);
+        let mut factor = white.with_working(working.clone());
+        let evidence = Evidence::Posted { sample, nodes: self.nodes };
+        let linear = LinearProblem { design: self.design, factor: white, heights: heights.about_zero, evidence };
+        let found = linear.of_working(&working, false);
+        (factor.rss, factor.max_abs) = (found.rss, found.max_abs);
+        factor
+    }
+
+    /// Residuals of the heights in place of white ones.
+    fn in_heights(&self, result: &mut FitResult, white: Vec<f64>, lines: &Lines, whitening: &Whitening) {
+        let mut along: Vec<f64> = lines.nodes.iter().map(|&k| white[k]).collect();
+        whitening.colour(&mut along);
+        let mut values = white;
+        let (mut squares, mut largest) = (0.0, 0.0f64);
+        for (&k, r) in lines.nodes.iter().zip(along) {
+            squares += r * r;
+            values[k] = r / self.sample.w(k).sqrt();
+            largest = largest.max(values[k].abs());
+        }
+        let report = &mut result.residuals;
+        report.rms = (squares / self.heights.weight).sqrt();
+        report.max_abs = Some(largest);
+        let wanted = self.spec.include.residuals;
+        report.values = wanted.then_some(values);
+        report.node_indices = report.node_indices.take().filter(|_| wanted);
+    }
+
+    /// Least squares with the sandwich about it.
+    fn sandwich(&self) -> Result<FitResult, FitError> {
+        let found = Sandwich::new(self.design.size(), self.orthonormal(), &self.residuals());
+        let Some(spread) = found.and_then(ErrorSpread::of_sandwich) else {
+            return Err(Faults::one(Field::Variance, ErrorsReason::Alone).into());
+        };
+        let frame = Frame::new(self.design, self.factor, self.spec, self.heights.weight)?;
+        conclude_with(&self.linear(), self.heights, self.spec, &frame, None, Some(&spread))
+    }
+
+    fn groups(&self, groups: &[i64]) -> Result<FitResult, FitError> {
+        let (q, residuals) = (self.orthonormal(), self.residuals());
+        let rows = Rows { n: self.design.size(), q: &q, residuals: &residuals };
+        let group: Vec<i64> = (0..residuals.len()).map(|k| groups[self.sample.posted(k)]).collect();
+        let (count, most) = (group.iter().collect::<BTreeSet<_>>().len(), VarianceSpread::most(self.design.size()));
+        if count > most {
+            return Err(Faults::one(Field::Variance, ErrorsReason::ManyGroups { groups: count, most }).into());
+        }
+        let Some(weights) = unequal::groups(&rows, &group) else {
+            return Err(Faults::one(Field::Variance, ErrorsReason::Group).into());
+        };
+        let omega: Vec<f64> = group.iter().map(|g| weights[g]).collect();
+        let places: BTreeMap<i64, usize> = weights.keys().enumerate().map(|(place, &g)| (g, place)).collect();
+        let place: Vec<usize> = group.iter().map(|g| places[g]).collect();
+        // a posterior has weights for known
+        let alone = weights.len() == 1 || self.spec.prior.is_some();
+        let estimated = Estimated::Groups { place: &place, count: weights.len() };
+        let (mut result, few) = self.weighted(&omega, (!alone).then_some(estimated))?;
+        if let Some((place, freedom)) = few.filter(|(_, freedom)| *freedom < FEW_OF_GROUP) {
+            let group = weights.keys().nth(place).copied().unwrap_or(0);
+            result.warnings.push(Warning::GroupVarianceUncertain { group, freedom });
+        }
+        let sigma = result.residuals.sigma.unwrap_or(0.0);
+        result.variance = Some(VarianceReport::Groups(weights.iter().map(|(&g, &w)| (g, sigma / w.sqrt())).collect()));
+        Ok(result)
+    }
+
+    fn power(&self, of: Along, exponent: Option<f64>) -> Result<FitResult, FitError> {
+        let refused = |reason: ErrorsReason| FitError::from(Faults::one(Field::Variance, reason));
+        let places: Vec<f64> = (0..self.sample.count())
+            .map(|k| if of == Along::V { self.sample.place(k).1.abs() } else { self.sample.place(k).0.abs() })
+            .collect();
+        if places.contains(&0.0) {
+            return Err(Faults::one(Field::VariancePowerOf, ErrorsReason::Zero).into());
+        }
+        let middle = libm::exp(places.iter().map(|x| libm::log(*x)).sum::<f64>() / places.len() as f64);
+        let x: Vec<f64> = places.iter().map(|x| x / middle).collect();
+        let logs: Vec<f64> = x.iter().map(|x| libm::log(*x)).collect();
+        // a power that is told is known, and a posterior has weights for known
+        let estimated = exponent.is_none() && self.spec.prior.is_none();
+        let exponent = match exponent {
+            Some(exponent) => exponent,
+            None => {
+                let ends = logs.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], &x| [a.min(x), b.max(x)]);
+                if ends[1] - ends[0] <= LEVEL {
+                    return Err(Faults::one(Field::VariancePowerOf, ErrorsReason::Level).into());
+                }
+                let (q, residuals) = (self.orthonormal(), self.residuals());
+                let rows = Rows { n: self.design.size(), q: &q, residuals: &residuals };
+                unequal::exponent(&rows, &logs).ok_or_else(|| refused(ErrorsReason::Power))?
+            }
+        };
+        let omega: Vec<f64> = x.iter().map(|x| libm::pow(*x, -2.0 * exponent)).collect();
+        let (mut result, _) = self.weighted(&omega, estimated.then_some(Estimated::Power { logs: &logs }))?;
+        let freedom = self.sample.count() - self.design.size();
+        if estimated && freedom < FEW_OF_POWER {
+            result.warnings.push(Warning::PowerUncertain { freedom, more: FEW_OF_POWER - freedom });
+        }
+        result.variance = Some(VarianceReport::Power { exponent, at: middle });
+        Ok(result)
+    }
+
+    /// Least squares with the weights of the nodes times ω, by counted node, and what of them was
+    /// estimated. Of groups also the one whose variance is known least, and on how many degrees of
+    /// freedom that rests.
+    fn weighted(
+        &self,
+        omega: &[f64],
+        estimated: Option<Estimated>,
+    ) -> Result<(FitResult, Option<(usize, f64)>), FitError> {
+        if omega.iter().all(|w| *w == 1.0) && estimated.is_none() {
+            return Ok((conclude_plain(self)?, None));
+        }
+        let mut weights = vec![0.0; self.nodes.posted()];
+        for (k, omega) in omega.iter().enumerate() {
+            weights[self.sample.posted(k)] = self.sample.w(k) * omega;
+        }
+        let sample = self.sample.reweighted(&weights);
+        let heights = Heights::new(&sample);
+        within_range(Field::List(self.nodes.heights()), &heights)?;
+        let factor = Factor::new(self.design, &sample)?;
+        if factor.working.is_none() {
+            return Err(dependence(self.design, &factor, heights.weight));
+        }
+        let evidence = Evidence::Posted { sample: &sample, nodes: self.nodes };
+        let linear = LinearProblem { design: self.design, factor: &factor, heights: heights.about_zero, evidence };
+        let frame = Frame::new(self.design, &factor, self.spec, heights.weight)?;
+        let Some(estimated) = estimated else {
+            return Ok((conclude(&linear, &heights, self.spec, &frame, None)?, None));
+        };
+        let undetermined = || FitError::from(Faults::one(Field::Variance, estimated.reason()));
+        let (m, n) = (sample.count(), self.design.size());
+        let rows = orthonormal_rows(self.design, &factor, &sample);
+        let (found, few) = match estimated {
+            Estimated::Groups { place, count } => {
+                let found = VarianceSpread::of_groups(n, &rows, place, count).ok_or_else(undetermined)?;
+                let few = found.least_freedom();
+                (found, Some(few))
+            }
+            Estimated::Power { logs } => (VarianceSpread::of_power(n, &rows, logs).ok_or_else(undetermined)?, None),
+        };
+        let sigma = (factor.rss / (m - n) as f64).sqrt();
+        let spread = ErrorSpread::of_variances(found, sigma).ok_or_else(undetermined)?;
+        Ok((conclude_with(&linear, &heights, self.spec, &frame, None, Some(&spread))?, few))
+    }
+}
+
+/// What of the weights was estimated, by counted node.
+#[derive(Clone, Copy)]
+enum Estimated<'a> {
+    /// The variances of groups: the place of each node's group among so many.
+    Groups { place: &'a [usize], count: usize },
+    /// The power of a coordinate with these logarithms.
+    Power { logs: &'a [f64] },
+}
+
+impl Estimated<'_> {
+    /// Why there is no answer where the residuals do not determine it.
+    fn reason(self) -> ErrorsReason {
+        match self {
+            Estimated::Groups { .. } => ErrorsReason::Group,
+            Estimated::Power { .. } => ErrorsReason::Power,
+        }
+    }
+}

@@ -1,0 +1,160 @@
+//! Fits of nodes whose positions are off: as weighted least squares at the positions that are
+//! likeliest, and on as any fit.
+
+use super::conclude::conclude_with;
+use crate::{
+    data::{Heights, Nodes, Sample},
+    design::Design,
+    diagnostics::within_range,
+    error::{FitError, Unconverged},
+    error_model::{
+        position_spread::{Scatter, scatter},
+        positions::{Positions, Settled, rounds},
+        spread::ErrorSpread,
+    },
+    estimate::Frame,
+    factor::Factor,
+    fault::{ErrorsReason, Faults, Field},
+    problem::{Evidence, LinearProblem},
+    result::{Contradiction, FitResult, HOLDING, PositionsReport, Warning},
+    spec::{Estimator, FitSpec, Model, NodeUncertainty, PositionKind, Prior},
+};
+use flankfit_numerics::distribution::chi_squared;
+
+/// Why the positions of these nodes are taken as exact.
+fn unsuited(nodes: &Nodes, spec: &FitSpec, uncertainty: NodeUncertainty) -> Option<ErrorsReason> {
+    if matches!(nodes, Nodes::Matrix(_)) {
+        Some(ErrorsReason::PositionsOfMatrix)
+    } else if !(uncertainty.height > 0.0) {
+        Some(ErrorsReason::HeightsExact)
+    } else if spec.estimator != Estimator::LeastSquares {
+        Some(ErrorsReason::Robust)
+    } else if matches!(spec.prior, Some(Prior::Iterations(_))) {
+        Some(ErrorsReason::Chain)
+    } else if spec.folds.is_some() {
+        Some(ErrorsReason::PositionsFolds)
+    } else if !spec.constraints.is_empty() {
+        Some(ErrorsReason::PositionsConstrained)
+    } else {
+        None
+    }
+}
+
+/// The fit, where positions are off and it can be told what follows; `None` where they are taken
+/// as exact, by default.
+pub(super) fn fit_positions(nodes: &Nodes, sample: &Sample, spec: &FitSpec) -> Result<Option<FitResult>, FitError> {
+    let Some(uncertainty) = spec.node_uncertainty.filter(|uncertainty| uncertainty.position > 0.0) else {
+        return Ok(None);
+    };
+    let refused = |reason| match uncertainty.kind {
+        Some(_) => Err(Faults::one(Field::PositionKind, reason).into()),
+        None => Ok(None),
+    };
+    if let Some(reason) = unsuited(nodes, spec, uncertainty) {
+        return refused(reason);
+    }
+    let design = Design::new(nodes, sample, spec)?;
+    if rounds(sample.count(), design.size()).is_none() {
+        return refused(ErrorsReason::TooLarge { nodes: sample.count(), coefficients: design.size() });
+    }
+    let heights = Heights::new(sample);
+    within_range(Field::List(nodes.heights()), &heights)?;
+    let factor = Factor::new(&design, sample)?;
+    let Some(working) = &factor.working else { return refused(ErrorsReason::PositionsDependent) };
+    let kind = uncertainty.kind.unwrap_or_default();
+    let positions = Positions {
+        design: &design,
+        sample,
+        kind,
+        ratio: uncertainty.position / uncertainty.height,
+        within: match (&spec.model, design.domain) {
+            (Model::BSpline { .. }, Some(domain)) => Some((domain.u.unwrap_or_default(), domain.v.unwrap_or_default())),
+            _ => None,
+        },
+        r: factor.r.map(|x| x.to_f64()),
+        length: heights.about_zero.sqrt(),
+    };
+    let start: Vec<f64> = working.iter().map(|x| x.to_f64()).collect();
+    let Some(settled) = positions.settle(&start) else {
+        return match uncertainty.kind {
+            Some(_) => Err(Unconverged::Positions.into()),
+            None => Ok(None),
+        };
+    };
+    let told = FitSpec { node_uncertainty: Some(NodeUncertainty { kind: Some(kind), ..uncertainty }), ..spec.clone() };
+    concluded(nodes, sample, &told, &design, settled).map(Some)
+}
+
+fn concluded(
+    nodes: &Nodes,
+    sample: &Sample,
+    spec: &FitSpec,
+    design: &Design,
+    settled: Settled,
+) -> Result<FitResult, FitError> {
+    let moved = moved(nodes, sample, &settled)?;
+    let sample = Sample::new(&moved);
+    let heights = Heights::new(&sample);
+    let factor = Factor::new(design, &sample)?;
+    let frame = Frame::new(design, &factor, spec, heights.weight)?;
+    let evidence = Evidence::Posted { sample: &sample, nodes: &moved };
+    let linear = LinearProblem { design, factor: &factor, heights: heights.about_zero, evidence };
+    let uncertainty = spec.node_uncertainty;
+    let measured = uncertainty.filter(|told| told.kind == Some(PositionKind::Measured) && spec.prior.is_none());
+    let scattered =
+        measured.and_then(|told| scatter(design, &factor, &settled, told.position / told.height, spec.noise_sigma));
+    let warning = scattered.as_ref().and_then(|found| {
+        let figures = [found.share, found.bend, found.weights];
+        let beyond = figures.iter().zip(HOLDING).any(|(figure, most)| *figure > most);
+        beyond.then_some(Warning::PositionsUncertain { share: found.share, bend: found.bend, weights: found.weights })
+    });
+    let spread = scattered.map(|Scatter { root, .. }| ErrorSpread::new(root));
+    let mut result = conclude_with(&linear, &heights, spec, &frame, None, spread.as_ref())?;
+    result.warnings.extend(warning);
+    let sigma_ratio = result.residuals.sigma.zip(uncertainty).map(|(sigma, told)| sigma / told.height);
+    let sigma_ratio = sigma_ratio.filter(|ratio| ratio.is_finite());
+    result.warnings.extend(sigma_ratio.and_then(|ratio| contradiction(ratio, result.residuals.degrees_of_freedom)));
+    result.positions = Some(PositionsReport {
+        kind: uncertainty.and_then(|uncertainty| uncertainty.kind).unwrap_or_default(),
+        rounds: settled.rounds,
+        variance_share: settled.share,
+        largest_shift: settled.largest_shift,
+        sigma_ratio,
+    });
+    Ok(result)
+}
+
+/// How far from 1 the ratio of σ to what was told is worth a warning.
+const FAR: f64 = 3.0;
+/// The probability that chance alone makes a ratio so far off.
+const CHANCE: f64 = 1e-3;
+
+/// The warning that the residuals do not bear out the uncertainties that were told.
+fn contradiction(ratio: f64, freedom: usize) -> Option<Warning> {
+    let count = freedom as f64;
+    let above = chi_squared::upper_tail(count * ratio * ratio, count);
+    let likely = above.min(1.0 - above) >= 0.5 * CHANCE;
+    let near = (1.0 / FAR..=FAR).contains(&ratio);
+    (!near && !likely).then_some(Warning::UncertaintyContradicted(Contradiction { ratio, freedom }))
+}
+
+/// All posted nodes, those that count carried to where they were settled.
+fn moved(nodes: &Nodes, sample: &Sample, settled: &Settled) -> Result<Nodes, Faults> {
+    let posted = nodes.posted();
+    let mut places: Vec<[f64; 2]> = match nodes {
+        Nodes::Curve(curve) => curve.x.iter().map(|&x| [x, 0.0]).collect(),
+        Nodes::Scattered(nodes) => nodes.u.iter().zip(&nodes.v).map(|(&u, &v)| [u, v]).collect(),
+        Nodes::Grid(grid) => grid.u.iter().flat_map(|&u| grid.v.iter().map(move |&v| [u, v])).collect(),
+        Nodes::Matrix(_) => vec![[0.0; 2]; posted],
+    };
+    let (mut heights, mut weights) = (vec![0.0; posted], vec![0.0; posted]);
+    for k in 0..sample.count() {
+        let at = sample.posted(k);
+        (places[at], heights[at], weights[at]) = (settled.places[k], settled.heights[k], settled.weights[k]);
+    }
+    let (u, v) = places.into_iter().map(|[u, v]| (u, v)).unzip();
+    match nodes {
+        Nodes::Curve(_) => Nodes::curve(u, heights, Some(weights)),
+        _ => Nodes::scattered(u, v, heights, Some(weights)),
+    }
+}

@@ -1,0 +1,257 @@
+//! Conformity of an estimate with limits, with its uncertainty (ISO 14253-1).
+//!
+//! The true value is `value − bias − std_error · T` with |bias| at most `bias_bound` and T
+//! Student's. So the probability that it lies between two limits is between its values at the worst
+//! and at the best bias. That a part conforms is said only where it is 0.95 at least: the limits
+//! are drawn in by a guard band, and a part that lies at a limit is found to conform in one
+//! measurement of twenty at most, where the error is distributed as is said (0.02 to 0.071 in
+//! simulation, `tests/laws/gear_evaluation_intervals.rs`). Errors that are correlated, and not said
+//! to be, make it more. That it does not conform is said only of a value so far beyond a limit as a
+//! part within the limits is measured in one of twenty at most, however close the limits are: of
+//! one limit alone, where the true value lies beyond it with 0.95. What lies between cannot be
+//! told.
+
+use super::{noise::Noise, quantile::half_width};
+use flankfit_numerics::distribution::Student;
+
+/// The probability from which on a part is said to conform (ISO 14253-1); one less of it is the
+/// chance with which a part that conforms is said not to.
+pub const CONFORMANCE_PROBABILITY: f64 = 0.95;
+
+/// An estimate, and what is known of its error.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Inferred {
+    /// The estimate.
+    pub value: f64,
+    /// Its standard error.
+    pub std_error: f64,
+    /// The bias that it may have.
+    pub bias_bound: f64,
+    /// The distribution of an error over the standard error.
+    pub student: Student,
+}
+
+/// Whether a part conforms to its limits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Decision {
+    /// It does.
+    Conforms,
+    /// It does not.
+    DoesNotConform,
+    /// The measurement is too uncertain to say.
+    CannotBeTold,
+}
+
+/// A figure against its limits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Conformity {
+    /// The limits, ascending.
+    pub limits: [f64; 2],
+    /// Least and greatest probability that the true value lies within; equal without a bias.
+    pub probability: [f64; 2],
+    /// What follows from it.
+    pub decision: Decision,
+}
+
+impl Inferred {
+    /// The same in another unit or sign.
+    pub fn scaled(self, factor: f64) -> Self {
+        let size = factor.abs();
+        Inferred {
+            value: factor * self.value,
+            std_error: size * self.std_error,
+            bias_bound: size * self.bias_bound,
+            student: self.student,
+        }
+    }
+
+    /// The confidence interval at `level`.
+    pub fn interval(&self, level: f64) -> [f64; 2] {
+        let noise = Noise { sigma: self.std_error, student: self.student, miss: 1.0 - level };
+        let half = half_width(&noise, self.std_error, self.bias_bound);
+        [self.value - half, self.value + half]
+    }
+
+    /// Against ascending limits.
+    ///
+    /// ```
+    /// use flankfit_estimation::inference::{Decision, Inferred};
+    /// use flankfit_numerics::distribution::Student;
+    ///
+    /// // 3 µm below the limit of 10 µm with a standard error of 2 µm: Φ(1.5) = 0.933
+    /// let slope =
+    ///     Inferred { value: 7.0, std_error: 2.0, bias_bound: 0.0, student: Student::NORMAL };
+    /// let found = slope.conformity([-10.0, 10.0]);
+    /// assert!((found.probability[0] - 0.933_192_8).abs() < 1e-7);
+    /// assert_eq!(found.decision, Decision::CannotBeTold);
+    /// ```
+    pub fn conformity(&self, limits: [f64; 2]) -> Conformity {
+        let [low, high] = limits;
+        let within = |bias: f64| {
+            let value = self.value + bias;
+            if !(self.std_error > 0.0) {
+                return if low <= value && value <= high { 1.0 } else { 0.0 };
+            }
+            let [from, to] = [low, high].map(|limit| (limit - value) / self.std_error);
+            // differences of the tails that are small
+            let inside = match from + to > 0.0 {
+                true => self.student.upper_tail(from) - self.student.upper_tail(to),
+                false => self.student.upper_tail(-to) - self.student.upper_tail(-from),
+            };
+            inside.clamp(0.0, 1.0)
+        };
+        // greatest in the middle of the limits, and falling to both sides
+        let centre = 0.5 * (low + high) - self.value;
+        let farthest = if centre > 0.0 { -self.bias_bound } else { self.bias_bound };
+        let most = within(centre.clamp(-self.bias_bound, self.bias_bound));
+        // where both are nearly 1 the last digit may fall either way
+        let probability = [within(farthest).min(most), most];
+        let decision = if probability[0] >= CONFORMANCE_PROBABILITY {
+            Decision::Conforms
+        } else if self.lies_beyond(limits) {
+            Decision::DoesNotConform
+        } else {
+            Decision::CannotBeTold
+        };
+        Conformity { limits, probability, decision }
+    }
+
+    /// Whether a part within the limits would be measured as far beyond them seldom enough. Of such
+    /// parts one at the nearer limit is so most often, beyond the other limit as well as beyond
+    /// this one.
+    fn lies_beyond(&self, [low, high]: [f64; 2]) -> bool {
+        let beyond = (self.value - high).max(low - self.value) - self.bias_bound;
+        if !(beyond > 0.0 && self.std_error > 0.0) {
+            return beyond > 0.0;
+        }
+        let beyond_other = beyond + 2.0 * self.bias_bound + (high - low);
+        let tail = |distance: f64| self.student.upper_tail(distance / self.std_error);
+        tail(beyond) + tail(beyond_other) <= 1.0 - CONFORMANCE_PROBABILITY
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn normal(value: f64, std_error: f64, bias_bound: f64) -> Inferred {
+        Inferred { value, std_error, bias_bound, student: Student::NORMAL }
+    }
+
+    #[test]
+    fn without_error_the_limits_belong_to_what_conforms() {
+        for (value, decision) in [(2.0, Decision::Conforms), (2.1, Decision::DoesNotConform)] {
+            assert_eq!(normal(value, 0.0, 0.0).conformity([-2.0, 2.0]).decision, decision);
+        }
+        assert_eq!(normal(1.9, 0.0, 0.2).conformity([-2.0, 2.0]).decision, Decision::CannotBeTold);
+    }
+
+    /// Limits that no figure reaches say that there is none on that side.
+    #[test]
+    fn a_limit_may_be_as_far_as_a_double_reaches() {
+        for student in [Student::NORMAL, Student::new(1.0), Student::new(9.0), Student::new(400.0)] {
+            for far in [1e155, 1e308, f64::MAX] {
+                for (value, bias_bound) in [(0.0, 0.0), (-5.0, 0.3), (3.0, 1.0)] {
+                    let slope = Inferred { value, std_error: 0.1, bias_bound, student };
+                    let [none, upper, lower] =
+                        [[-far, far], [-far, value], [value, far]].map(|limits| slope.conformity(limits));
+                    assert_eq!((none.probability, none.decision), ([1.0, 1.0], Decision::Conforms), "{far:e}");
+                    assert!(upper.probability[1].min(lower.probability[1]) > 0.5 - 1e-9, "{upper:?} {lower:?}");
+                    assert!(upper.probability[0].max(lower.probability[0]) < 0.5 + 1e-9, "{upper:?} {lower:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_guard_band_is_that_of_one_tail() {
+        // 1.6448536 standard errors inside and outside of one limit, the other far away
+        for (value, decision) in [
+            (-1.645, Decision::Conforms),
+            (-1.644, Decision::CannotBeTold),
+            (1.644, Decision::CannotBeTold),
+            (1.645, Decision::DoesNotConform),
+        ] {
+            assert_eq!(normal(value, 1.0, 0.0).conformity([-100.0, 0.0]).decision, decision, "{value}");
+        }
+        // t(0.95; 4) = 2.131847
+        let few = Inferred { student: Student::new(4.0), ..normal(-2.131, 1.0, 0.0) };
+        assert_eq!(few.conformity([-100.0, 0.0]).decision, Decision::CannotBeTold);
+        assert_eq!(Inferred { value: -2.132, ..few }.conformity([-100.0, 0.0]).decision, Decision::Conforms);
+    }
+
+    #[test]
+    fn limits_closer_than_the_error_are_never_told_to_be_kept() {
+        assert_eq!(normal(0.0, 1.0, 0.0).conformity([-1.0, 1.0]).decision, Decision::CannotBeTold);
+    }
+
+    /// The value that is refused solves 1 − Φ(x − 0.02 − b) + 1 − Φ(x + 0.02 + b) = 0.05.
+    #[test]
+    fn a_value_in_the_middle_of_narrow_limits_is_not_told_to_miss_them() {
+        let narrow = normal(0.0, 1.0, 0.0).conformity([-0.02, 0.02]);
+        assert!((narrow.probability[1] - 0.015_956_5).abs() < 1e-6, "{narrow:?}");
+        assert_eq!(narrow.decision, Decision::CannotBeTold);
+        for (value, bias_bound, decision) in [
+            (1.960, 0.0, Decision::CannotBeTold),
+            (1.961, 0.0, Decision::DoesNotConform),
+            (-1.960, 0.0, Decision::CannotBeTold),
+            (-1.961, 0.0, Decision::DoesNotConform),
+            (1.973, 0.1, Decision::CannotBeTold),
+            (1.975, 0.1, Decision::DoesNotConform),
+        ] {
+            let found = normal(value, 1.0, bias_bound).conformity([-0.02, 0.02]);
+            assert_eq!(found.decision, decision, "{value} {bias_bound}");
+        }
+    }
+
+    /// How often a part is found not to conform whose value errs by `bias` and by normal errors:
+    /// the density, summed at values a hundredth of the standard error apart.
+    fn refused(truth: f64, bias: f64, (std_error, bias_bound): (f64, f64), limits: [f64; 2]) -> f64 {
+        let decided = |error: f64| normal(truth + bias + std_error * error, std_error, bias_bound).conformity(limits);
+        (-800..800)
+            .map(|k| 0.01 * (f64::from(k) + 0.5))
+            .filter(|error| decided(*error).decision == Decision::DoesNotConform)
+            .map(|error| 0.01 * (-0.5 * error * error).exp() / (2.0 * std::f64::consts::PI).sqrt())
+            .sum()
+    }
+
+    proptest! {
+        /// A part within limits, however close, is found not to conform in one measurement of
+        /// twenty at most, and at a limit in just as many where the bias is the worst.
+        #[test]
+        fn what_lies_within_is_seldom_told_not_to_conform(
+            (low, width, place) in (-8.0..4.0f64, prop_oneof![0.0..0.1f64, 0.1..6.0f64], 0.0..=1.0f64),
+            (std_error, bound, share) in (0.01..4.0f64, prop_oneof![Just(0.0), 0.0..3.0f64], -1.0..=1.0f64),
+        ) {
+            let limits = [low, low + width];
+            let within = refused(low + place * width, share * bound, (std_error, bound), limits);
+            prop_assert!(within < 0.052, "{}", within);
+            let at_limit = refused(limits[1], bound, (std_error, bound), limits);
+            prop_assert!((at_limit - 0.05).abs() < 0.002, "{}", at_limit);
+        }
+
+        /// Every bias within the bound gives a probability between the two; both are reached.
+        #[test]
+        fn bounds_of_the_probability_are_sharp(
+            (value, std_error, bound) in (-9.0..9.0f64, 0.01..4.0f64, 0.0..5.0f64),
+            (low, width, freedom) in (-8.0..4.0f64, 0.1..9.0f64, 1.0..60.0f64),
+        ) {
+            let limits = [low, low + width];
+            let student = Student::new(freedom);
+            let [least, most] =
+                Inferred { value, std_error, bias_bound: bound, student }.conformity(limits).probability;
+            let (mut low, mut high) = (1.0f64, 0.0f64);
+            for k in -200..=200 {
+                let moved = value + bound * f64::from(k) / 200.0;
+                let [p, same] =
+                    Inferred { value: moved, std_error, bias_bound: 0.0, student }.conformity(limits).probability;
+                prop_assert_eq!(p, same);
+                prop_assert!(least <= p + 1e-12 && p <= most + 1e-12, "{} {} {}", least, p, most);
+                (low, high) = (low.min(p), high.max(p));
+            }
+            prop_assert!(low - least < 1e-12 && most - high < 0.02, "{} {} {} {}", least, low, high, most);
+        }
+    }
+}

@@ -1,0 +1,51 @@
+//! The noise of the nodes of now and of those before.
+
+use super::{
+    current::{Current, PooledNoise},
+    observe::Observed,
+    reason::PriorReason,
+};
+use crate::{
+    fault::{Faults, Field},
+    result::UnequalNoise,
+};
+use flankfit_numerics::distribution::fisher;
+
+/// The probability below which two σ are told from one another.
+const IMPROBABLE: f64 = 1e-3;
+
+/// σ that was given, or that of all residuals together.
+pub(super) fn pooled(current: &Current, observed: &[Observed]) -> Result<PooledNoise, Faults> {
+    if let Some(sigma) = current.spec.noise_sigma {
+        return Ok(PooledNoise { sigma, freedom: None });
+    }
+    let earlier = of_earlier(observed);
+    let freedom = current.freedom + earlier.1;
+    let sigma = ((current.rss + earlier.0) / freedom as f64).sqrt();
+    if freedom > 0 && sigma > 0.0 {
+        return Ok(PooledNoise { sigma, freedom: Some(freedom) });
+    }
+    Err(Faults::one(Field::NoiseSigma, PriorReason::NoNoise))
+}
+
+/// Whether σ of now and of all earlier residuals together differ: by Fisher's ratio of variances.
+pub(super) fn unequal(current: &Current, observed: &[Observed]) -> Option<UnequalNoise> {
+    let (rss, freedom) = of_earlier(observed);
+    if current.spec.noise_sigma.is_some() || current.freedom == 0 || freedom == 0 {
+        return None;
+    }
+    let [mine, theirs] = [current.freedom as f64, freedom as f64];
+    let (now, earlier) = (current.rss / mine, rss / theirs);
+    let larger = if now > earlier {
+        fisher::upper_tail(now / earlier, mine, theirs)
+    } else {
+        fisher::upper_tail(earlier / now, theirs, mine)
+    };
+    let p = (2.0 * larger).min(1.0);
+    (p < IMPROBABLE).then(|| UnequalNoise { now: now.sqrt(), earlier: earlier.sqrt(), p })
+}
+
+/// Residual sum of squares and degrees of freedom.
+fn of_earlier(observed: &[Observed]) -> (f64, usize) {
+    observed.iter().fold((0.0, 0), |(rss, freedom), one| (rss + one.rss, freedom + one.freedom))
+}

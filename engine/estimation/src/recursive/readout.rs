@@ -1,0 +1,102 @@
+//! From what is kept to what a fit goes on with: design, heights, factor.
+
+use super::{caller_row::CallerRow, sums::Sums};
+use crate::fault::{Faults, Field, RangeReason};
+use crate::{
+    data::{Form, Heights, Sample},
+    design::{Basis, Design, of_columns},
+    diagnostics::columns_within_range,
+    error::FitError,
+    factor::{Factor, scaled_condition},
+    result::Arithmetic,
+    spec::{Domain, FitSpec},
+};
+use flankfit_numerics::{Dd, Real, triangular};
+
+impl Sums {
+    /// The design with what only the nodes could tell.
+    pub(super) fn caller_design(&self, spec: &FitSpec) -> Design {
+        match &self.form {
+            Form::Matrix { names, .. } => {
+                let Basis::Columns { scale } = &self.design.basis else { return self.design.clone() };
+                let constants: Vec<usize> =
+                    (0..scale.len()).filter(|&j| self.same[j] && self.first[j] != 0.0).collect();
+                of_columns(scale.clone(), &constants, names.as_deref())
+            }
+            form => {
+                let given = spec.domain.unwrap_or_default();
+                let [u, v] = self.summary.bounds;
+                let v = (*form == Form::Surface).then(|| given.v.unwrap_or(v));
+                Design { domain: Some(Domain { u: Some(given.u.unwrap_or(u)), v }), ..self.design.clone() }
+            }
+        }
+    }
+
+    pub(super) fn heights(&self) -> Heights {
+        let [weight, sum, squares] = self.moments;
+        Heights {
+            weight: weight.to_f64(),
+            about_mean: (squares - sum * sum / weight).to_f64().max(0.0),
+            about_zero: squares.to_f64(),
+            largest: self.largest[0],
+            largest_plain: self.largest[1],
+        }
+    }
+
+    /// Whether a look at the nodes alone shows that the caller's columns stay within range. O(n) a
+    /// node.
+    pub(super) fn are_plain(&self, sample: &Sample) -> bool {
+        let mut row = CallerRow::new(&self.design);
+        (0..sample.count()).all(|k| row.is_plain(&self.design, sample, k))
+    }
+
+    /// Whether every later fit can take the caller's columns; a block that spoils them is refused,
+    /// since it could not be taken back.
+    pub(super) fn columns_within_range(&self) -> Result<(), Faults> {
+        let beyond = || Faults::one(Field::Nodes, RangeReason::Powers);
+        let change = self.design.change_of_basis();
+        if !change.iter().all(|x| x.is_finite()) {
+            return Err(beyond());
+        }
+        let caller = triangular::multiply_upper(&self.triangle.r(), &change);
+        columns_within_range(&self.design, &caller).map_err(|error| match error {
+            FitError::Invalid(faults) => faults,
+            _ => beyond(),
+        })
+    }
+
+    pub(super) fn factor(&self, design: &Design, heights: &Heights) -> Result<Factor, FitError> {
+        let r = self.triangle.r();
+        let qty = self.triangle.qty().to_vec();
+        let change = design.change_of_basis();
+        if !change.iter().all(|x| x.is_finite()) {
+            return Err(Faults::one(Field::Nodes, RangeReason::Powers).into());
+        }
+        // rounding of so many updates adds up like a random walk
+        let rounded = (self.summary.count as f64).sqrt();
+        let rss = self.triangle.rss().to_f64();
+        let (working, relative_error) = match scaled_condition(&r) {
+            Some((_, condition)) => {
+                let mut working = qty.clone();
+                triangular::solve_upper(&r, &mut working);
+                let ratio = if heights.about_zero > 0.0 { (rss / heights.about_zero).sqrt() } else { 0.0 };
+                let error = 4.0 * Dd::EPSILON * rounded * condition * (1.0 + condition * ratio);
+                (Some(working), error.clamp(1e-30, 1.0))
+            }
+            None => (None, f64::EPSILON),
+        };
+        Ok(Factor {
+            r,
+            change,
+            qty,
+            working,
+            ones: Some(self.ones.iter().map(|x| x.to_f64()).collect()),
+            arithmetic: Arithmetic::DoubleDouble,
+            relative_error,
+            rss,
+            max_abs: None,
+            separable: None,
+            rounded,
+        })
+    }
+}

@@ -1,0 +1,68 @@
+//! Requirements of a regularisation on the model: a number of coefficients, an axis for each
+//! weight, an order that has derivatives.
+//!
+//! A fit of posted nodes asks once it is at its regularisation; a stream asks when it is opened,
+//! since none of its nodes could change it. What depends on the nodes (numerically zero
+//! directions, a constant among posted columns) stays with each kind.
+
+use super::{
+    penalty,
+    reason::{RankOf, RegularizationReason},
+    representative, shrink, truncated,
+};
+use crate::fault::{Faults, Field};
+use crate::{
+    constrained,
+    design::Design,
+    prior,
+    selection::{filters::checked_count, selector::no_minimiser},
+    spec::{Count, Criterion, FitSpec, Parameter, Regularization, Scaling, ShrinkageFactor},
+    spectrum::scaled_size,
+};
+
+/// Refuses a scaling and regularisation of `spec` that `design` rules out.
+pub(crate) fn check_admissible(design: &Design, spec: &FitSpec) -> Result<(), Faults> {
+    prior::check(design, spec)?;
+    constrained::check(design, spec)?;
+    let size = scaled_size(design, spec.scaling)?;
+    match &spec.regularization {
+        Regularization::None => Ok(()),
+        Regularization::Spectral { count: Count::Auto, .. } => Ok(()),
+        Regularization::Spectral { count: Count::Given(count), .. } => checked_count(*count, size).map(drop),
+        Regularization::Ridge { parameter } => has_least(*parameter),
+        Regularization::Tikhonov(asked) => penalty::check(asked, design, spec.scaling, size),
+        Regularization::TruncatedSvd { rank } => truncated::check_rank(*rank, size, RankOf::Directions),
+        Regularization::TruncatedSvdBy { criterion } => truncated::check_criterion(*criterion),
+        Regularization::JamesStein(asked) => {
+            if let Some(target) = &asked.target {
+                check_target(target, design)?;
+            }
+            // standardised columns have the mean aside already
+            let mean = asked.factor == ShrinkageFactor::EfronMorris && asked.target.is_none();
+            let taken = usize::from(mean && spec.scaling != Scaling::Standardized);
+            shrink::check_directions(size.saturating_sub(taken))
+        }
+        Regularization::Representative(asked) => representative::check(asked, design, spec),
+        Regularization::Attraction(asked) => {
+            check_target(&asked.target, design)?;
+            has_least(asked.parameter)
+        }
+    }
+}
+
+/// One number for each coefficient.
+fn check_target(target: &[f64], design: &Design) -> Result<(), Faults> {
+    let n = design.size();
+    if target.len() == n {
+        return Ok(());
+    }
+    Err(Faults::one(Field::Target, RegularizationReason::Target { given: target.len(), coefficients: n }))
+}
+
+/// What acts on all directions alike has no parameter of least condition.
+fn has_least(parameter: Parameter) -> Result<(), Faults> {
+    match parameter {
+        Parameter::Criterion(Criterion::MinCondition) => Err(no_minimiser(Criterion::MinCondition)),
+        Parameter::Criterion(_) | Parameter::Fixed(_) => Ok(()),
+    }
+}

@@ -1,0 +1,39 @@
+//! The regularisation that a spec asks for.
+
+use super::{
+    admissible::check_admissible,
+    constrained,
+    context::{Applied, Context},
+    prior, representative, shrink, spectral, tikhonov, truncated,
+};
+use crate::{
+    error::FitError,
+    fault::{Faults, Field, FoldsReason},
+    result::Warning,
+    spec::Regularization,
+};
+
+/// Applies what the spec asks for.
+pub(crate) fn apply(context: &Context, warnings: &mut Vec<Warning>) -> Result<Applied, FitError> {
+    check_admissible(context.linear.design, context.spec)?;
+    if context.spec.folds.is_some() && !context.spec.cross_validates() {
+        return Err(Faults::one(Field::Folds, FoldsReason::Unused).into());
+    }
+    if let Some(known) = &context.spec.prior {
+        return prior::apply(context, known, warnings);
+    }
+    if !context.spec.constraints.is_empty() {
+        return constrained::apply(context, warnings);
+    }
+    match &context.spec.regularization {
+        Regularization::None | Regularization::Spectral { .. } | Regularization::Ridge { .. } => {
+            spectral::apply(context, warnings)
+        }
+        Regularization::TruncatedSvd { rank } => truncated::apply(context, *rank, warnings),
+        Regularization::TruncatedSvdBy { criterion } => truncated::apply_by(context, *criterion, warnings),
+        Regularization::JamesStein(asked) => shrink::james_stein(context, asked, warnings),
+        Regularization::Attraction(asked) => shrink::attraction(context, asked, warnings),
+        Regularization::Representative(asked) => representative::apply(context, asked, warnings),
+        Regularization::Tikhonov(asked) => tikhonov::apply(context, asked, warnings),
+    }
+}

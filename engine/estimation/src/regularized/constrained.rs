@@ -1,0 +1,109 @@
+//! Least squares under constraints on the shape.
+//!
+//! The estimate is no linear map of the heights. What follows from one is told with the active
+//! places held: standard errors are those of least squares among the functions whose derivative is
+//! 0 there. Intervals are about least squares and know nothing of the constraints.
+//!
+//! Where the true function meets the constraints, its image `x` lies in a convex cone that least
+//! squares b is projected on: the estimate lies no further from x than b does, node by node summed,
+//! for every draw. So its expectation lies within `E‖b − x‖ ≤ σ√n`, which bounds the bias of a form
+//! q by `‖q‖ σ√n`; of norms in the scaled columns by `σ√n/√λ₁`.
+
+use nalgebra::DMatrix;
+
+use super::{
+    context::{Applied, Context},
+    linear_map::{Form, LinearMap},
+    report::{regularized_spectrum, unregularized},
+};
+use crate::{
+    constrained::{ConstraintReason, constrained},
+    error::FitError,
+    estimate::Estimate,
+    fault::{Faults, Field},
+    result::{BiasReport, RegularizationReport, Regularized, Warning},
+    selection::Rule,
+};
+use flankfit_numerics::{length, triangular};
+
+/// Fits under the constraints of the spec.
+pub(super) fn apply(context: &Context, warnings: &mut Vec<Warning>) -> Result<Applied, FitError> {
+    let Context { spec, linear, columns, spectrum, least_squares, .. } = *context;
+    let refused = |field: Field, reason: ConstraintReason| FitError::from(Faults::one(field, reason));
+    if !spectrum.full_rank() {
+        return Err(refused(Field::Constraints, ConstraintReason::Undetermined));
+    }
+    let variance = context.variance.ok_or_else(|| refused(Field::NoiseSigma, ConstraintReason::NoNoise))?;
+    let factor = linear.factor;
+    let found = constrained(linear.design, &factor.r, &factor.qty, least_squares.rss, &spec.constraints)
+        .map_err(|reason| refused(Field::Constraints, reason))?;
+    context.warn_of_missing(Regularized::Constrained, false, warnings);
+    let active = found.report.constraints.iter().map(|one| one.active.len()).sum();
+    if active > 0 {
+        warnings.push(Warning::ConstraintsActive(active));
+    }
+    let n = linear.design.size();
+    let reach = (variance * n as f64).sqrt();
+    let held = orthonormal(&found.normals, n);
+    let filter_factors = (0..n).map(|i| f64::from(u8::from(i >= held.ncols()))).collect();
+    let map = LinearMap::Constrained { held, reach, working: found.working.clone() };
+    let mut exact = found.working.clone();
+    triangular::solve_upper(&factor.change, &mut exact);
+    let filtered: Vec<_> = spectrum.lambda.iter().map(|&lambda| Rule::None.at(0, lambda, 0.0)).collect();
+    let plain = Estimate::new(columns, spectrum, &filtered, least_squares);
+    let inverse = triangular::inverse_upper(&triangular::multiply_upper(&factor.r, &factor.change));
+    let form =
+        |j: usize| Form::new((0..n).map(|k| if k < j { 0.0 } else { inverse[(j, k)].to_f64() }).collect(), spectrum);
+    let forms: Vec<Form> = (0..n).map(form).collect();
+    // nothing is moved where nothing is active
+    let coefficients = match active {
+        0 => plain.coefficients.clone(),
+        _ => exact.iter().map(|x| x.to_f64()).collect(),
+    };
+    let moved: Vec<f64> = coefficients.iter().zip(&plain.coefficients).map(|(a, b)| a - b).collect();
+    let r = context.norm_limit(context.norm_of(&coefficients), warnings);
+    let residuals = linear.of_working(&found.working, spec.include.residuals);
+    let bias = BiasReport { ..context.bias(context.norm_of(&moved), reach / spectrum.lambda[0].sqrt(), r) };
+    Ok(Applied {
+        rss: residuals.rss,
+        residuals,
+        spectrum: regularized_spectrum(spectrum.lambda.clone()),
+        regularization: RegularizationReport { filter_factors, ..unregularized(context) },
+        bias,
+        bounds: forms.iter().map(|form| reach * length(&form.q)).collect(),
+        curve: None,
+        trace: None,
+        matrix_b: None,
+        matrix_b_factors: None,
+        after: None,
+        estimate: Estimate {
+            spread: forms.iter().map(|form| length(&map.row(form, spectrum))).collect(),
+            coefficients,
+            ..plain
+        },
+        map,
+        prior: None,
+        constraints: Some(found.report),
+        representative: None,
+    })
+}
+
+/// Orthonormal columns that span the vectors.
+fn orthonormal(vectors: &[Vec<f64>], n: usize) -> DMatrix<f64> {
+    let mut found: Vec<Vec<f64>> = Vec::new();
+    for vector in vectors {
+        let size = length(vector);
+        let mut rest = vector.clone();
+        for _ in 0..2 {
+            for q in &found {
+                let along: f64 = q.iter().zip(&rest).map(|(q, x)| q * x).sum();
+                rest.iter_mut().zip(q).for_each(|(x, q)| *x -= along * q);
+            }
+        }
+        let left = length(&rest);
+        if left > 1e-9 * size {
+            found.push(rest.iter().map(|x| x / left).collect());
+        }
+    }
+    DMatrix::from_fn(n, found.len(), |i, k| found[k][i])
+}

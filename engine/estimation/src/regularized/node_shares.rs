@@ -1,0 +1,127 @@
+//! The nodes in the coordinates of the directions that a penalty acts on, for criteria that look at
+//! every node.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::{context::Context, reason::RegularizationReason};
+use crate::{
+    data::Partition,
+    fault::{Faults, Field, FoldsReason},
+    problem::{Evidence, Rows},
+    selection::{Blockwise, LeftOut, Nodewise},
+    spec::{Criterion, FitSpec, Folds, Regularization},
+};
+use flankfit_numerics::cancel::Asking;
+
+/// Nodes times directions at most: some 16 MB, and seconds of a search.
+const MOST_ENTRIES: usize = 2_000_000;
+/// Blocks times cubed coefficients at most: a few seconds of a search.
+const MOST_CUBES: usize = 200_000_000;
+/// Nodes times squared coefficients at most, to find them.
+const MOST_PRODUCTS: usize = 1_000_000_000;
+
+/// Where the criterion of `spec` stands.
+pub(crate) fn criterion_field(spec: &FitSpec) -> Field {
+    match spec.regularization {
+        Regularization::Spectral { .. } => Field::LambdaCriterion,
+        _ => Field::Criterion,
+    }
+}
+
+/// Refuses a criterion that looks at every node where there are none, too many, or columns that
+/// depend on each other.
+pub(super) fn check(context: &Context) -> Result<(), Faults> {
+    let asked = context.spec.regularization.criterion();
+    let Some(criterion) = asked.filter(|criterion| criterion.is_nodewise()) else { return Ok(()) };
+    let refused = |reason| Err(Faults::one(criterion_field(context.spec), reason));
+    let (nodes, n) = (context.count(), context.linear.design.size());
+    if matches!(context.linear.evidence, Evidence::Summed(_)) {
+        return refused(RegularizationReason::NodesNotKept(criterion));
+    }
+    if !context.spectrum.full_rank() {
+        return refused(RegularizationReason::DependentColumns(criterion));
+    }
+    let most = match criterion {
+        Criterion::BlockedCv => MOST_PRODUCTS / (n * n).max(1),
+        _ => (MOST_ENTRIES / n.max(1)).min(MOST_PRODUCTS / (n * n).max(1)),
+    };
+    if nodes > most {
+        return refused(RegularizationReason::ManyNodes { criterion, nodes, most });
+    }
+    if criterion == Criterion::BlockedCv {
+        let folds = partition(context)?.map_or(0, |partition| partition.count);
+        let most = MOST_CUBES / (n * n * n).max(1);
+        if folds > most {
+            let reason = FoldsReason::TooMany { folds, coefficients: n, most };
+            return Err(Faults::one(Field::FoldsCount, reason));
+        }
+    }
+    Ok(())
+}
+
+/// The blocks of nodes; `None` where the nodes are gone.
+fn partition(context: &Context) -> Result<Option<Partition>, Faults> {
+    let Evidence::Posted { sample, nodes } = context.linear.evidence else { return Ok(None) };
+    let by_default = Folds::default();
+    Partition::new(nodes, sample, context.spec.folds.as_ref().unwrap_or(&by_default)).map(Some)
+}
+
+/// What the nodes have along `images`, orthonormal in Q's coordinates; `heights` is what Qᵀ√Ωz has
+/// along them. `None` where the nodes are gone.
+pub(super) fn left_out(context: &Context, images: &DMatrix<f64>, heights: Vec<f64>) -> Option<LeftOut> {
+    match context.spec.cross_validates() {
+        true => in_blocks(context, images, heights),
+        false => one_by_one(context, images, heights).map(LeftOut::OneByOne),
+    }
+}
+
+fn in_blocks(context: &Context, images: &DMatrix<f64>, heights: Vec<f64>) -> Option<LeftOut> {
+    let Evidence::Posted { sample, .. } = context.linear.evidence else { return None };
+    let partition = partition(context).ok()??;
+    let residuals = context.linear.of_working(&context.least_squares.working, true).values?;
+    let rows = Rows::new(context.linear.design, sample, &context.linear.factor.r);
+    let basis = completed(images);
+    let n = basis.nrows();
+    let mut blocks = Blockwise::empty(partition.count, n);
+    for k in (0..sample.count()).asking(4 * n * n) {
+        let (q, _) = rows.at(k);
+        let row = basis.tr_mul(&DVector::from_vec(q));
+        let weight = sample.w(k);
+        blocks.add(partition.block[k], row.as_slice(), weight.sqrt() * residuals[k], weight);
+    }
+    Some(LeftOut::InBlocks(blocks, heights))
+}
+
+/// `images` first, then what makes them an orthonormal basis of the whole space.
+fn completed(images: &DMatrix<f64>) -> DMatrix<f64> {
+    let (n, known) = images.shape();
+    let mut basis = images.clone().resize_horizontally(n, 0.0);
+    for at in known..n {
+        // the unit vector that the others reach least, made orthogonal to them twice
+        let reached = |i: usize| basis.row(i).columns(0, at).norm_squared();
+        let least = (0..n).min_by(|&i, &j| reached(i).total_cmp(&reached(j))).unwrap_or(0);
+        let mut next = DVector::from_fn(n, |i, _| f64::from(u8::from(i == least)));
+        for _ in 0..2 {
+            let others = basis.columns(0, at);
+            next -= others * others.tr_mul(&next);
+        }
+        basis.set_column(at, &next.normalize());
+    }
+    basis
+}
+
+fn one_by_one(context: &Context, images: &DMatrix<f64>, heights: Vec<f64>) -> Option<Nodewise> {
+    let Evidence::Posted { sample, .. } = context.linear.evidence else { return None };
+    let residuals = context.linear.of_working(&context.least_squares.working, true).values?;
+    let rows = Rows::new(context.linear.design, sample, &context.linear.factor.r);
+    let (n, directions) = (images.nrows(), images.ncols());
+    let mut shares = Vec::with_capacity(sample.count() * directions);
+    let mut left = Vec::with_capacity(sample.count());
+    for k in (0..sample.count()).asking(2 * n * (n + directions)) {
+        let (q, rest) = rows.at(k);
+        shares.extend(images.column_iter().map(|image| image.iter().zip(&q).map(|(u, q)| u * q).sum::<f64>()));
+        left.push(rest);
+    }
+    let residuals = residuals.iter().enumerate().map(|(k, r)| sample.w(k).sqrt() * r).collect();
+    Some(Nodewise { along: shares, heights, residuals, left })
+}

@@ -1,0 +1,140 @@
+//! One selector of a parameter of regularisation: from what was asked for to the parameter that is
+//! used, with every criterion's choice beside it.
+//!
+//! A kind of regularisation says how its criteria are answered and what a parameter gives; which
+//! criteria are walked, what is refused, which warnings follow and where the curve is evaluated is
+//! the same for all of them.
+
+use super::search::{Place, Unavailable};
+use crate::fault::{Faults, Field, RegularizationReason};
+use crate::{
+    error::FitError,
+    result::{Choice, LambdaCurvePoint, NeedsSigma, Warning},
+    spec::{Criterion, Parameter},
+};
+
+/// Points of a curve, less one.
+const POINTS: usize = 60;
+
+/// A problem with one parameter that a caller fixes or a criterion chooses.
+pub(crate) trait ParameterProblem {
+    /// A parameter, with what is known of how it was found.
+    type Answer: Copy;
+    /// Why there is none.
+    type Refusal;
+
+    /// The parameter of a caller.
+    fn fixed(&self, parameter: f64) -> Result<Self::Answer, Self::Refusal>;
+    /// What `criterion` chooses.
+    fn choose(&self, criterion: Criterion) -> Result<Self::Answer, Self::Refusal>;
+
+    /// The answer to what was asked for.
+    fn answer(&self, parameter: Parameter) -> Result<Self::Answer, Self::Refusal> {
+        match parameter {
+            Parameter::Fixed(value) => self.fixed(value),
+            Parameter::Criterion(criterion) => self.choose(criterion),
+        }
+    }
+}
+
+/// A problem cheap enough for every criterion to be answered beside the one asked for.
+pub(crate) trait Comparison: ParameterProblem<Refusal = Unavailable> {
+    /// What messages call the parameter.
+    const PARAMETER: &'static str;
+
+    /// The criteria whose choices are reported, in this order.
+    fn criteria(&self) -> impl Iterator<Item = Criterion>;
+    /// Returns the position of an answer in the search range.
+    fn place(answer: &Self::Answer) -> Place;
+    /// The figures of an answer; of `None` those of least squares.
+    fn figures(&self, criterion: Option<Criterion>, answer: Option<Self::Answer>) -> Choice;
+    /// The parameter at a share (0 to 1) of the range of the search.
+    fn at_share(&self, share: f64) -> f64;
+    /// The curve at a parameter.
+    fn curve_point(&self, parameter: f64) -> LambdaCurvePoint;
+}
+
+/// The parameter that is used, and what else could have been.
+pub(crate) struct Selection<A> {
+    /// `None` where the criterion has no answer: least squares is answered.
+    pub answer: Option<A>,
+    pub criterion: Option<Criterion>,
+    pub fixed: bool,
+    /// Least squares first.
+    pub choices: Vec<Choice>,
+    pub curve: Option<Vec<LambdaCurvePoint>>,
+}
+
+/// Selects the parameter for `problem`.
+pub(crate) fn select<P: Comparison>(
+    problem: &P,
+    parameter: Parameter,
+    want_curve: bool,
+    warnings: &mut Vec<Warning>,
+) -> Result<Selection<P::Answer>, FitError> {
+    let mut choices = vec![problem.figures(None, None)];
+    let mut asked = None;
+    for criterion in problem.criteria() {
+        let answer = problem.choose(criterion);
+        if let Ok(answer) = answer {
+            choices.push(problem.figures(Some(criterion), Some(answer)));
+        }
+        if parameter == Parameter::Criterion(criterion) {
+            asked = Some(answer);
+        }
+    }
+    let (criterion, fixed) = match parameter {
+        Parameter::Criterion(criterion) => (Some(criterion), false),
+        Parameter::Fixed(_) => (None, true),
+    };
+    let asked = asked.unwrap_or_else(|| {
+        let answer = problem.answer(parameter);
+        if let (Ok(answer), Some(criterion)) = (answer, criterion) {
+            choices.push(problem.figures(Some(criterion), Some(answer)));
+        }
+        answer
+    });
+    let answer = match (asked, criterion) {
+        (Ok(answer), _) => Some(answer),
+        (Err(Unavailable::NoSigma), Some(criterion)) => {
+            warn_of_missing_sigma(NeedsSigma::Criterion(criterion), warnings);
+            None
+        }
+        (Err(_), Some(criterion)) => return Err(no_minimiser(criterion).into()),
+        (Err(_), None) => None,
+    };
+    match answer.as_ref().map(P::place) {
+        Some(Place::Missed) => warnings.push(Warning::DiscrepancyNotReached(P::PARAMETER)),
+        Some(Place::Limit) => warnings.push(Warning::LambdaAtLimit(P::PARAMETER)),
+        Some(Place::Inside) | None => {}
+    }
+    let curve = want_curve
+        .then(|| (0..=POINTS).map(|i| problem.curve_point(problem.at_share(i as f64 / POINTS as f64))).collect());
+    Ok(Selection { answer, criterion, fixed, choices, curve })
+}
+
+/// Says that `what` needs σ, and that least squares is answered without it.
+pub(crate) fn warn_of_missing_sigma(what: NeedsSigma, warnings: &mut Vec<Warning>) {
+    warnings.push(Warning::SigmaMissing(what));
+}
+
+/// Why a criterion cannot be had of a regularisation at all.
+pub(crate) fn no_minimiser(wanted: Criterion) -> Faults {
+    let reason = match wanted {
+        Criterion::MinCondition => RegularizationReason::NoLeastCondition,
+        Criterion::Hkb | Criterion::Hkb1975 | Criterion::LawlessWang => RegularizationReason::RidgeOnly(wanted),
+        _ => RegularizationReason::Criterion(wanted),
+    };
+    Faults::one(Field::Criterion, reason)
+}
+
+/// Warnings about the choice that stands.
+pub(crate) fn warn_about(choices: &[Choice], chosen: &Choice, warnings: &mut Vec<Warning>) {
+    let [least_squares, ..] = choices else { return };
+    if let (Some(here), Some(there)) = (chosen.predicted_mse, least_squares.predicted_mse)
+        && here > there * (1.0 + 1e-9)
+    {
+        let factor = here / there;
+        warnings.push(Warning::WorseThanLeastSquares(factor));
+    }
+}

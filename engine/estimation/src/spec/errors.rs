@@ -1,0 +1,112 @@
+//! Error models of the heights.
+
+/// How scan lines run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Along {
+    /// Along u at each v: the columns of a grid.
+    U,
+    /// Along v at each u: the rows of a grid.
+    V,
+    /// Along the abscissae of a curve, or in the order posted.
+    Order,
+}
+
+impl Along {
+    /// As the interface writes it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Along::U => "u",
+            Along::V => "v",
+            Along::Order => "order",
+        }
+    }
+}
+
+/// Errors that are correlated along scan lines.
+///
+/// ```
+/// use flankfit_estimation::{
+///     FitSpec, Nodes, fit,
+///     spec::{Along, Correlation, Errors, Model},
+/// };
+///
+/// // Heights about a mean, each like the one before it.
+/// let y = vec![0.3, 0.5, 0.8, 0.6, 0.1, -0.4, -0.3, -0.6, -0.1, 0.2, 0.5, 0.4];
+/// let nodes = Nodes::matrix(vec![1.0; 12], 1, y, None, None)?;
+/// let spec = FitSpec::new(Model::Linear);
+/// let of = |rho: f64| {
+///     let errors = Errors {
+///         correlation: Correlation::Ar1 { rho: Some(rho) },
+///         along: Along::Order,
+///         lines: None,
+///     };
+///     fit(&nodes, &FitSpec { errors: Some(errors), ..spec.clone() })
+/// };
+///
+/// // Uncorrelated they are those of any fit; correlated they tell less of the mean.
+/// let (white, correlated) = (of(0.0)?, of(0.8)?);
+/// assert_eq!(white.coefficients, fit(&nodes, &spec)?.coefficients);
+/// assert!(correlated.coefficients[0].std_error > white.coefficients[0].std_error);
+/// // As many independent heights tell as much: (12 − 10 · 0.8)/1.8.
+/// let count = correlated.errors.expect("they were asked for").effective_count;
+/// assert!((count - 4.0 / 1.8).abs() < 1e-12);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Errors {
+    /// How they are correlated.
+    pub correlation: Correlation,
+    /// Which way lines run.
+    pub along: Along,
+    /// The line of each posted node, where scattered nodes or rows of a matrix were measured along
+    /// several.
+    pub lines: Option<Vec<i64>>,
+}
+
+/// Correlations along a line; parameters that are not given are estimated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Correlation {
+    /// Autoregression of first order in steps of the line.
+    Ar1 {
+        /// The correlation of neighbours.
+        rho: Option<f64>,
+    },
+    /// Autoregression of second order.
+    Ar2 {
+        /// φ₁ and φ₂.
+        phi: Option<[f64; 2]>,
+    },
+    /// Matérn's correlation with smoothness 3/2 in the unit of the abscissae.
+    Matern {
+        /// The length, and the share of the variance that is white.
+        parameters: Option<Matern>,
+    },
+}
+
+/// Parameters of Matérn's correlation `(1 + x) exp(−x)`, x = √3 d/length.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Matern {
+    /// Distance over which errors are alike.
+    pub length: f64,
+    /// Share of the variance that is white.
+    pub nugget: f64,
+}
+
+/// Variances of the errors beside what weights say.
+#[derive(Clone, Debug, PartialEq, Default)]
+pub enum Variance {
+    /// One for all.
+    #[default]
+    Constant,
+    /// Any: the sandwich HC3 about least squares.
+    Hc3,
+    /// One for each group of nodes, estimated: the group of each posted node.
+    Groups(Vec<i64>),
+    /// Standard deviations that go as a power of a coordinate.
+    Power {
+        /// The coordinate: u (x of a curve) or v.
+        of: Along,
+        /// The power; estimated where `None`.
+        exponent: Option<f64>,
+    },
+}

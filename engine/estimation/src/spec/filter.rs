@@ -1,0 +1,122 @@
+//! Filters as plain values; ranges are checked on reading a request, the rest is checked against
+//! the nodes.
+
+/// One filter; filters are applied in the order asked for.
+///
+/// ```
+/// use flankfit_estimation::{
+///     FitSpec, Nodes, fit,
+///     spec::{Action, Degree, Filter, Gaussian, Hampel, Model, PolynomialBasis, Spline, Terms},
+/// };
+/// use std::f64::consts::TAU;
+///
+/// let x: Vec<f64> = (0..=400).map(|k| 0.05 * f64::from(k)).collect();
+/// let model = Model::Polynomial {
+///     degree: Degree::Both(1),
+///     basis: PolynomialBasis::Legendre,
+///     terms: Terms::Tensor,
+/// };
+/// let filtered = |y: Vec<f64>, filter: Filter| {
+///     let nodes = Nodes::curve(x.clone(), y, None)?;
+///     let found = fit(&nodes, &FitSpec { filters: vec![filter], ..FitSpec::new(model.clone()) })?;
+///     Ok::<_, Box<dyn std::error::Error>>(
+///         found.filtering.expect("there is a filter").filters.remove(0),
+///     )
+/// };
+/// // A peak stands out of the median of its window.
+/// let mut flat: Vec<f64> = x.iter().map(|x| 0.01 * (9.0 * x).sin()).collect();
+/// flat[123] = 5.0;
+/// let hampel = Hampel { window: 11, threshold: 6.0, action: Action::Remove, axis: None };
+/// assert_eq!(filtered(flat, Filter::Hampel(hampel))?.peaks, Some(vec![123]));
+///
+/// // A wave of the length of the cut-off is halved, by either low-pass filter.
+/// let wave: Vec<f64> = x.iter().map(|x| (TAU * x / 0.8).sin()).collect();
+/// let gaussian = Gaussian { axis: None, cutoff: 0.8, robust: None };
+/// for filter in [Filter::Gaussian(gaussian), Filter::Spline(Spline { axis: None, cutoff: 0.8 })] {
+///     let change = filtered(wave.clone(), filter)?.rms_change;
+///     assert!((change - 0.5 / 2f64.sqrt()).abs() < 0.01, "{change}");
+/// }
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Filter {
+    /// Peaks are found by the distance from the median of a window.
+    Hampel(Hampel),
+    /// Low-pass with a Gaussian weighting function.
+    Gaussian(Gaussian),
+    /// Low-pass by a smoothing spline.
+    Spline(Spline),
+}
+
+impl Filter {
+    /// Stable name.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Filter::Hampel(_) => "hampel",
+            Filter::Gaussian(_) => "gaussian",
+            Filter::Spline(_) => "spline",
+        }
+    }
+}
+
+/// A node is a peak when it differs from the median of its window by more than `threshold · S`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hampel {
+    /// Nodes of the window, odd and at least 3; on a grid without `axis`, of each side of a square.
+    pub window: usize,
+    /// Not negative; in robust standard deviations.
+    pub threshold: f64,
+    /// What becomes of a peak.
+    pub action: Action,
+    /// On a grid, the axis along which windows lie; a square of both when not given.
+    pub axis: Option<FilterAxis>,
+}
+
+/// What becomes of a peak.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Action {
+    /// It takes the median of its window.
+    #[default]
+    Replace,
+    /// It counts as missing from there on.
+    Remove,
+}
+
+/// Gaussian profile filter: linear (ISO 16610-21) or robust (ISO 16610-31).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gaussian {
+    /// Needed on a grid; a curve has `u` only.
+    pub axis: Option<FilterAxis>,
+    /// λc, in the unit of the axis: a wave of this length is halved.
+    pub cutoff: f64,
+    /// The order of the robust regression; `None` for the linear filter.
+    pub robust: Option<Order>,
+}
+
+/// Order of the polynomial that is fitted under the window of the robust filter.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Order {
+    /// A constant: a weighted mean.
+    Zero,
+    /// A parabola, which follows form better towards the ends.
+    #[default]
+    Two,
+}
+
+/// Spline profile filter (ISO 16610-22).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spline {
+    /// Needed on a grid; a curve has `u` only.
+    pub axis: Option<FilterAxis>,
+    /// λc, in the unit of the axis: a wave of this length is halved.
+    pub cutoff: f64,
+}
+
+/// The axis along which a filter runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FilterAxis {
+    /// Along u, or along the abscissae of a curve.
+    U,
+    /// Along v.
+    V,
+}

@@ -1,0 +1,242 @@
+//! Traces with positions: what the evaluation takes.
+
+use super::{
+    super::topography::{Topography, ascending},
+    Block, Curve, Curves, HelixSetup, ProfileAxis, ProfileSetup, Section, Sides, SignConvention, Signs,
+};
+use flankfit_gear::{Gear, Kind, Side, Trace};
+use flankfit_numerics::fault::words::Shown;
+
+/// A trace whose samples have positions.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PositionedTrace {
+    /// Deviations with the sign stored.
+    pub trace: Trace,
+    /// Block of the file that it stands in.
+    pub block: Block,
+    /// Number within its group.
+    pub index: Option<u32>,
+    /// How many samples are undefined.
+    pub undefined: usize,
+    /// Line of its head in the file.
+    pub line: usize,
+}
+
+/// Why a trace has no positions.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum PositionFault {
+    /// The header does not say where it was measured.
+    #[error("the header has no measuring range (codes {} and {})", .codes[0], .codes[1])]
+    NoRange {
+        /// Codes of the header lines that are missing.
+        codes: [u32; 2],
+    },
+    /// The measuring range begins where it ends.
+    #[error("the measuring range has no length: it starts and ends at {}", Shown(*.at))]
+    NoLength {
+        /// Both of its ends, as the file has them.
+        at: f64,
+    },
+    /// The header names the profile's coordinate by a word of no known meaning.
+    #[error("profile places are given in “{word}”, which has no known meaning")]
+    UnknownAxis {
+        /// The word.
+        word: String,
+    },
+    /// The measuring range reaches below the base circle, where there is no involute.
+    #[error("the measuring range reaches {} mm, which is below the base circle of {} mm", Shown(*.diameter),
+        Shown(*.base))]
+    BelowBase {
+        /// Lower end of the range, a diameter in mm.
+        diameter: f64,
+        /// Base diameter, mm.
+        base: f64,
+    },
+}
+
+/// A trace that could not be placed: nothing of a file is left out without a word.
+#[derive(Clone, Debug, PartialEq)]
+pub struct UnpositionedTrace {
+    /// The tooth as the file names it.
+    pub tooth: String,
+    /// Flank of the tooth.
+    pub side: Side,
+    /// Profile or helix.
+    pub kind: Kind,
+    /// Line in the file, from 1.
+    pub line: usize,
+    /// Why it has no positions.
+    pub why: PositionFault,
+}
+
+/// All traces of a file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PositionedTraces {
+    /// Those with positions, in the order of the file.
+    pub traces: Vec<PositionedTrace>,
+    /// Those without.
+    pub unplaced: Vec<UnpositionedTrace>,
+}
+
+impl Curves {
+    /// Gives every sample its position: roll length for profiles (equal steps of roll length from
+    /// start to end of the measuring range), z for leads; section z or diameter. Deviations keep
+    /// the sign stored; see [`PositionedTraces::with_sense`].
+    ///
+    /// `gear` is the one that was measured, from [`Header::gear`](super::Header::gear) or known
+    /// otherwise.
+    pub fn place(&self, gear: &Gear) -> PositionedTraces {
+        let header = &self.header;
+        let site = Site { gear, profile: header.profile_setup(), helix: header.helix_setup() };
+        let mut placed = PositionedTraces { traces: Vec::with_capacity(self.curves.len()), unplaced: Vec::new() };
+        for curve in &self.curves {
+            match site.place(curve) {
+                Ok(trace) => placed.traces.push(trace),
+                Err(why) => placed.unplaced.push(UnpositionedTrace {
+                    tooth: curve.tooth.clone(),
+                    side: curve.side,
+                    kind: curve.kind,
+                    line: curve.line,
+                    why,
+                }),
+            }
+        }
+        placed
+    }
+
+    /// What turns the stored signs, for this file's settings.
+    pub fn signs(&self) -> Signs {
+        Signs::of(&self.header.rules())
+    }
+}
+
+impl PositionedTraces {
+    /// Turns every stored deviation into one sense.
+    pub fn with_sense(mut self, signs: Signs, sense: SignConvention) -> Self {
+        for placed in &mut self.traces {
+            let factor = signs.factor(sense, placed.trace.kind, placed.trace.side);
+            for value in &mut placed.trace.deviation {
+                *value *= factor;
+            }
+        }
+        self
+    }
+
+    /// Grids: the traces of one kind on one flank of a tooth at two or more sections, letters of
+    /// the tooth aside. Traces of a tooth whose numbers of samples or ranges differ make no grid;
+    /// they stay among the traces. A surface needs [`SignConvention::Material`].
+    pub fn topographies(&self, gear: &Gear) -> Vec<Topography> {
+        let mut groups: Vec<(&str, Side, Kind, Vec<&Trace>)> = Vec::new();
+        let mut index = std::collections::HashMap::new();
+        for Trace { tooth, side, kind, .. } in self.traces.iter().map(|placed| &placed.trace) {
+            index.entry((number_of(tooth), *side, *kind)).or_insert_with(|| {
+                groups.push((number_of(tooth), *side, *kind, Vec::new()));
+                groups.len() - 1
+            });
+        }
+        for placed in &self.traces {
+            let trace = &placed.trace;
+            if let Some(at) = index.get(&(number_of(&trace.tooth), trace.side, trace.kind)) {
+                groups[*at].3.push(trace);
+            }
+        }
+        groups.into_iter().filter_map(|(tooth, side, kind, traces)| grid(gear, tooth, side, kind, &traces)).collect()
+    }
+}
+
+/// A grid of traces that run over the same places.
+fn grid(gear: &Gear, tooth: &str, side: Side, kind: Kind, traces: &[&Trace]) -> Option<Topography> {
+    let first = traces.first().filter(|trace| traces.len() >= 2 && !trace.at.is_empty())?;
+    if traces.iter().any(|trace| trace.at != first.at) {
+        return None;
+    }
+    let sections: Vec<f64> = traces.iter().map(|trace| trace.section).collect::<Option<_>>()?;
+    let (diameter, z, deviation) = match kind {
+        Kind::Profile => {
+            let diameters: Vec<f64> = first.at.iter().map(|roll| gear.diameter(*roll)).collect();
+            ascending(&diameters, &sections, |i, j| traces[j].deviation[i])?
+        }
+        Kind::Helix => ascending(&sections, &first.at, |i, j| traces[i].deviation[j])?,
+    };
+    Some(Topography { tooth: Some(tooth.into()), side, diameter, z, deviation })
+}
+
+/// A tooth without its letters.
+fn number_of(tooth: &str) -> &str {
+    tooth.trim_end_matches(|c: char| c.is_ascii_alphabetic())
+}
+
+struct Site<'a> {
+    gear: &'a Gear,
+    profile: ProfileSetup,
+    helix: HelixSetup,
+}
+
+impl Site<'_> {
+    fn place(&self, curve: &Curve) -> Result<PositionedTrace, PositionFault> {
+        let (start, end) = match curve.kind {
+            Kind::Profile => {
+                let range = self.profile.measured.of(curve.side).ok_or(PositionFault::NoRange { codes: [41, 44] })?;
+                (self.roll_length(range.start)?, self.roll_length(range.end)?)
+            }
+            Kind::Helix => {
+                let range = self.helix.measured.of(curve.side).ok_or(PositionFault::NoRange { codes: [61, 64] })?;
+                (range.start, range.end)
+            }
+        };
+        let count = curve.values.len();
+        if start == end && count > 1 {
+            return Err(PositionFault::NoLength { at: start });
+        }
+        let steps = count.saturating_sub(1).max(1) as f64;
+        let at =
+            (0..count).map(|i| if i + 1 == count && i > 0 { end } else { start + (end - start) * (i as f64 / steps) });
+        Ok(PositionedTrace {
+            trace: Trace {
+                tooth: curve.tooth.clone(),
+                side: curve.side,
+                kind: curve.kind,
+                at: at.collect(),
+                section: self.section(curve),
+                deviation: curve.values.clone(),
+            },
+            block: curve.block.clone(),
+            index: curve.index,
+            undefined: curve.undefined,
+            line: curve.line,
+        })
+    }
+
+    /// Roll length of a place on the profile, mm.
+    fn roll_length(&self, place: f64) -> Result<f64, PositionFault> {
+        let base = 2.0 * self.gear.base_radius();
+        match &self.profile.axis {
+            ProfileAxis::Diameter => {
+                self.gear.roll_length(place).ok_or(PositionFault::BelowBase { diameter: place, base })
+            }
+            ProfileAxis::RollLength => Ok(place),
+            ProfileAxis::RollAngle => Ok(self.gear.base_radius() * place.to_radians()),
+            ProfileAxis::Unknown(word) => Err(PositionFault::UnknownAxis { word: word.clone() }),
+        }
+    }
+
+    /// z of a profile, diameter of a lead.
+    fn section(&self, curve: &Curve) -> Option<f64> {
+        match (curve.kind, curve.section) {
+            (Kind::Profile, Section::Z(z)) => Some(z),
+            (Kind::Profile, _) => *self.profile.middle.of(curve.side),
+            (Kind::Helix, Section::Diameter(diameter)) => Some(diameter),
+            (Kind::Helix, Section::RollLength(roll)) => Some(self.diameter(roll, curve.side)),
+            (Kind::Helix, _) => *self.helix.middle.of(curve.side),
+        }
+    }
+
+    /// The diameter at a roll length of three decimals: the header's circle that it was rounded
+    /// from, if it is one of them.
+    fn diameter(&self, roll: f64, side: Side) -> f64 {
+        let circles: [&Sides<Option<f64>>; 3] = [&self.helix.middle, &self.helix.inner, &self.helix.outer];
+        let near =
+            |diameter: &f64| self.gear.roll_length(*diameter).is_some_and(|exact| (exact - roll).abs() <= 0.00051);
+        circles.into_iter().filter_map(|circle| *circle.of(side)).find(near).unwrap_or_else(|| self.gear.diameter(roll))
+    }
+}

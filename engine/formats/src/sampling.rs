@@ -1,0 +1,328 @@
+//! Curves and surfaces at chosen parameters: what facets and elements are made of.
+
+use std::{cmp::Ordering, collections::BinaryHeap};
+
+use super::fault::ExportFault;
+use flankfit_geometry::{
+    curve::Curve,
+    space::Vector,
+    surface::{LocalGeometry, Surface},
+};
+use flankfit_numerics::cancel::{self, Asking};
+
+/// More nodes than this are refused for one surface.
+pub const MOST_NODES: usize = 4_000_000;
+
+/// Chords of one curve at most.
+const MOST_CHORDS: usize = 1 << 20;
+
+/// From so many on, finding the chords of a curve is computing: fewer take some milliseconds.
+const MANY_CHORDS: usize = 10_000;
+
+/// A surface at the nodes of a grid of parameters, v running fastest.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SurfaceSample {
+    parameters: [Vec<f64>; 2],
+    nodes: Vec<Vector>,
+    normals: Vec<Option<Vector>>,
+    curvatures: Vec<Option<[f64; 2]>>,
+}
+
+impl SurfaceSample {
+    /// Places and unit normals at all pairs of `us` and `vs`, each ascending with at least two
+    /// values.
+    pub fn new(surface: &dyn Surface, us: &[f64], vs: &[f64]) -> Result<Self, ExportFault> {
+        check(us, vs)?;
+        let wanted = us.len().saturating_mul(vs.len());
+        if wanted > MOST_NODES {
+            return Err(ExportFault::TooManyNodes { wanted, most: MOST_NODES });
+        }
+        let mut sample = SurfaceSample {
+            parameters: [us.to_vec(), vs.to_vec()],
+            nodes: Vec::with_capacity(wanted),
+            normals: Vec::with_capacity(wanted),
+            curvatures: Vec::with_capacity(wanted),
+        };
+        for (u, v) in us.iter().flat_map(|u| vs.iter().map(move |v| (*u, *v))).asking(1000) {
+            let LocalGeometry { point, normal, differential } = LocalGeometry::at(surface, u, v);
+            if !point.iter().all(|x| x.is_finite()) {
+                return Err(ExportFault::NoPlace { at: [u, v] });
+            }
+            sample.nodes.push(point);
+            sample.normals.push(normal);
+            let curvature = differential.map(|d| [d.mean, d.gaussian]);
+            sample.curvatures.push(curvature.filter(|c| c.iter().all(|x| x.is_finite())));
+        }
+        Ok(sample)
+    }
+
+    /// `intervals` along u and v for every patch between the surface's breaks.
+    pub fn by_patches(surface: &dyn Surface, intervals: [usize; 2]) -> Result<Self, ExportFault> {
+        counted(&[surface], intervals)?;
+        Self::of_counted(surface, intervals)
+    }
+
+    /// The same for surfaces that make one mesh, one sample each; all of their nodes together are
+    /// counted before the first is made.
+    pub fn of_each(surfaces: &[&dyn Surface], intervals: [usize; 2]) -> Result<Vec<Self>, ExportFault> {
+        counted(surfaces, intervals)?;
+        surfaces.iter().map(|surface| Self::of_counted(*surface, intervals)).collect()
+    }
+
+    fn of_counted(surface: &dyn Surface, intervals: [usize; 2]) -> Result<Self, ExportFault> {
+        let [us, vs] = surface.breaks();
+        Self::new(surface, &between(&us, intervals[0]), &between(&vs, intervals[1]))
+    }
+
+    /// The values of u and of v.
+    pub fn parameters(&self) -> &[Vec<f64>; 2] {
+        &self.parameters
+    }
+
+    /// How many nodes there are along u and along v.
+    pub fn size(&self) -> [usize; 2] {
+        self.parameters.each_ref().map(Vec::len)
+    }
+
+    /// Places of the nodes in rows, v running fastest; mm.
+    pub fn nodes(&self) -> &[Vector] {
+        &self.nodes
+    }
+
+    /// Unit vectors along ∂S/∂u × ∂S/∂v. Where that vanishes, its limit from inside; `None` where
+    /// there is none either.
+    pub fn normals(&self) -> &[Option<Vector>] {
+        &self.normals
+    }
+
+    /// Mean (1/mm) and Gaussian curvature (1/mm²), above 0 where the surface bends towards its
+    /// normal; `None` as with normals.
+    pub fn curvatures(&self) -> &[Option<[f64; 2]>] {
+        &self.curvatures
+    }
+}
+
+/// Refuses parameters that do not ascend, or are fewer than two.
+pub(super) fn check(us: &[f64], vs: &[f64]) -> Result<(), ExportFault> {
+    for values in [us, vs] {
+        if values.len() < 2 {
+            return Err(ExportFault::FewParameters { given: values.len() });
+        }
+        if let Some(i) = (1..values.len()).find(|i| !(values[i - 1] < values[*i])) {
+            return Err(ExportFault::Descending { index: i, value: values[i], before: values[i - 1] });
+        }
+    }
+    Ok(())
+}
+
+/// How many nodes there are in all; refuses more than [`MOST_NODES`], before there is any list of
+/// that length.
+pub(super) fn counted(surfaces: &[&dyn Surface], intervals: [usize; 2]) -> Result<usize, ExportFault> {
+    let nodes = |surface: &dyn Surface| {
+        let [us, vs] = surface.breaks().map(|breaks| breaks.len().saturating_sub(1));
+        let along = |pieces: usize, steps: usize| pieces.saturating_mul(steps.max(1)).saturating_add(1);
+        along(us, intervals[0]).saturating_mul(along(vs, intervals[1]))
+    };
+    let wanted = surfaces.iter().fold(0usize, |sum, surface| sum.saturating_add(nodes(*surface)));
+    if wanted > MOST_NODES { Err(ExportFault::TooManyNodes { wanted, most: MOST_NODES }) } else { Ok(wanted) }
+}
+
+/// `intervals` equal steps (at least one) from each value to the next; the values given are met
+/// exactly.
+///
+/// ```
+/// use flankfit_formats::sampling::between;
+///
+/// assert_eq!(between(&[0.0, 1.0, 3.0], 2), [0.0, 0.5, 1.0, 2.0, 3.0]);
+/// ```
+pub fn between(values: &[f64], intervals: usize) -> Vec<f64> {
+    let steps = intervals.max(1);
+    let inner = |pair: &[f64], k: usize| pair[0] + (pair[1] - pair[0]) * (k as f64 / steps as f64);
+    let mut all: Vec<f64> = values
+        .windows(2)
+        .flat_map(|pair| (0..steps).map(move |k| if k == 0 { pair[0] } else { inner(pair, k) }))
+        .collect();
+    all.extend(values.last());
+    all
+}
+
+/// Parameters at which chords stay within `tolerance` (mm) of the curve, looked at in three places
+/// of each chord.
+///
+/// Breaks are always among them. The chord that strays most is halved first; a tolerance that takes
+/// more than a million chords, or lies below the rounding of the places, is refused with what was
+/// reached.
+pub fn curve_parameters(curve: &dyn Curve, tolerance: f64) -> Result<Vec<f64>, ExportFault> {
+    if !(tolerance > 0.0) {
+        return Err(ExportFault::Tolerance { tolerance });
+    }
+    let breaks = curve.breaks();
+    let chord = |a: f64, b: f64| Chord { ends: [a, b], strays: sagitta(curve, a, b) };
+    let mut waiting = BinaryHeap::new();
+    for pair in breaks.windows(2) {
+        // one halving at least, lest an S look straight
+        let middle = pair[0] + (pair[1] - pair[0]) / 2.0;
+        waiting.extend([chord(pair[0], middle), chord(middle, pair[1])]);
+    }
+    if waiting.len() > MOST_CHORDS {
+        return Err(ExportFault::TooManyNodes { wanted: waiting.len(), most: MOST_CHORDS });
+    }
+    let many = MANY_CHORDS.max(waiting.len());
+    while let Some(worst) = waiting.peek().copied().filter(|worst| !(worst.strays <= tolerance)) {
+        let [a, b] = worst.ends;
+        let middle = a + (b - a) / 2.0;
+        if !worst.strays.is_finite() {
+            return Err(ExportFault::NoPlace { at: [middle, 0.0] });
+        }
+        if waiting.len() == MOST_CHORDS || !(a < middle && middle < b) {
+            return Err(ExportFault::Chords { tolerance, reached: worst.strays });
+        }
+        cancel::checkpoint();
+        if waiting.len() == many {
+            cancel::computing();
+        }
+        waiting.pop();
+        waiting.extend([chord(a, middle), chord(middle, b)]);
+    }
+    let mut all: Vec<f64> = waiting.into_iter().map(|chord| chord.ends[0]).chain(breaks.last().copied()).collect();
+    all.sort_by(cancel::comparing(f64::total_cmp));
+    Ok(all)
+}
+
+/// A chord and how far the curve strays from it; the one that it strays from most is the greatest.
+#[derive(Clone, Copy, Debug)]
+struct Chord {
+    ends: [f64; 2],
+    strays: f64,
+}
+
+impl Ord for Chord {
+    fn cmp(&self, other: &Self) -> Ordering {
+        // alike: the place decides, so that the order is always the same
+        self.strays.total_cmp(&other.strays).then(self.ends[0].total_cmp(&other.ends[0]))
+    }
+}
+
+impl PartialOrd for Chord {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl PartialEq for Chord {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl Eq for Chord {}
+
+/// How far the curve over [a, b] strays from its chord.
+fn sagitta(curve: &dyn Curve, a: f64, b: f64) -> f64 {
+    let [start, end] = [a, b].map(|t| curve.place(t)[0]);
+    let chord = end - start;
+    let distance = |share: f64| {
+        let offset = curve.place(a + (b - a) * share)[0] - start;
+        let along =
+            if chord.norm_squared() > 0.0 { (offset.dot(&chord) / chord.norm_squared()).clamp(0.0, 1.0) } else { 0.0 };
+        (offset - chord * along).norm()
+    };
+    [0.25, 0.5, 0.75].map(distance).into_iter().fold(0.0, f64::max)
+}
+
+/// Places of a curve.
+pub fn curve_nodes(curve: &dyn Curve, parameters: &[f64]) -> Result<Vec<Vector>, ExportFault> {
+    let place = |t: &f64| {
+        let place = curve.place(*t)[0];
+        if place.iter().all(|x| x.is_finite()) { Ok(place) } else { Err(ExportFault::NoPlace { at: [*t, 0.0] }) }
+    };
+    parameters.iter().map(place).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use flankfit_geometry::{BSplineBasis, curve::BSplineCurve, space::Dimension, surface::BSplineSurface};
+    use flankfit_numerics::cancel::Handle;
+
+    /// Rulings from the apex (0, 0, 1), at v = 0, to the points (1, 0, 0) and (0, 1, 0).
+    fn wedge() -> BSplineSurface {
+        let line = || BSplineBasis::new(1, vec![0., 0., 1., 1.]).unwrap();
+        let points = [[0., 0., 1.], [1., 0., 0.], [0., 0., 1.], [0., 1., 0.]];
+        let points = points.map(|[x, y, z]| Vector::new(x, y, z)).to_vec();
+        BSplineSurface::new([line(), line()], Dimension::Space, points, None).unwrap()
+    }
+
+    #[test]
+    fn normals_also_where_a_side_has_no_length() {
+        let sample = SurfaceSample::by_patches(&wedge(), [2, 4]).unwrap();
+        assert_eq!(sample.size(), [3, 5]);
+        let expected = -Vector::new(1.0, 1.0, 1.0).normalize();
+        for normal in sample.normals() {
+            assert!((normal.unwrap() - expected).norm() < 1e-15 || (normal.unwrap() + expected).norm() < 1e-15);
+            assert_eq!(normal.unwrap().x.signum(), sample.normals()[1].unwrap().x.signum());
+        }
+    }
+
+    #[test]
+    fn refusals_carry_numbers() {
+        let surface = wedge();
+        assert_eq!(SurfaceSample::new(&surface, &[0.0], &[0.0, 1.0]), Err(ExportFault::FewParameters { given: 1 }));
+        assert_eq!(
+            SurfaceSample::new(&surface, &[0.0, 1.0], &[0.0, 0.5, 0.5]),
+            Err(ExportFault::Descending { index: 2, value: 0.5, before: 0.5 })
+        );
+        assert_eq!(
+            SurfaceSample::by_patches(&surface, [MOST_NODES, 1]),
+            Err(ExportFault::TooManyNodes { wanted: 2 * (MOST_NODES + 1), most: MOST_NODES })
+        );
+        // refused before any list of that length is made
+        for intervals in [[10_000_000_000, 1], [1 << 62, 2], [usize::MAX; 2]] {
+            let refused = SurfaceSample::by_patches(&surface, intervals);
+            assert!(matches!(refused, Err(ExportFault::TooManyNodes { .. })), "{intervals:?}");
+        }
+        // all patches of a mesh count together
+        let patches: [&dyn Surface; 5] = [&surface; 5];
+        let wanted = 5 * 1001 * 1001;
+        let refused = SurfaceSample::of_each(&patches, [1000, 1000]);
+        assert_eq!(refused, Err(ExportFault::TooManyNodes { wanted, most: MOST_NODES }));
+        assert_eq!(SurfaceSample::of_each(&patches, [2, 3]).unwrap().len(), 5);
+    }
+
+    #[test]
+    fn chords_of_a_circle() {
+        let basis = BSplineBasis::new(2, vec![0., 0., 0., 1., 1., 1.]).unwrap();
+        let points = [[10., 0.], [10., 10.], [0., 10.]].map(|[x, y]| Vector::new(x, y, 0.0)).to_vec();
+        let arc = BSplineCurve::new(basis, Dimension::Plane, points, Some(vec![1.0, 0.5f64.sqrt(), 1.0])).unwrap();
+        let parameters = curve_parameters(&arc, 1e-3).unwrap();
+        let nodes = curve_nodes(&arc, &parameters).unwrap();
+        assert!(parameters.windows(2).all(|p| p[0] < p[1]) && nodes.len() < 100);
+        for pair in nodes.windows(2) {
+            assert!(10.0 - ((pair[0] + pair[1]) / 2.0).norm() < 1.01e-3);
+        }
+        assert_eq!(curve_parameters(&arc, 0.0), Err(ExportFault::Tolerance { tolerance: 0.0 }));
+        // 2.05e-8 was reached where no more than 12 halvings were made
+        let fine = curve_nodes(&arc, &curve_parameters(&arc, 1e-10).unwrap()).unwrap();
+        assert!(fine.windows(2).all(|pair| 10.0 - ((pair[0] + pair[1]) / 2.0).norm() < 1.01e-10));
+        // a tolerance below rounding is refused, in bounded time
+        let Err(ExportFault::Chords { tolerance, reached }) = curve_parameters(&arc, 1e-30) else { panic!() };
+        assert!(tolerance == 1e-30 && reached > 1e-30 && reached < 1e-10, "{reached}");
+    }
+
+    #[test]
+    fn many_chords_are_computed_and_a_few_are_not() {
+        let basis = BSplineBasis::new(2, vec![0., 0., 0., 1., 1., 1.]).unwrap();
+        let points = [[10., 0.], [10., 10.], [0., 10.]].map(|[x, y]| Vector::new(x, y, 0.0)).to_vec();
+        let curve = BSplineCurve::new(basis, Dimension::Plane, points, None).unwrap();
+        let checks = Handle::for_checks();
+        assert!(checks.run(|| curve_parameters(&curve, 1e-3)).is_ok() && !checks.has_begun());
+        assert!(checks.run(|| curve_parameters(&curve, 1e-9)).is_err() && checks.has_begun());
+        assert!(curve_parameters(&curve, 1e-9).is_ok_and(|found| found.len() > MANY_CHORDS));
+    }
+
+    #[test]
+    fn values_given_are_met() {
+        assert_eq!(between(&[0.5, 0.75, 2.0], 2), [0.5, 0.625, 0.75, 1.375, 2.0]);
+        assert_eq!(between(&[0.1, 0.3], 0), [0.1, 0.3]);
+    }
+}

@@ -1,0 +1,129 @@
+//! What is compared, and what is refused of it.
+
+use crate::correction::{
+    fault::{ComparisonFaults, ComparisonField, ComparisonReason, NodeList},
+    gain::Gain,
+    problem::Correction,
+    scatter::Scatter,
+    solution::{Change, Noise, Solution},
+};
+use flankfit_numerics::fault::Common;
+
+/// What is compared. Lists have an entry for each node, µm, NaN where undefined.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Comparison {
+    /// d.
+    pub before: Vec<f64>,
+    /// d'.
+    pub measured: Vec<f64>,
+    /// Relative 1/σ² of both measurements; nodes of weight 0 take no part. 1 by default.
+    pub weight: Option<Vec<f64>>,
+    /// How many settings there are.
+    pub settings: usize,
+    /// What each setting does to each node, J_kj Δ_j, row by row; their sum is the predicted change
+    /// c (about its mean, without a datum).
+    pub contributions: Vec<f64>,
+    /// −∂c_k/∂d_k, as [`crate::correction::Solution::leverage`] has it; none where c was not
+    /// computed from d.
+    pub leverage: Option<Vec<f64>>,
+    /// σ of both measurements, and how well it is known.
+    pub noise: Noise,
+    /// η.
+    pub response_uncertainty: f64,
+    /// Whether deviations have a datum; if not, all lists are compared about their means.
+    pub absolute: bool,
+    /// Without a datum: the trace of each node, where every trace has a zero of its own.
+    pub traces: Option<Vec<usize>>,
+    /// Errors of d' − d by the scatter of the teeth that both are means over.
+    pub scatter: Scatter,
+}
+
+impl Correction {
+    /// The leverage of changes that were entered in place of those of `solution`: setting j follows
+    /// the computed change by the share `share[j]` (1 as computed, 0 entered regardless of it), and
+    /// the noise of the measurement with it. `None` where the singular values do not converge.
+    pub fn leverage_of(&self, solution: &Solution, share: &[f64]) -> Option<Vec<f64>> {
+        let is_free = |one: &Change| one.limited.is_none() && one.left.is_none() && !one.fixed && !one.undetermined;
+        let free: Vec<usize> = (0..share.len()).filter(|&j| is_free(&solution.settings[j])).collect();
+        if free.is_empty() {
+            return Some(solution.leverage.clone());
+        }
+        let following = Gain::new(self, &free, solution.limited_fit.as_ref().unwrap_or(&solution.fit))?.following();
+        let all: f64 = following.iter().sum();
+        let entered: f64 = following.iter().zip(&free).map(|(one, &j)| one * share[j]).sum();
+        let part = if all > 0.0 { entered / all } else { 0.0 };
+        Some(solution.leverage.iter().map(|h| part * h).collect())
+    }
+
+    /// What is compared when the settings were changed by `change` and the flank then measured as
+    /// `measured`.
+    pub fn comparison(&self, change: &[f64], leverage: Vec<f64>, noise: Noise, measured: Vec<f64>) -> Comparison {
+        let asked = self.asked();
+        Comparison {
+            before: asked.deviation.clone(),
+            measured,
+            weight: asked.weight.clone(),
+            settings: change.len(),
+            contributions: (0..asked.deviation.len())
+                .flat_map(|k| self.told_row(k).iter().zip(change).map(|(j, c)| j * c))
+                .collect(),
+            leverage: Some(leverage),
+            noise,
+            response_uncertainty: asked.response_uncertainty,
+            absolute: asked.absolute,
+            traces: asked.traces.clone(),
+            scatter: Scatter::default(),
+        }
+    }
+}
+
+impl Comparison {
+    /// Refuses lists of unequal lengths and numbers that cannot be.
+    pub(super) fn check(&self) -> Result<(), ComparisonFaults> {
+        let mut faults = ComparisonFaults::default();
+        let nodes = self.before.len();
+        let lists = [
+            (NodeList::Measured, Some(&self.measured), true),
+            (NodeList::Weight, self.weight.as_ref(), false),
+            (NodeList::Leverage, self.leverage.as_ref(), false),
+            (NodeList::Before, Some(&self.before), true),
+        ];
+        if let Some(traces) = self.traces.as_ref().filter(|traces| traces.len() != nodes) {
+            faults.push(ComparisonField::Traces, Common::PerNode { given: traces.len(), nodes });
+        }
+        for column in self.scatter.columns.iter().filter(|column| column.len() != nodes) {
+            let field = ComparisonField::List(NodeList::Measured);
+            faults.push(field, Common::PerNode { given: column.len(), nodes });
+        }
+        for (list, values, signed) in lists {
+            let Some(values) = values else { continue };
+            if values.len() != nodes {
+                faults.push(ComparisonField::List(list), Common::PerNode { given: values.len(), nodes });
+            }
+            for (index, value) in values.iter().enumerate() {
+                if value.is_infinite() {
+                    faults.push(ComparisonField::Entry { list, index }, ComparisonReason::Infinite);
+                } else if !(signed || *value >= 0.0) {
+                    faults.push(ComparisonField::Entry { list, index }, ComparisonReason::Negative(*value));
+                }
+            }
+        }
+        let wanted = nodes.saturating_mul(self.settings);
+        if self.contributions.len() != wanted {
+            let given = self.contributions.len();
+            faults.push(ComparisonField::Contributions, ComparisonReason::Contributions { given, wanted });
+        }
+        if let Some(index) = self.contributions.iter().position(|c| !c.is_finite()) {
+            faults.push(ComparisonField::Contribution { index }, ComparisonReason::Contribution);
+        }
+        for (field, value) in [
+            (ComparisonField::NoiseSigma, self.noise.sigma),
+            (ComparisonField::ResponseUncertainty, self.response_uncertainty),
+        ] {
+            if !(value.is_finite() && value >= 0.0) {
+                faults.push(field, Common::Negative { value });
+            }
+        }
+        faults.into_result(())
+    }
+}

@@ -1,0 +1,393 @@
+//! What a correction is asked for, checked once.
+
+use std::collections::BTreeSet;
+
+use super::{
+    damping::{DEFAULT_RESPONSE_UNCERTAINTY, Damping},
+    fault::{CorrectionFaults, CorrectionField, CorrectionReason, Left, LimitField, MOST_ENTRIES, MOST_SETTINGS},
+    figures::HeldFigure,
+    scatter::Scatter,
+};
+use flankfit_estimation::spec::{Include, Scaling};
+use flankfit_numerics::fault::Common;
+
+/// One setting of the machine.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Setting {
+    /// Name of the setting, unique in its list.
+    pub name: String,
+    /// The unit that changes are counted in, as text.
+    pub unit: String,
+    /// Least change allowed (usually negative), in that unit.
+    pub min: Option<f64>,
+    /// Greatest change allowed.
+    pub max: Option<f64>,
+    /// Whether it stays as it is.
+    pub fixed: bool,
+    /// Step of the control: changes are multiples of it.
+    pub increment: Option<f64>,
+    /// Whether its effect is a twist, which only nodes off a cross show.
+    pub twists: bool,
+    /// Whether the nodes do not show its effect, so that it is undetermined.
+    pub hidden: bool,
+}
+
+impl Setting {
+    /// A setting that may go anywhere.
+    pub fn free(name: impl Into<String>, unit: impl Into<String>) -> Self {
+        Setting {
+            name: name.into(),
+            unit: unit.into(),
+            min: None,
+            max: None,
+            fixed: false,
+            increment: None,
+            twists: false,
+            hidden: false,
+        }
+    }
+}
+
+impl Setting {
+    /// Least and greatest multiple of the increment within the limits; `None` without an increment.
+    pub(super) fn steps(&self) -> Option<[f64; 2]> {
+        // a limit that is a multiple but for rounding is one
+        const ROUNDING: f64 = 1e-9;
+        let increment = self.increment?;
+        let least = self.min.map_or(f64::NEG_INFINITY, |min| (min / increment - ROUNDING).ceil());
+        let most = self.max.map_or(f64::INFINITY, |max| (max / increment + ROUNDING).floor());
+        Some([least, most])
+    }
+
+    /// `count` increments, with the digits that the increment has where it is a simple fraction.
+    pub(super) fn multiple(count: f64, increment: f64) -> f64 {
+        let parts = (1.0 / increment).round();
+        // + 0.0: no negative zero
+        if (increment * parts - 1.0).abs() < 1e-12 { count / parts + 0.0 } else { count * increment + 0.0 }
+    }
+}
+
+/// How errors of J hang together.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ResponseErrors {
+    /// Each entry has one of its own.
+    #[default]
+    Independent,
+    /// Each setting has one: all entries of its column are too large or too small by the same
+    /// share.
+    PerSetting,
+}
+
+/// Which of the settings that may be changed are changed.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum SettingsUsed {
+    /// All of them.
+    #[default]
+    All,
+    /// Only those that are needed, see [`super::needed`].
+    Needed {
+        /// The share of the limits about their middle within which a figure needs no correction.
+        keep_within: f64,
+    },
+}
+
+/// A correction as it is asked for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CorrectionSpec {
+    /// d, µm for each node; NaN where it is undefined: such a node takes no part and is predicted
+    /// nowhere.
+    pub deviation: Vec<f64>,
+    /// ≥ 0 for each node; 0 leaves a node out.
+    pub weight: Option<Vec<f64>>,
+    /// t, µm for each node; 0 by default.
+    pub target: Option<Vec<f64>>,
+    /// J row by row, `sensitivity[k * settings.len() + j]`: µm at node k for one unit of setting j.
+    pub sensitivity: Vec<f64>,
+    /// Settings of the machine, a column of J each.
+    pub settings: Vec<Setting>,
+    /// How λ* is chosen.
+    pub damping: Damping,
+    /// Scaling of the columns of J.
+    pub scaling: Scaling,
+    /// Standard deviation of a measured deviation of weight 1, µm; by default that of the
+    /// residuals.
+    pub noise_sigma: Option<f64>,
+    /// r of the bias bounds, in the scaled columns (µm of a whole column). By default, under
+    /// [`Damping::Uncertainty`], the norm of the changes that the limits allow where every setting
+    /// has both, else √n τ, what the deviations speak for
+    /// ([`flankfit_estimation::spec::ExpectedSize`]); under [`Damping::Given`] that of any fit, the
+    /// norm of the least-squares estimate.
+    pub coefficient_norm_limit: Option<f64>,
+    /// η, standard uncertainty of an entry of J relative to the entry.
+    pub response_uncertainty: f64,
+    /// How errors of J belong together.
+    pub response_errors: ResponseErrors,
+    /// Whether the deviations have a datum, so that their mean says something. Where they have
+    /// none, as traces and flanks laid into the nominal one, what all nodes have in common is left
+    /// aside, and settings that change all nodes nearly alike are undetermined.
+    pub absolute: bool,
+    /// Without a datum: the trace that each node belongs to, where every trace has a zero of its
+    /// own. What the nodes of a trace have in common is left aside then.
+    pub traces: Option<Vec<usize>>,
+    /// Whether the zeros of `traces` are those of whole flanks.
+    pub flank_zeros: bool,
+    /// Errors of the deviations that are means over teeth.
+    pub scatter: Scatter,
+    /// Which settings are changed.
+    pub used: SettingsUsed,
+    /// Figures of the flanks that the nodes lie on, of which [`SettingsUsed::Needed`] keeps those
+    /// with limits within them.
+    pub figures: Vec<HeldFigure>,
+    /// Parts of the fit's result beyond the default.
+    pub include: Include,
+}
+
+impl CorrectionSpec {
+    /// The defaults for deviations and a sensitivity matrix.
+    pub fn new(deviation: Vec<f64>, sensitivity: Vec<f64>, settings: Vec<Setting>) -> Self {
+        CorrectionSpec {
+            deviation,
+            weight: None,
+            target: None,
+            sensitivity,
+            settings,
+            damping: Damping::default(),
+            scaling: Scaling::UnitLength,
+            noise_sigma: None,
+            coefficient_norm_limit: None,
+            response_uncertainty: DEFAULT_RESPONSE_UNCERTAINTY,
+            response_errors: ResponseErrors::default(),
+            absolute: true,
+            traces: None,
+            flank_zeros: false,
+            scatter: Scatter::default(),
+            used: SettingsUsed::default(),
+            figures: Vec::new(),
+            include: Include::default(),
+        }
+    }
+}
+
+/// A correction that can be computed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Correction {
+    pub(super) asked: CorrectionSpec,
+    /// The nodes that take part, ascending.
+    pub(super) counted: Vec<usize>,
+    /// J less the means of its columns (over each trace), where deviations have no datum.
+    pub(super) centred: Option<Vec<f64>>,
+    /// Mean of d − t (over the trace of each node), where deviations have no datum; NaN of a trace
+    /// that takes no part.
+    pub(super) levels: Option<Vec<f64>>,
+    /// Settings that may be changed, ascending.
+    pub(super) open: Vec<usize>,
+    /// Settings that are not fixed, but that the deviations say nothing about.
+    pub(super) undetermined: Vec<usize>,
+    /// Those of them that change all nodes (of a trace) nearly alike.
+    pub(super) alike: Vec<usize>,
+}
+
+impl Correction {
+    /// Checks everything.
+    pub fn new(asked: CorrectionSpec) -> Result<Self, CorrectionFaults> {
+        let mut faults = CorrectionFaults::default();
+        check_settings(&asked.settings, &mut faults);
+        let (rows, columns) = (asked.deviation.len(), asked.settings.len());
+        if columns == 0 || columns > MOST_SETTINGS || rows == 0 {
+            if rows == 0 {
+                faults.push(CorrectionField::Deviations, CorrectionReason::NoNodes);
+            }
+            return Err(faults);
+        }
+        if asked.sensitivity.len() != rows * columns || asked.sensitivity.len() > MOST_ENTRIES {
+            let given = asked.sensitivity.len();
+            let reason = CorrectionReason::Matrix { given, nodes: rows, settings: columns };
+            faults.push(CorrectionField::Matrix, reason);
+        }
+        for (at, value) in asked.sensitivity.iter().enumerate().filter(|(_, x)| !x.is_finite()) {
+            let field = CorrectionField::Entry { row: at / columns, column: at % columns };
+            faults.push(field, CorrectionReason::NotFinite(*value));
+        }
+        for (index, _) in asked.deviation.iter().enumerate().filter(|(_, d)| d.is_infinite()) {
+            faults.push(CorrectionField::Deviation { index }, CorrectionReason::Infinite);
+        }
+        check_lists(&asked, rows, &mut faults);
+        if asked.traces.is_some() && asked.absolute {
+            faults.push(CorrectionField::Absolute, CorrectionReason::TracesWithDatum);
+        }
+        for (field, value) in [
+            (CorrectionField::NoiseSigma, asked.noise_sigma),
+            (CorrectionField::CoefficientNormLimit, asked.coefficient_norm_limit),
+        ] {
+            if let Some(value) = value.filter(|value| !(value.is_finite() && *value > 0.0)) {
+                faults.push(field, Common::NotPositive { value });
+            }
+        }
+        if !(0.0..=1.0).contains(&asked.response_uncertainty) {
+            let reason = CorrectionReason::Share(asked.response_uncertainty);
+            faults.push(CorrectionField::ResponseUncertainty, reason);
+        }
+        if let SettingsUsed::Needed { keep_within } = asked.used
+            && !(0.0..=1.0).contains(&keep_within)
+        {
+            faults.push(CorrectionField::KeepWithin, CorrectionReason::Share(keep_within));
+        }
+        if !faults.is_empty() {
+            return Err(faults);
+        }
+        let defined: Vec<usize> = (0..rows).filter(|&k| !asked.deviation[k].is_nan()).collect();
+        let weighs = |k: &usize| asked.weight.as_ref().is_none_or(|w| w[*k] > 0.0);
+        let counted_nodes: Vec<usize> = defined.iter().copied().filter(weighs).collect();
+        let open: Vec<usize> = (0..columns).filter(|&j| !asked.settings[j].fixed).collect();
+        if open.is_empty() {
+            return Err(CorrectionFaults::one(CorrectionField::Limits, CorrectionReason::AllFixed));
+        }
+        let mut plain = Correction {
+            asked,
+            counted: counted_nodes,
+            centred: None,
+            levels: None,
+            open,
+            undetermined: Vec::new(),
+            alike: Vec::new(),
+        };
+        if !plain.counted.is_empty() {
+            (plain.open, plain.undetermined) = plain.open.iter().copied().partition(|&j| plain.has_effect(j));
+        }
+        if plain.open.is_empty() {
+            return Err(CorrectionFaults::one(CorrectionField::Settings, CorrectionReason::NoEffect));
+        }
+        let lost = lost(&plain.asked, &plain.counted);
+        let columns_open = plain.open.len() + lost;
+        if plain.counted.len() < columns_open {
+            // at the place that can be changed: what leaves too few nodes, or asks too much of
+            // those that there are
+            let (field, left) = match defined.len() {
+                0 => (CorrectionField::Deviations, Left::Defined),
+                there if there >= columns_open => (CorrectionField::Weights, Left::Weighted),
+                _ => (CorrectionField::Settings, Left::Defined),
+            };
+            let (settings, nodes) = (plain.open.len(), plain.counted.len());
+            let traces = plain.asked.traces.as_ref().map(|_| lost);
+            let reason = CorrectionReason::TooFew { settings, nodes, left, traces };
+            return Err(CorrectionFaults::one(field, reason));
+        }
+        if plain.asked.absolute { Ok(plain) } else { plain.without_datum() }
+    }
+
+    /// What was asked for.
+    pub fn asked(&self) -> &CorrectionSpec {
+        &self.asked
+    }
+
+    /// The nodes that take part, ascending.
+    pub fn counted(&self) -> &[usize] {
+        &self.counted
+    }
+
+    /// Whether setting j has an effect of its own at any node that takes part.
+    pub(super) fn has_effect(&self, j: usize) -> bool {
+        let columns = self.asked.settings.len();
+        !self.asked.settings[j].hidden && self.counted.iter().any(|&k| self.asked.sensitivity[k * columns + j] != 0.0)
+    }
+
+    pub(super) fn target(&self, k: usize) -> f64 {
+        self.asked.target.as_ref().map_or(0.0, |target| target[k])
+    }
+
+    pub(super) fn weight(&self, k: usize) -> f64 {
+        self.asked.weight.as_ref().map_or(1.0, |weight| weight[k])
+    }
+
+    /// d + JΔ − t at a node, less what all have in common where they have no datum.
+    pub(super) fn left_at(&self, k: usize, change: &[f64]) -> f64 {
+        let moved: f64 = self.row(k).iter().zip(change).map(|(j, c)| j * c).sum();
+        self.asked.deviation[k] + moved - self.target(k) - self.level(k)
+    }
+
+    /// Row k of J as it was told, of which errors are shares.
+    pub(super) fn told_row(&self, k: usize) -> &[f64] {
+        let columns = self.asked.settings.len();
+        &self.asked.sensitivity[k * columns..(k + 1) * columns]
+    }
+
+    /// Row k of J, less the means of the columns where deviations have no datum.
+    pub(super) fn row(&self, k: usize) -> &[f64] {
+        let columns = self.asked.settings.len();
+        &self.centred.as_ref().unwrap_or(&self.asked.sensitivity)[k * columns..(k + 1) * columns]
+    }
+}
+
+fn check_settings(settings: &[Setting], faults: &mut CorrectionFaults) {
+    if settings.is_empty() || settings.len() > MOST_SETTINGS {
+        faults.push(CorrectionField::Settings, CorrectionReason::SettingCount(settings.len()));
+    }
+    for (index, setting) in settings.iter().enumerate().take(MOST_SETTINGS) {
+        if setting.name.trim().is_empty() {
+            faults.push(CorrectionField::Setting { index }, CorrectionReason::NoName);
+        } else if settings[..index].iter().any(|other| other.name == setting.name) {
+            faults.push(CorrectionField::Setting { index }, CorrectionReason::Twice(setting.name.clone()));
+        }
+        check_limits(setting, faults);
+    }
+}
+
+fn check_limits(setting: &Setting, faults: &mut CorrectionFaults) {
+    let Setting { min, max, fixed, increment, .. } = setting;
+    let at = |limit| CorrectionField::Limit { setting: setting.name.clone(), limit };
+    let ends = [(LimitField::Min, min), (LimitField::Max, max), (LimitField::Increment, increment)];
+    for (end, _) in ends.iter().filter(|(_, limit)| limit.is_some_and(|limit| !limit.is_finite())) {
+        faults.push(at(*end), CorrectionReason::LimitNotFinite);
+    }
+    if *fixed {
+        for (end, _) in ends.iter().filter(|(_, limit)| limit.is_some()) {
+            faults.push(at(*end), CorrectionReason::Fixed);
+        }
+        return;
+    }
+    if let (Some(min), Some(max)) = (*min, *max)
+        && min > max
+    {
+        faults.push(at(LimitField::Min), CorrectionReason::Crossed { min, max });
+        return;
+    }
+    let Some(increment) = increment.filter(|increment| increment.is_finite()) else { return };
+    if !(increment > 0.0) {
+        faults.push(at(LimitField::Increment), CorrectionReason::Step(increment));
+    } else if let Some([least, most]) = setting.steps()
+        && least > most
+    {
+        faults.push(at(LimitField::Increment), CorrectionReason::NoMultiple(increment));
+    }
+}
+
+/// Lists with an entry for each of so many nodes.
+fn check_lists(asked: &CorrectionSpec, nodes: usize, faults: &mut CorrectionFaults) {
+    let count = |given: Option<usize>, field: CorrectionField, faults: &mut CorrectionFaults| {
+        if let Some(given) = given.filter(|given| *given != nodes) {
+            faults.push(field, Common::PerNode { given, nodes });
+        }
+    };
+    count(asked.target.as_ref().map(Vec::len), CorrectionField::Targets, faults);
+    for (index, target) in asked.target.iter().flatten().enumerate().filter(|(_, x)| !x.is_finite()) {
+        faults.push(CorrectionField::Target { index }, CorrectionReason::NotFinite(*target));
+    }
+    count(asked.weight.as_ref().map(Vec::len), CorrectionField::Weights, faults);
+    let usable = |weight: f64| weight.is_finite() && weight >= 0.0;
+    for (index, weight) in asked.weight.iter().flatten().enumerate().filter(|(_, w)| !usable(**w)) {
+        faults.push(CorrectionField::Weight { index }, CorrectionReason::Weight(*weight));
+    }
+    count(asked.traces.as_ref().map(Vec::len), CorrectionField::Traces, faults);
+    for column in &asked.scatter.columns {
+        count(Some(column.len()), CorrectionField::Deviations, faults);
+    }
+}
+
+/// Means that are taken off the nodes `counted`.
+pub(super) fn lost(asked: &CorrectionSpec, counted: &[usize]) -> usize {
+    match &asked.traces {
+        _ if asked.absolute => 0,
+        Some(traces) => counted.iter().map(|&k| traces[k]).collect::<BTreeSet<usize>>().len(),
+        None => 1,
+    }
+}

@@ -1,0 +1,316 @@
+//! The answer to a correction.
+
+use super::{
+    damping::Trust,
+    gain::Gain,
+    limits::{Fitted, Limit, fit_free, least_change, stand},
+    needed::{LeftAlone, left_alone},
+    problem::{Correction, Setting, SettingsUsed},
+    rounding::rounded,
+};
+use crate::warning::Warning;
+use flankfit_estimation::{FitError, FitResult, Unconverged, result::NormLimitSource};
+use flankfit_numerics::cancel::Asking;
+
+/// What becomes of one setting.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Change {
+    /// Name of the setting.
+    pub name: String,
+    /// Unit that the changes are counted in.
+    pub unit: String,
+    /// Δ, to be added to the setting.
+    pub change: f64,
+    /// What the fit without limits asks for; 0 where it is fixed or undetermined.
+    pub unlimited: f64,
+    /// What it would be if every setting could be set to any number; `None` where it has no
+    /// increment. Errors are of this.
+    pub unrounded: Option<f64>,
+    /// Of a free setting, given those at limits: of noise and of errors of J together, about what
+    /// the regularised correction is on average. What regularisation takes away is not in it, but
+    /// in the bias bound. `None` at a limit and where the noise is not known.
+    pub std_error: Option<f64>,
+    /// The part of errors of J in it.
+    pub response_std_error: Option<f64>,
+    /// Sharp bound on what regularisation takes away, if all changes that are wanted have at most
+    /// the norm r of the fit's [`flankfit_estimation::result::BiasReport`] in the scaled columns;
+    /// where r is that of the limits, no more than the way from the unrounded change to its farther
+    /// limit. `None` at a limit.
+    pub bias_bound: Option<f64>,
+    /// The limit that it was stopped at; `None` for a free setting.
+    pub limited: Option<Limit>,
+    /// Whether it was to stay as it is.
+    pub fixed: bool,
+    /// Why it is left alone, where it might be changed and need not be.
+    pub left: Option<LeftAlone>,
+    /// Whether the deviations say nothing about it, so that it stays as it is, or goes no further
+    /// than its limits ask for.
+    pub undetermined: bool,
+}
+
+/// Settings whose effects nearly cancel on these nodes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Indistinguishable {
+    /// Places in the list of settings, the leading one first.
+    pub settings: Vec<usize>,
+    /// Names of these settings, in the same order.
+    pub names: Vec<String>,
+    /// √(λₙ/λᵢ) of the direction; `None` where they depend on each other exactly.
+    pub condition_index: Option<f64>,
+    /// The same in words.
+    pub sentence: String,
+}
+
+/// The flank after the correction, if the machine answers as J says.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Predicted {
+    /// d + JΔ, µm for each node; NaN where d is. Where deviations have no datum, JΔ is what it does
+    /// to them about their mean, and the figures below are about the mean.
+    pub deviation: Vec<f64>,
+    /// Standard uncertainty of JΔ at each node, µm, entries of J being uncertain by η
+    /// independently: η √Σ (J_kj Δ_j)².
+    pub uncertainty: Vec<f64>,
+    /// √(Σ w (d + JΔ − t)² / Σ w), µm.
+    pub rms: f64,
+    /// Largest |d + JΔ − t| of the nodes that take part, µm.
+    pub max: f64,
+    /// The same before the correction.
+    pub rms_before: f64,
+    /// Largest |d − t| of the nodes that take part, µm.
+    pub max_before: f64,
+}
+
+/// What is known of the noise of a measured deviation of weight 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Noise {
+    /// σ, µm.
+    pub sigma: f64,
+    /// Degrees of freedom that it was estimated from; `None` where the caller knows it.
+    pub freedom: Option<usize>,
+}
+
+/// A correction of the settings, with its errors and what it should leave.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Solution {
+    /// One entry for each setting, in the order of the request.
+    pub settings: Vec<Change>,
+    /// Near dependencies between the columns of J, the worst first.
+    pub indistinguishable: Vec<Indistinguishable>,
+    /// The flank after the correction.
+    pub predicted: Predicted,
+    /// −∂c_k/∂d_k of each node, 0 where it takes no part: how far the predicted change c = JΔ
+    /// follows the noise of the node's own deviation.
+    pub leverage: Vec<f64>,
+    /// `None` without degrees of freedom.
+    pub noise: Option<Noise>,
+    /// How λ* came about, where uncertainty chose it.
+    pub trust: Option<Trust>,
+    /// The fit of the settings that are changed, without limits; of all that may be changed where
+    /// all of them are left alone.
+    pub fit: FitResult,
+    /// The fit of the free settings, where some are at their limits and some are not.
+    pub limited_fit: Option<FitResult>,
+    /// What the fits do not say.
+    pub warnings: Vec<Warning>,
+}
+
+/// How far what is wanted of a setting can lie from the change Δ, where the bounds of `fit` take
+/// all that is wanted to be within the limits.
+///
+/// The ball of radius r holds the box of the limits and more: settings that can hardly be told
+/// apart may be far out of the box in it, and their sharp bound b with them. *Capping b loses
+/// nothing.* Let w be wanted, `min ≤ w ≤ max`, and Δ the change of a free setting, which is within
+/// the limits as well. Then `|w − Δ| ≤ c = max(Δ − min, max − Δ)`. With s the random error, w is in
+/// `Δ ± (s + min(b, c))` whenever it is in `Δ ± (s + b)`: for b ≤ c the two are one, else the
+/// former has every w that the limits allow. ∎ Where r comes from elsewhere, nobody has said that w
+/// keeps to the limits, and there is no such c.
+fn furthest_wanted(setting: &Setting, change: f64, fit: &FitResult) -> f64 {
+    match (fit.bias.coefficient_norm_limit_source, setting.min, setting.max) {
+        (NormLimitSource::Limits, Some(min), Some(max)) => (change - min).max(max - change),
+        _ => f64::INFINITY,
+    }
+}
+
+const NOT_CONVERGED: FitError = FitError::NotConverged(Unconverged::Sensitivity);
+
+impl Correction {
+    /// Computes the changes of the settings. Pure; the same input gives the same bits.
+    ///
+    /// ```
+    /// use flankfit_estimation::spec::Regularization;
+    /// use flankfit_gear::correction::{CorrectionSpec, Correction, Damping, Setting};
+    ///
+    /// // Deviations of 2 + 0.5 k µm at five nodes; an infeed that shifts all of them by 1 µm, an
+    /// // angle that tilts them by 1 µm from node to node. Undone by −2 and −0.5.
+    /// let deviation: Vec<f64> = (0..5).map(|k| 2.0 + 0.5 * f64::from(k)).collect();
+    /// let matrix: Vec<f64> = (0..5).flat_map(|k| [1.0, f64::from(k)]).collect();
+    /// let settings = vec![Setting::free("infeed", "µm"), Setting::free("angle", "µm per node")];
+    /// let damping = Damping::Given(Regularization::None);
+    /// let asked = CorrectionSpec { damping, ..CorrectionSpec::new(deviation, matrix, settings) };
+    /// let solution = Correction::new(asked)?.solve()?;
+    /// let changes: Vec<f64> = solution.settings.iter().map(|setting| setting.change).collect();
+    /// assert!((changes[0] + 2.0).abs() < 1e-9 && (changes[1] + 0.5).abs() < 1e-9);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn solve(&self) -> Result<Solution, FitError> {
+        let n = self.asked.settings.len();
+        // fixed settings stay, and those that nothing is said about go no further than they must
+        let mut unlimited = vec![0.0; n];
+        self.undetermined.iter().for_each(|&j| unlimited[j] = least_change(&self.asked.settings[j]));
+        let all = fit_free(self, &self.open, &unlimited)?;
+        let indistinguishable = self.indistinguishable(&all.result);
+        let left = match self.asked.used {
+            SettingsUsed::All => vec![None; n],
+            SettingsUsed::Needed { keep_within } => {
+                let sigma = self.noise(&all.result).map(|noise| noise.sigma);
+                left_alone(self, &unlimited, sigma, keep_within).ok_or(NOT_CONVERGED)?
+            }
+        };
+        let used: Vec<usize> = self.open.iter().copied().filter(|&j| left[j].is_none()).collect();
+        let Fitted { result: fit, trust } = match used.len() {
+            some if some == self.open.len() || some == 0 => all,
+            _ => fit_free(self, &used, &unlimited)?,
+        };
+        used.iter().zip(&fit.coefficients).for_each(|(&j, coefficient)| unlimited[j] = coefficient.value);
+        let pinned: Vec<Option<f64>> = (0..n).map(|j| (!used.contains(&j)).then_some(unlimited[j])).collect();
+        let standing = stand(self, &unlimited, &pinned)?;
+        let mut warnings = Vec::new();
+        if !standing.settled {
+            warnings.push(Warning::LimitsNotSettled);
+        }
+        let change = rounded(self, &used, &standing.change)?;
+        let limited_fit = standing.fitted.map(|fitted| fitted.result);
+        let free: Vec<usize> = used.iter().copied().filter(|&j| standing.at[j].is_none()).collect();
+        let of_free = limited_fit.as_ref().unwrap_or(&fit);
+        let noise = self.noise(of_free);
+        let gain = match free.is_empty() {
+            true => None,
+            false => Some(Gain::new(self, &free, of_free).ok_or(NOT_CONVERGED)?),
+        };
+        let leverage = gain.as_ref().map_or_else(|| vec![0.0; self.asked.deviation.len()], Gain::leverage);
+        let errors =
+            noise.zip(gain).map(|(noise, gain)| self.errors(of_free, noise, &gain, &standing.change, &leverage));
+        let mut settings = self.changes(of_free, errors.as_deref(), &standing.change, &standing.at, &unlimited, &left);
+        for (setting, change) in settings.iter_mut().zip(change.iter().flatten()) {
+            setting.change = *change;
+        }
+        let predicted = self.predict(change.as_ref().unwrap_or(&standing.change));
+        self.warn(&settings, &fit, &mut warnings);
+        Ok(Solution { settings, indistinguishable, predicted, leverage, noise, trust, fit, limited_fit, warnings })
+    }
+
+    fn noise(&self, fit: &FitResult) -> Option<Noise> {
+        // every mean that was taken off is a degree of freedom less than the fit knows
+        let (fitted, lost) = (fit.residuals.degrees_of_freedom, self.lost());
+        let estimated = || {
+            let (sigma, freedom) = (fit.residuals.sigma?, fitted.checked_sub(lost).filter(|freedom| *freedom > 0)?);
+            Some(Noise { sigma: sigma * (fitted as f64 / freedom as f64).sqrt(), freedom: Some(freedom) })
+        };
+        let noise = self.asked.noise_sigma.map(|sigma| Noise { sigma, freedom: None }).or_else(estimated)?;
+        Some(Noise { sigma: noise.sigma.max(self.asked.scatter.node), ..noise })
+    }
+
+    /// Standard deviations of the free settings, of noise and errors of J together and of those of
+    /// J alone.
+    fn errors(
+        &self,
+        fit: &FitResult,
+        noise: Noise,
+        gain: &Gain<'_>,
+        change: &[f64],
+        leverage: &[f64],
+    ) -> Vec<[f64; 2]> {
+        let residuals = &fit.residuals;
+        let of_response = gain.response_rss(change, leverage);
+        let (sigma, misfit) = match noise.freedom {
+            None => {
+                let random = noise.sigma * noise.sigma * residuals.degrees_of_freedom as f64 + of_response;
+                (noise.sigma, if residuals.rss > random { 1.0 - random / residuals.rss } else { 0.0 })
+            }
+            // what remains is taken for noise; it holds the errors of single entries of J too, and
+            // they count once
+            Some(freedom) => {
+                let left = ((residuals.least_squares_rss - of_response) / freedom.max(1) as f64).max(0.0).sqrt();
+                (left.max(self.asked.scatter.node), 0.0)
+            }
+        };
+        let errors = gain.errors(change, misfit);
+        let both =
+            |((own, response), scatter): ((&f64, &f64), f64)| [(sigma * own).max(scatter).hypot(*response), *response];
+        errors.noise.iter().zip(&errors.response).zip(gain.scatter()).map(both).collect()
+    }
+
+    fn changes(
+        &self,
+        fit: &FitResult,
+        errors: Option<&[[f64; 2]]>,
+        change: &[f64],
+        at: &[Option<Limit>],
+        unlimited: &[f64],
+        left: &[Option<LeftAlone>],
+    ) -> Vec<Change> {
+        let mut of_free = fit.coefficients.iter().enumerate();
+        self.asked
+            .settings
+            .iter()
+            .enumerate()
+            .map(|(j, setting)| {
+                let open = self.open.contains(&j) && left[j].is_none();
+                let own = if at[j].is_none() && open { of_free.next() } else { None };
+                let [std_error, response_std_error] = match own.zip(errors) {
+                    Some(((place, _), errors)) => errors[place].map(Some),
+                    None => [None; 2],
+                };
+                let undetermined = self.undetermined.contains(&j);
+                let moved = undetermined && change[j] != 0.0;
+                let held = if change[j] > 0.0 { Limit::Min } else { Limit::Max };
+                Change {
+                    name: setting.name.clone(),
+                    unit: setting.unit.clone(),
+                    change: change[j],
+                    unlimited: if undetermined { 0.0 } else { unlimited[j] },
+                    std_error,
+                    response_std_error,
+                    bias_bound: own.map(|(_, found)| found.bias_bound.min(furthest_wanted(setting, change[j], fit))),
+                    limited: at[j].or(moved.then_some(held)),
+                    unrounded: setting.increment.filter(|_| open).map(|_| change[j]),
+                    fixed: setting.fixed,
+                    left: left[j],
+                    undetermined,
+                }
+            })
+            .collect()
+    }
+
+    /// The flank after the change `change` of the settings.
+    pub fn predict(&self, change: &[f64]) -> Predicted {
+        let asked = &self.asked;
+        let eta = asked.response_uncertainty;
+        let (mut deviation, mut uncertainty) = (Vec::new(), Vec::new());
+        for (k, d) in asked.deviation.iter().enumerate().asking(2 * change.len()) {
+            let (mut moved, mut square) = (0.0, 0.0);
+            for ((j, told), c) in self.row(k).iter().zip(self.told_row(k)).zip(change) {
+                moved += j * c;
+                square += (told * c) * (told * c);
+            }
+            deviation.push(d + moved);
+            uncertainty.push(eta * square.sqrt());
+        }
+        let [rms, max] = self.size(&deviation);
+        let [rms_before, max_before] = self.size(&asked.deviation);
+        Predicted { deviation, uncertainty, rms, max, rms_before, max_before }
+    }
+
+    /// Weighted root mean square and largest modulus about the target, over the nodes that take
+    /// part.
+    fn size(&self, deviation: &[f64]) -> [f64; 2] {
+        let (mut sum, mut weight, mut max) = (0.0, 0.0, 0.0f64);
+        for &k in &self.counted {
+            let left = deviation[k] - self.target(k) - self.level(k);
+            sum += self.weight(k) * left * left;
+            weight += self.weight(k);
+            max = max.max(left.abs());
+        }
+        [(sum / weight).sqrt(), max]
+    }
+}

@@ -1,0 +1,119 @@
+//! The traces of one tooth flank together: their samples as nodes of a surface.
+
+use std::collections::BTreeMap;
+
+use super::{
+    EDGE, Position, Posted,
+    noise::{EstimatedVariance, noise},
+    settings::Settings,
+    spacing::Spacing,
+};
+use crate::{Gear, Kind, Side, trace::Direction};
+use flankfit_numerics::cancel;
+
+/// Samples of one tooth flank, within the evaluation ranges: what lies beyond (the rounding of the
+/// tip) is no matter of the flank.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FlankTraces {
+    /// Without the letter of a trace beside the middle.
+    pub tooth: String,
+    /// Flank of the tooth.
+    pub side: Side,
+    /// Roll length and z in mm, deviation about the design in µm, transverse, positive where
+    /// material stands out.
+    pub places: Vec<[f64; 3]>,
+    pub(super) each: Vec<OneTrace>,
+}
+
+/// A trace of a flank.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct OneTrace {
+    pub kind: Kind,
+    pub samples: usize,
+    /// Of the noise of a sample, µm²; `None` where the samples are too few to tell it.
+    pub variance: Option<EstimatedVariance>,
+}
+
+/// Tooth by tooth and flank by flank the traces whose section is known, the flank with most traces
+/// first.
+pub fn flank_traces(gear: &Gear, posted: &[Posted], settings: &Settings) -> Vec<FlankTraces> {
+    let [rolls, helix] = ranges(gear, settings);
+    let within = |x: f64, range: Option<[f64; 2]>| range.is_none_or(|[low, high]| low - EDGE <= x && x <= high + EDGE);
+    let along = match settings.direction {
+        Direction::Transverse => 1.0,
+        Direction::Normal => 1.0 / gear.base_helix_angle().cos(),
+    };
+    let mut flanks: BTreeMap<(&str, Side), FlankTraces> = BTreeMap::new();
+    for Posted { trace, design } in posted {
+        cancel::checkpoint();
+        let Some(section) = trace.section else { continue };
+        let fixed = if trace.kind == Kind::Profile { Some(section) } else { gear.roll_length(section) };
+        let Some(fixed) = fixed else { continue };
+        let tooth = Position::split(&trace.tooth).0;
+        let flank = flanks.entry((tooth, trace.side)).or_insert_with(|| FlankTraces {
+            tooth: tooth.to_owned(),
+            side: trace.side,
+            places: Vec::new(),
+            each: Vec::new(),
+        });
+        let before = flank.places.len();
+        let scale = along * settings.given.to_material(trace.kind, trace.side);
+        let line = settings.against.line(*design);
+        for (k, (&at, &deviation)) in trace.at.iter().zip(&trace.deviation).enumerate() {
+            let about = deviation - line.map_or(0.0, |line| line[k]);
+            let [roll, z] = if trace.kind == Kind::Profile { [at, fixed] } else { [fixed, at] };
+            if within(roll, rolls) && within(z, helix) && about.is_finite() {
+                flank.places.push([roll, z, scale * about]);
+            }
+        }
+        let own = &flank.places[before..];
+        if !own.is_empty() {
+            let variance = trace_noise(own, usize::from(trace.kind == Kind::Helix));
+            let trace = OneTrace { kind: trace.kind, samples: own.len(), variance };
+            flank.each.push(trace);
+        }
+    }
+    let mut flanks: Vec<FlankTraces> = flanks.into_values().filter(|flank| !flank.places.is_empty()).collect();
+    flanks.sort_by_key(|flank| std::cmp::Reverse(flank.each.len()));
+    flanks
+}
+
+/// Evaluation ranges in roll length and z, where they are given.
+pub(super) fn ranges(gear: &Gear, settings: &Settings) -> [Option<[f64; 2]>; 2] {
+    let rolls = settings.profile.and_then(|asked| {
+        let [a, b] = asked.diameters.map(|diameter| gear.roll_length(diameter));
+        Some([a?.min(b?), a?.max(b?)])
+    });
+    [rolls, settings.helix.map(|asked| asked.range)]
+}
+
+/// Noise of the samples of one trace, which runs along coordinate `along` of its places.
+fn trace_noise(places: &[[f64; 3]], along: usize) -> Option<EstimatedVariance> {
+    let mut each: Vec<[f64; 2]> = places.iter().map(|place| [place[along], place[2]]).collect();
+    each.sort_by(cancel::comparing(|a: &[f64; 2], b: &[f64; 2]| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1]))));
+    let (low, high) = (each.first()?[0], each.last()?[0]);
+    let u: Vec<f64> = each.iter().map(|[x, _]| (2.0 * x - low - high) / (high - low)).collect();
+    let deviation: Vec<f64> = each.iter().map(|[_, deviation]| *deviation).collect();
+    noise(&u, &deviation, &Spacing::of(&u)).filter(|noise| noise.value.is_finite())
+}
+
+impl FlankTraces {
+    /// How many of its traces have samples there.
+    pub fn traces(&self) -> usize {
+        self.each.len()
+    }
+
+    /// How many samples each trace has, in the order of the places.
+    pub fn lengths(&self) -> Vec<usize> {
+        self.each.iter().map(|trace| trace.samples).collect()
+    }
+
+    /// The traces one after the other, each with its places.
+    pub(super) fn split(&self) -> impl Iterator<Item = (&OneTrace, &[[f64; 3]])> {
+        let ends = self.each.iter().scan(0, |end, trace| {
+            *end += trace.samples;
+            Some(*end)
+        });
+        self.each.iter().zip(ends).map(|(trace, end)| (trace, &self.places[end - trace.samples..end]))
+    }
+}

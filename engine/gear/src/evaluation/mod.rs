@@ -1,0 +1,354 @@
+//! Evaluation of measured traces by ISO 1328-1:2013: slope, form, total deviation and crowning of
+//! every trace, means and variations over the teeth, twist, pitch, run-out, and the class that each
+//! value reaches; beside it the second-order surface of a whole flank.
+//!
+//! Deviations are µm along the base tangent of the transverse plane (asked in
+//! [`crate::trace::Direction`], answered so). Surfaces are fits of [`flankfit_estimation`].
+//! Conventions of sign stand in [`settings`].
+
+mod against;
+pub mod band;
+mod banded;
+mod classes;
+mod contradiction;
+mod coverage;
+mod design;
+pub mod fault;
+pub mod flank_surface;
+mod flank_traces;
+mod gap;
+mod limits;
+mod mean_curve;
+mod missing;
+mod noise;
+mod outliers;
+pub mod pitch;
+pub mod pitch_limits;
+pub mod runout;
+mod samples;
+pub mod settings;
+mod single;
+mod spacing;
+mod subject;
+pub mod summary;
+mod suspects;
+pub mod tooth_shift;
+mod trace_surface;
+mod values;
+pub mod warning;
+
+pub use against::Against;
+pub use classes::Classes;
+use classes::Classified;
+pub use design::design;
+use fault::{MOST_SAMPLES, SettingFaults, SettingField, SettingReason, TraceFaults, TraceField, TraceReason};
+pub use flank_traces::{FlankTraces, flank_traces};
+pub use limits::{Inference, SidedLimits, ToleranceLimits, TraceLimits, within};
+pub use outliers::THRESHOLD as OUTLIER_THRESHOLD;
+pub use samples::Samples;
+use settings::{Outliers, Settings, Window};
+use single::Outcome;
+pub use spacing::{HOLE_DISTANCES, LEAST_COVERED, LONGEST_DISTANCE};
+use subject::Subject;
+pub use summary::{Spread, Summary, Twist};
+pub use trace_surface::{Levelled, OwnZeros, TraceFigures, TraceSurface, figures_of_traces};
+pub use values::{Assessable, EDGE, FEWEST_SAMPLES, Suspect, Suspects, Values};
+pub use warning::Warning;
+
+pub use super::tooth::Position;
+use super::{
+    Gear, Kind, Side, Trace,
+    data::MOST_LENGTH,
+    tolerance::{Class, OutOfScope, Tolerances},
+    trace::MOST_DEVIATION,
+};
+use flankfit_numerics::cancel;
+use flankfit_numerics::fault::{Common, Faults};
+
+/// A trace and, where the flank is modified by design, its design line: µm per sample in the sign
+/// and direction of the deviations.
+#[derive(Clone, Copy, Debug)]
+pub struct Posted<'a> {
+    /// The trace as measured.
+    pub trace: &'a Trace,
+    /// Design line; `None` for an unmodified flank.
+    pub design: Option<&'a [f64]>,
+}
+
+/// One trace, evaluated.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Evaluated {
+    /// The tooth as the trace names it.
+    pub tooth: String,
+    /// Whether the trace stands in the middle of the flank or beside it.
+    pub position: Position,
+    /// Flank of the tooth.
+    pub side: Side,
+    /// Profile or helix.
+    pub kind: Kind,
+    /// Place of the section: z of a profile, diameter of a helix, mm, where known.
+    pub section: Option<f64>,
+    /// Ends of the evaluation range: roll lengths of a profile, z of a helix, mm.
+    pub range: [f64; 2],
+    /// How many samples there were, and what became of them.
+    pub samples: Samples,
+    /// `None` where the trace cannot be evaluated; a warning says why.
+    pub values: Option<Values>,
+    /// `None` where there is no tolerance, or where the trace does not cover the evaluation range.
+    pub classes: Option<Classes>,
+    /// What it was held against.
+    pub limits: TraceLimits,
+    /// The slope's interval and conformity; `None` where its standard error is not known.
+    pub slope: Option<Inference>,
+    /// The same of the crowning.
+    pub crowning: Option<Inference>,
+    /// Against each of the bands that are its, by their numbers.
+    pub bands: Vec<(usize, band::Found)>,
+    /// What stands out of its neighbours as dust does; `None` where nothing does.
+    pub suspects: Option<Suspects>,
+}
+
+/// The answer to traces.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Evaluation {
+    /// One per trace, in their order.
+    pub traces: Vec<Evaluated>,
+    /// What profiles were evaluated with; `None` without profiles.
+    pub profile: Option<Window>,
+    /// What helices were evaluated with; `None` without helices.
+    pub helix: Option<Window>,
+    /// Over the teeth, for every kind and flank that there are.
+    pub summaries: Vec<Summary>,
+    /// Of the tooth flanks with several traces of a kind.
+    pub twists: Vec<Twist>,
+    /// Of the flanks with several traces.
+    pub surfaces: Vec<TraceSurface>,
+    /// The coarsest class of all.
+    pub overall: Option<Class>,
+    /// Tolerances of ISO 1328-1, or what lies outside of its scope.
+    pub tolerances: Result<Tolerances, OutOfScope>,
+    /// What the reader must know.
+    pub warnings: Vec<Warning>,
+}
+
+/// Evaluates traces. A trace that is sound but cannot be evaluated has no values and a warning; the
+/// others are evaluated.
+///
+/// ```
+/// use flankfit_gear::{
+///     Gear, GearData, Kind, Side, Trace,
+///     evaluation::{Posted, evaluate, settings::{HelixSettings, Settings}},
+/// };
+///
+/// // A helix that leans by 4 µm over its evaluation range, half of the face width: f_Hβ over the
+/// // whole face is 8 µm, and nothing is left about the line.
+/// let gear = Gear::new(GearData { face_width: Some(20.0), ..GearData::spur(52, 1.0) })?;
+/// let at: Vec<f64> = (0..=100).map(|k| 5.0 + 0.1 * f64::from(k)).collect();
+/// let deviation = at.iter().map(|z| 0.4 * (z - 10.0)).collect();
+/// let (tooth, side, kind) = ("1".to_owned(), Side::Left, Kind::Helix);
+/// let trace = Trace { tooth, side, kind, at, section: None, deviation };
+/// let settings = Settings { helix: Some(HelixSettings::on([5.0, 15.0])), ..Settings::default() };
+/// let evaluation = evaluate(&gear, &[Posted { trace: &trace, design: None }], &settings)?;
+/// let values = evaluation.traces[0].values.unwrap();
+/// assert!((values.slope.abs() - 8.0).abs() < 1e-9 && values.form < 1e-9);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn evaluate(gear: &Gear, posted: &[Posted], settings: &Settings) -> Result<Evaluation, TraceFaults> {
+    check(posted)?;
+    let [profile, helix] = windows(gear, posted, settings).map_err(Faults::widened)?;
+    let tolerances = Tolerances::new(gear);
+    checked(settings, &tolerances, helix.is_some()).map_err(Faults::widened)?;
+    let mut warnings = Vec::new();
+    if let Err(out) = &tolerances {
+        warnings.push(Warning::OutsideTheStandard(out.clone()));
+    } else if helix.is_some() && gear.data().face_width.is_none() {
+        warnings.push(Warning::NoFaceWidth);
+    }
+    let foreign = [(Kind::Profile, profile.as_ref()), (Kind::Helix, helix.as_ref())]
+        .map(|(kind, window)| window.and_then(|window| foreign_reference(gear, kind, window)));
+    warnings.extend(foreign.iter().flatten().cloned());
+    warnings.extend(profile.as_ref().and_then(|window| near_base_circle(gear, window)));
+    let mut subjects = Vec::with_capacity(posted.len());
+    for (number, Posted { trace, design }) in posted.iter().enumerate() {
+        let window = match trace.kind {
+            Kind::Profile => &profile,
+            Kind::Helix => &helix,
+        };
+        let Some(window) = window else { continue };
+        subjects.push(Subject { gear, trace, design: *design, settings, window, number });
+    }
+    let burrs = suspects::burrs(&subjects);
+    let mut traces = Vec::with_capacity(posted.len());
+    for (subject, burrs) in subjects.into_iter().zip(burrs) {
+        cancel::checkpoint();
+        let (trace, window) = (subject.trace, subject.window);
+        let Outcome { samples, values, assessable, suspects } = subject.evaluate(burrs, &mut warnings);
+        let of_class = tolerances.as_ref().ok().filter(|_| foreign[usize::from(trace.kind == Kind::Helix)].is_none());
+        let classes = match (of_class, &values) {
+            (Some(tolerances), Some(values)) => {
+                let rounding = settings.rounding;
+                let found = Classified { tolerances, kind: trace.kind, rounding, values }.classes(assessable);
+                warnings.extend(found.open.map(|open| subject.warning(open)));
+                found.classes
+            }
+            _ => None,
+        };
+        let limits = subject.limits(assessable, of_class);
+        let [slope, crowning] = values.map_or([None; 2], |values| subject.inferences(&values, &limits));
+        traces.push(Evaluated {
+            slope,
+            crowning,
+            tooth: trace.tooth.clone(),
+            position: Position::of(&trace.tooth),
+            side: trace.side,
+            kind: trace.kind,
+            section: trace.section,
+            range: [window.low, window.high],
+            samples,
+            values,
+            classes,
+            limits,
+            bands: banded::all(&subject, suspects.as_ref()),
+            suspects,
+        });
+    }
+    let summaries = summary::summaries(&traces);
+    let twists = summary::twists(&traces, settings);
+    let cleaned = match settings.outliers {
+        Outliers::Keep => None,
+        Outliers::Exclude => Some(without_suspects(posted, &traces)),
+    };
+    let each: Vec<Posted> = match &cleaned {
+        Some(cleaned) => posted
+            .iter()
+            .zip(cleaned)
+            .map(|(p, trace)| Posted { trace: trace.as_ref().unwrap_or(p.trace), ..*p })
+            .collect(),
+        None => posted.to_vec(),
+    };
+    let windows = [profile.as_ref(), helix.as_ref()];
+    let slopes = trace_surface::SlopeLimits::new(windows, tolerances.as_ref().ok(), &foreign, settings.rounding);
+    let (surfaces, more) = trace_surface::surfaces(gear, &each, settings, &slopes);
+    warnings.extend(more);
+    let classified = traces.iter().filter_map(|t| t.classes);
+    let overall = super::tolerance::overall(classified.flat_map(|c| [c.slope, c.form, c.total]).flatten());
+    Ok(Evaluation { traces, profile, helix, summaries, twists, surfaces, overall, tolerances, warnings })
+}
+
+/// Refuses levels and limits that there are not.
+fn checked(settings: &Settings, tolerances: &Result<Tolerances, OutOfScope>, helix: bool) -> Result<(), SettingFaults> {
+    let mut faults = SettingFaults::default();
+    if !(settings.level > 0.5 && settings.level < 1.0) {
+        faults.push(SettingField::Level, SettingReason::Level(settings.level));
+    }
+    faults.append(settings.limits.check(tolerances, helix));
+    faults.into_result(())
+}
+
+/// Slopes over a length that the gear has not got are extrapolated: tolerances say nothing about
+/// them.
+fn foreign_reference(gear: &Gear, kind: Kind, window: &Window) -> Option<Warning> {
+    let longest = match kind {
+        Kind::Profile => gear.roll_length(2.0 * gear.tip_radius().max(gear.root_radius()))?,
+        Kind::Helix => gear.data().face_width?.max(window.length()),
+    };
+    let reference = window.reference;
+    (reference > longest * (1.0 + 1e-9)).then_some(Warning::ForeignReferenceLength { kind, reference, longest })
+}
+
+/// The traces with suspects undefined; `None` for those without any.
+fn without_suspects(posted: &[Posted], evaluated: &[Evaluated]) -> Vec<Option<Trace>> {
+    let each = posted.iter().zip(evaluated);
+    each.map(|(posted, evaluated)| {
+        let places = &evaluated.suspects.as_ref()?.places;
+        let mut trace = posted.trace.clone();
+        for (at, deviation) in trace.at.iter().zip(&mut trace.deviation) {
+            if places.iter().any(|place| (place.from..=place.to).contains(at)) {
+                *deviation = f64::NAN;
+            }
+        }
+        Some(trace)
+    })
+    .collect()
+}
+
+/// The evaluation range begins where the roll length hardly depends on the diameter any more.
+fn near_base_circle(gear: &Gear, window: &Window) -> Option<Warning> {
+    let roll = window.low / gear.base_radius();
+    (roll < NEAR_BASE_ROLL).then_some(Warning::NearBaseCircle(roll))
+}
+
+/// Roll angle below which a range is close to the base circle, rad: 5°, where an error of diameter
+/// is eleven times as large in roll length.
+pub const NEAR_BASE_ROLL: f64 = 0.087_266_462_599_716_48;
+
+/// What profiles and helices are evaluated with, where there are any.
+fn windows(gear: &Gear, posted: &[Posted], settings: &Settings) -> Result<[Option<Window>; 2], SettingFaults> {
+    let first = |kind| posted.iter().position(|posted| posted.trace.kind == kind);
+    let mut faults = SettingFaults::default();
+    let mut window = |kind, made: Option<Result<Window, SettingFaults>>| match (first(kind), made) {
+        (_, Some(Ok(window))) => Some(window),
+        (_, Some(Err(more))) => {
+            faults.append(more);
+            None
+        }
+        (Some(i), None) => {
+            faults.push(SettingField::range(kind), SettingReason::NoRange(i));
+            None
+        }
+        (None, None) => None,
+    };
+    let asked = settings.profile.as_ref().filter(|_| first(Kind::Profile).is_some());
+    let made = asked.map(|asked| Window::of_profile(gear, asked));
+    let profile = window(Kind::Profile, made);
+    let asked = settings.helix.as_ref().filter(|_| first(Kind::Helix).is_some());
+    let made = asked.map(|asked| Window::of_helix(gear, asked));
+    let helix = window(Kind::Helix, made);
+    faults.into_result([profile, helix])
+}
+
+fn too_large(deviation: f64) -> Common {
+    Common::DeviationBeyond { value: deviation, most: MOST_DEVIATION }
+}
+
+fn check(posted: &[Posted]) -> Result<(), TraceFaults> {
+    let mut faults = TraceFaults::default();
+    if posted.is_empty() {
+        faults.push(TraceField::Traces, TraceReason::None);
+    }
+    let mut samples = 0;
+    for (i, Posted { trace, design }) in posted.iter().enumerate() {
+        cancel::checkpoint();
+        samples += trace.at.len();
+        let positions = trace.at.len();
+        let lengths = [
+            (TraceField::Deviations { trace: i }, Some(trace.deviation.len())),
+            (TraceField::Design { trace: i }, design.map(<[f64]>::len)),
+        ];
+        for (field, length) in lengths {
+            if let Some(given) = length.filter(|&length| length != positions) {
+                faults.push(field, Common::PerPosition { given, positions });
+            }
+        }
+        for (index, at) in trace.at.iter().enumerate() {
+            if !(at.abs() <= MOST_LENGTH) {
+                let field = TraceField::Position { trace: i, kind: trace.kind, index };
+                faults.push(field, Common::LengthBeyond { value: *at, most: MOST_LENGTH });
+            }
+        }
+        for (index, deviation) in trace.deviation.iter().enumerate() {
+            if deviation.abs() > MOST_DEVIATION {
+                faults.push(TraceField::Deviation { trace: i, index }, too_large(*deviation));
+            }
+        }
+        for (index, line) in design.iter().flat_map(|design| design.iter()).enumerate() {
+            if !(line.abs() <= MOST_DEVIATION) {
+                faults.push(TraceField::DesignAt { trace: i, index }, too_large(*line));
+            }
+        }
+    }
+    if samples > MOST_SAMPLES {
+        faults.push(TraceField::Traces, TraceReason::TooMany(samples));
+    }
+    faults.into_result(())
+}

@@ -1,0 +1,333 @@
+//! Pitch deviations of one flank all around the gear.
+//!
+//! Teeth are numbered 1 … z in the direction in which deviations count positive; the index
+//! deviation δᵢ is the arc, in µm on the measuring circle, by which flank i stands beyond its place
+//! relative to the first one there is. Of these: single pitch deviations `f_pi = δᵢ − δᵢ₋₁` (of the
+//! pitch that ends at flank i, all around: `f_p1 = δ₁ − δ_z`), `f_p` = greatest |f_pi|, `F_p` =
+//! range of δ, `f_u` = greatest |f_pi − f_pi₋₁|.
+//!
+//! Over k pitches the editions of ISO 1328-1 differ. Annex D of 2013: `F_pk` = greatest range of δ
+//! within any k pitches (k + 1 flanks), and `F_pSk` = greatest |δ at the end − δ at the start| of
+//! the consecutive sectors of k pitches that begin at the first tooth. 1995: `F_pk` = greatest
+//! |δᵢ₊ₖ − δᵢ|, which testers print as F_pz/8 for k = z/8.
+//!
+//! A tooth that was not measured leaves out what needs it. What is left is then a lower bound of
+//! the gear's value: [`Pitch::complete`] is false and no class is given.
+
+use std::{collections::VecDeque, f64::consts::TAU};
+
+use super::{
+    fault::{PitchFaults, PitchField, PitchReason},
+    warning::PitchWarning,
+};
+use crate::{
+    Gear, Side,
+    data::MOST_LENGTH,
+    tolerance::{Characteristic, Class, Rounding, Tolerances},
+    trace::MOST_DEVIATION,
+};
+
+/// What was measured: one number per tooth, NaN where there is none.
+#[derive(Clone, Debug, PartialEq)]
+pub enum PitchMeasured {
+    /// Index deviations, µm on the measuring circle.
+    Index(Vec<f64>),
+    /// Where the flanks are, rad in the direction of counting, from anywhere.
+    Angles(Vec<f64>),
+    /// Single pitch deviations f_pi, µm on the measuring circle. Their sum all around is 0 by
+    /// definition; what is left of it is taken off evenly.
+    Single(Vec<f64>),
+}
+
+/// What pitch deviations are evaluated with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PitchSettings {
+    /// Flank that was measured.
+    pub side: Side,
+    /// Diameter of the measuring circle, mm; by default the reference circle. Angles become arcs
+    /// there.
+    pub diameter: Option<f64>,
+    /// k of F_pk and F_pSk, 1 to z − 1; by default z/8, rounded.
+    pub sector: Option<usize>,
+    /// Whether tolerances are rounded before a class is found.
+    pub rounding: Rounding,
+}
+
+/// A value with the tooth (from 1) where it was found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Extreme {
+    /// µm, with its sign.
+    pub value: f64,
+    /// Number of the tooth, from 1.
+    pub tooth: usize,
+}
+
+/// Pitch deviations of one flank, µm.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Pitch {
+    /// Flank that was measured.
+    pub side: Side,
+    /// mm.
+    pub diameter: f64,
+    /// δᵢ about the first tooth that is there; of single pitches only where none is missing.
+    pub index: Vec<Option<f64>>,
+    /// f_pi.
+    pub single: Vec<Option<f64>>,
+    /// The f_pi of greatest amount; f_p is its amount.
+    pub single_pitch: Option<Extreme>,
+    /// R_p: greatest minus least f_pi.
+    pub single_range: Option<f64>,
+    /// F_p.
+    pub cumulative: Option<f64>,
+    /// k.
+    pub sector: Option<usize>,
+    /// F_pk of ISO 1328-1:2013, Annex D: the greatest range of index deviations within k pitches,
+    /// at the tooth where the sector ends.
+    pub sector_pitch_2013: Option<Extreme>,
+    /// Of the consecutive sectors that begin at the first tooth, the sum of k pitches of greatest
+    /// amount, at the tooth where the sector ends; F_pSk of ISO 1328-1:2013, Annex D, is its
+    /// amount. Pitches left over behind the last whole sector belong to none.
+    pub sector_sum_2013: Option<Extreme>,
+    /// The sum of any k pitches of greatest amount, at the tooth where the sector ends; F_pk of
+    /// ISO 1328-1:1995 is its amount.
+    pub sector_pitch_1995: Option<Extreme>,
+    /// f_u, at the later of the two pitches.
+    pub adjacent: Option<Extreme>,
+    /// Σ f_pi as given, µm; only of single pitches.
+    pub closure: Option<f64>,
+    /// Teeth that were not measured.
+    pub missing: usize,
+    /// Whether every tooth was measured.
+    pub complete: bool,
+    /// Class of f_p; `None` where there is no value or no tolerance.
+    pub single_class: Option<Class>,
+    /// Class of F_p; `None` where there is no value or no tolerance.
+    pub cumulative_class: Option<Class>,
+    /// What the reader must know.
+    pub warnings: Vec<PitchWarning>,
+}
+
+/// Evaluates pitch deviations.
+///
+/// ```
+/// use flankfit_gear::{
+///     Gear, GearData, Side,
+///     evaluation::pitch::{PitchMeasured, PitchSettings, pitch},
+///     tolerance::Rounding,
+/// };
+///
+/// // Flanks 0, 3, 1 and −2 µm off their places, all around 20 teeth: single pitches of 3, −2, −3
+/// // and 2, and 5 between the highest and the lowest.
+/// let gear = Gear::new(GearData::spur(20, 2.0))?;
+/// let index = [0.0, 3.0, 1.0, -2.0].into_iter().cycle().take(20).collect();
+/// let (side, rounding) = (Side::Left, Rounding::default());
+/// let settings = PitchSettings { side, diameter: None, sector: None, rounding };
+/// let found = pitch(&gear, &PitchMeasured::Index(index), &settings)?;
+/// assert_eq!(found.cumulative, Some(5.0));
+/// assert_eq!(found.single_pitch.unwrap().value.abs(), 3.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn pitch(gear: &Gear, measured: &PitchMeasured, settings: &PitchSettings) -> Result<Pitch, PitchFaults> {
+    let teeth = gear.data().teeth as usize;
+    let diameter = settings.diameter.unwrap_or(2.0 * gear.reference_radius());
+    let sector = settings.sector.or_else(|| (teeth > 1).then(|| ((teeth as f64 / 8.0).round() as usize).max(1)));
+    let given = check(teeth, diameter, sector, measured)?;
+    let missing = given.iter().filter(|d| d.is_nan()).count();
+    let mut warnings = Vec::new();
+    let mut closure = None;
+    let (index, single) = match measured {
+        PitchMeasured::Index(_) => of_index(given.to_vec()),
+        PitchMeasured::Angles(_) => {
+            let arcs = arcs(given, diameter);
+            let half = 5e2 * std::f64::consts::PI * diameter / teeth as f64;
+            if let Some(i) = arcs.iter().position(|arc| arc.abs() > half) {
+                return Err(PitchFaults::one(PitchField::Deviation { index: i }, PitchReason::OtherTooth(arcs[i])));
+            }
+            of_index(arcs)
+        }
+        PitchMeasured::Single(_) => {
+            let sum = given.iter().sum::<f64>();
+            closure = (missing == 0).then_some(sum);
+            of_single(given, closure)
+        }
+    };
+    if let Some(sum) = closure.filter(|sum| sum.abs() > CLOSURE * teeth as f64) {
+        warnings.push(PitchWarning::PitchesDoNotClose(sum));
+    }
+    if missing > 0 {
+        warnings.push(PitchWarning::MissingTeeth { missing, teeth });
+    }
+    let complete = missing == 0;
+    let single_pitch = greatest(single.iter().enumerate().filter_map(|(i, f)| Some((i, (*f)?))));
+    let cumulative = range(&index);
+    let classified = match (complete, Tolerances::new(gear)) {
+        (false, _) => [None; 2],
+        (true, Ok(tolerances)) => {
+            let class = |of, value: Option<f64>| tolerances.class(of, value?, settings.rounding);
+            [
+                class(Characteristic::SinglePitch, single_pitch.map(|f| f.value)),
+                class(Characteristic::CumulativePitch, cumulative),
+            ]
+        }
+        (true, Err(out)) => {
+            warnings.push(PitchWarning::OutsideTheStandard(out));
+            [None; 2]
+        }
+    };
+    let difference =
+        |values: &[Option<f64>], i: usize, back: usize| Some((i, values[i]? - values[(i + teeth - back) % teeth]?));
+    let sums = |ends: &mut dyn Iterator<Item = usize>, k| greatest(ends.filter_map(|i| difference(&index, i, k)));
+    let sector_pitch_2013 = sector.and_then(|k| widest_sector(&index, k));
+    let sector_sum_2013 = sector.and_then(|k| sums(&mut (1..=teeth / k).map(|n| n * k % teeth), k));
+    let sector_pitch_1995 = sector.and_then(|k| sums(&mut (0..teeth), k));
+    let adjacent = (teeth > 1).then(|| greatest((0..teeth).filter_map(|i| difference(&single, i, 1)))).flatten();
+    Ok(Pitch {
+        side: settings.side,
+        diameter,
+        single_pitch,
+        single_range: range(&single),
+        cumulative,
+        sector,
+        sector_pitch_2013,
+        sector_sum_2013,
+        sector_pitch_1995,
+        adjacent,
+        closure,
+        missing,
+        complete,
+        single_class: classified[0],
+        cumulative_class: classified[1],
+        index,
+        single,
+        warnings,
+    })
+}
+
+/// Returns R_s: variation of the tooth thickness, µm along the measuring circle, from the flanks of
+/// both sides counted in one direction. Teeth without both flanks are skipped; `None` if no tooth
+/// has both.
+pub fn thickness_variation(left: &Pitch, right: &Pitch) -> Option<f64> {
+    let thickness: Vec<_> =
+        left.index.iter().zip(&right.index).map(|(left, right)| Some((*left)? - (*right)?)).collect();
+    range(&thickness)
+}
+
+/// No angle is larger, rad: 16,000 turns, of which a double still tells 1e-11 rad.
+const MOST_ANGLE: f64 = 1e5;
+/// Rounding to a tenth of a µm leaves at most this much a tooth.
+const CLOSURE: f64 = 0.05;
+
+type Deviations = (Vec<Option<f64>>, Vec<Option<f64>>);
+
+fn of_index(given: Vec<f64>) -> Deviations {
+    let teeth = given.len();
+    let first = given.iter().copied().find(|d| !d.is_nan()).unwrap_or_default();
+    let index: Vec<Option<f64>> = given.iter().map(|d| (!d.is_nan()).then_some(d - first)).collect();
+    let single = (0..teeth).map(|i| Some(index[i]? - index[(i + teeth - 1) % teeth]?)).collect();
+    (index, single)
+}
+
+/// With a gap there is nothing that index deviations could be added up across.
+fn of_single(given: &[f64], closure: Option<f64>) -> Deviations {
+    let Some(sum) = closure else {
+        let single = given.iter().map(|f| (!f.is_nan()).then_some(*f)).collect();
+        return (vec![None; given.len()], single);
+    };
+    let even = sum / given.len() as f64;
+    let single: Vec<f64> = given.iter().map(|f| f - even).collect();
+    let mut index = vec![Some(0.0)];
+    let mut reached = 0.0;
+    for f in &single[1..] {
+        reached += f;
+        index.push(Some(reached));
+    }
+    (index, single.into_iter().map(Some).collect())
+}
+
+/// Arcs by which the flanks stand beyond their places, about the first one there is.
+fn arcs(angles: &[f64], diameter: f64) -> Vec<f64> {
+    let teeth = angles.len() as f64;
+    let Some(first) = angles.iter().position(|a| !a.is_nan()) else { return angles.to_vec() };
+    let beyond = |i: usize| {
+        let turn = angles[i] - angles[first] - TAU * (i - first) as f64 / teeth;
+        // a full turn more or less is the same flank
+        let turn = turn - TAU * (turn / TAU).round();
+        1e3 * 0.5 * diameter * turn
+    };
+    (0..angles.len()).map(|i| if angles[i].is_nan() { f64::NAN } else { beyond(i) }).collect()
+}
+
+/// Of equal amounts the first tooth.
+fn greatest(values: impl Iterator<Item = (usize, f64)>) -> Option<Extreme> {
+    values.fold(None, |best: Option<Extreme>, (i, value)| match best {
+        Some(best) if best.value.abs() >= value.abs() => Some(best),
+        _ => Some(Extreme { value, tooth: i + 1 }),
+    })
+}
+
+/// Returns the greatest range within k pitches. Sectors with a tooth that was not measured are
+/// skipped.
+fn widest_sector(index: &[Option<f64>], k: usize) -> Option<Extreme> {
+    let teeth = index.len();
+    // the flanks that may still be the highest, and the lowest, of a sector, by steps around the
+    // gear
+    let (mut high, mut low) = (VecDeque::<(usize, f64)>::new(), VecDeque::<(usize, f64)>::new());
+    let mut in_a_row = 0;
+    let mut ranges = vec![None; teeth];
+    for step in 0..teeth + k {
+        let Some(value) = index[step % teeth] else {
+            high.clear();
+            low.clear();
+            in_a_row = 0;
+            continue;
+        };
+        in_a_row += 1;
+        for (ends, sign) in [(&mut high, 1.0), (&mut low, -1.0)] {
+            while ends.back().is_some_and(|(_, other)| sign * other <= sign * value) {
+                ends.pop_back();
+            }
+            ends.push_back((step, value));
+            while ends.front().is_some_and(|(first, _)| first + k < step) {
+                ends.pop_front();
+            }
+        }
+        if in_a_row > k {
+            ranges[step % teeth] = Some(high[0].1 - low[0].1);
+        }
+    }
+    greatest(ranges.into_iter().enumerate().filter_map(|(i, range)| Some((i, range?))))
+}
+
+fn range(values: &[Option<f64>]) -> Option<f64> {
+    let ends = values.iter().flatten().fold(None, |ends: Option<[f64; 2]>, &v| {
+        Some(ends.map_or([v, v], |[least, most]| [least.min(v), most.max(v)]))
+    });
+    ends.map(|[least, most]| most - least)
+}
+
+fn check(teeth: usize, diameter: f64, sector: Option<usize>, measured: &PitchMeasured) -> Result<&[f64], PitchFaults> {
+    let (PitchMeasured::Index(given) | PitchMeasured::Angles(given) | PitchMeasured::Single(given)) = measured;
+    let mut faults = PitchFaults::default();
+    if given.len() != teeth {
+        faults.push(PitchField::Deviations, PitchReason::Count { given: given.len(), teeth });
+    }
+    let angles = matches!(measured, PitchMeasured::Angles(_));
+    for (index, &value) in given.iter().enumerate() {
+        let most = if angles { MOST_ANGLE } else { MOST_DEVIATION };
+        if value.abs() > most {
+            let reason =
+                if angles { PitchReason::Angle { value, most } } else { PitchReason::Deviation { value, most } };
+            faults.push(PitchField::Deviation { index }, reason);
+        }
+    }
+    if !given.is_empty() && given.iter().all(|d| d.is_nan()) {
+        faults.push(PitchField::Deviations, PitchReason::NotMeasured);
+    }
+    if !(diameter > 0.0 && diameter <= MOST_LENGTH) {
+        faults.push(PitchField::Diameter, PitchReason::Diameter(diameter));
+    }
+    if let Some(k) = sector.filter(|k| !(1..teeth).contains(k)) {
+        faults.push(PitchField::Sector, PitchReason::Sector { pitches: k, most: teeth.saturating_sub(1) });
+    }
+    faults.into_result(given.as_slice())
+}

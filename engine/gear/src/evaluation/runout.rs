@@ -1,0 +1,210 @@
+//! Run-out: how unevenly a ball or another probe goes into the tooth spaces.
+//!
+//! `F_r` is the range of the probe's radial readings all around. Eccentricity is the first harmonic
+//! of the readings, the least-squares fit of `r₀ + a cos φ + b sin φ` at the angles φᵢ = 2π (i −
+//! 1)/z of the spaces; alone it makes a run-out of twice its amount.
+//!
+//! Without a probe the readings follow from the index deviations of both flanks: a space that is
+//! wider by Δw on the measuring circle lets the ball go deeper by `Δw cos α / (2 sin(α ± η))`, with
+//! the transverse pressure angle α there and η half the angle of a space (+ on external, − on
+//! internal gears): α ± η is the pressure angle at the centre of a ball that touches on the
+//! measuring circle. So a gear that is shifted by e has a run-out of 2e. Whether the answer was
+//! derived so is said.
+
+use super::{
+    fault::{PitchReason, RunoutFaults, RunoutField, RunoutReason},
+    pitch::Pitch,
+    warning::RunoutWarning,
+};
+use crate::{
+    Gear, Side,
+    involute::Flank,
+    tolerance::{Characteristic, Class, Rounding, Tolerances},
+    trace::MOST_DEVIATION,
+};
+use flankfit_estimation::{
+    self, FitError, FitSpec, Nodes,
+    spec::{Model, Regularization},
+};
+
+/// Which way teeth are numbered, as the viewer sees it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Counting {
+    /// Against the direction of angles that grow.
+    Clockwise,
+    /// In the direction of angles that grow.
+    Counterclockwise,
+}
+
+/// The first harmonic.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Eccentricity {
+    /// µm.
+    pub amount: f64,
+    /// From the scatter about the harmonic; none where nothing scatters freely.
+    pub std_error: Option<f64>,
+    /// Where the readings are greatest, rad in the direction of counting from the first reading, −π
+    /// to π.
+    pub angle: f64,
+}
+
+/// Run-out of a gear.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Runout {
+    /// F_r, µm.
+    pub runout: f64,
+    /// Readings outwards, µm, one per tooth space.
+    pub readings: Vec<Option<f64>>,
+    /// `None` with fewer readings than tell it.
+    pub eccentricity: Option<Eccentricity>,
+    /// Whether the readings follow from index deviations.
+    pub derived: bool,
+    /// Tooth spaces without a reading.
+    pub missing: usize,
+    /// Only where no space is missing.
+    pub class: Option<Class>,
+    /// What the reader must know.
+    pub warnings: Vec<RunoutWarning>,
+}
+
+/// Run-out from radial readings, µm (outwards positive), one per tooth space, NaN where there is
+/// none.
+pub fn from_readings(gear: &Gear, readings: &[f64], rounding: Rounding) -> Result<Runout, RunoutFaults> {
+    let teeth = gear.data().teeth as usize;
+    let mut faults = RunoutFaults::default();
+    if readings.len() != teeth {
+        faults.push(RunoutField::Readings, RunoutReason::Readings { given: readings.len(), teeth });
+    }
+    for (index, &value) in readings.iter().enumerate() {
+        if value.abs() > MOST_DEVIATION {
+            let reason = PitchReason::Deviation { value, most: MOST_DEVIATION };
+            faults.push(RunoutField::Reading { index }, reason);
+        }
+    }
+    if !readings.is_empty() && readings.iter().all(|r| r.is_nan()) {
+        faults.push(RunoutField::Readings, RunoutReason::NotMeasured);
+    }
+    faults.into_result(())?;
+    Ok(evaluate(gear, readings, rounding, false))
+}
+
+/// Run-out from the index deviations of both flanks, measured on one circle and counted in the same
+/// direction. Reading i is that of the space between tooth i and the next one.
+pub fn from_pitches(
+    gear: &Gear,
+    left: &Pitch,
+    right: &Pitch,
+    counting: Counting,
+    rounding: Rounding,
+) -> Result<Runout, RunoutFaults> {
+    let teeth = gear.data().teeth as usize;
+    let mut faults = RunoutFaults::default();
+    for (field, pitch) in [(RunoutField::Left, left), (RunoutField::Right, right)] {
+        if pitch.index.len() != teeth {
+            faults.push(field, PitchReason::Count { given: pitch.index.len(), teeth });
+        }
+    }
+    let diameter = left.diameter;
+    if diameter != right.diameter {
+        faults.push(RunoutField::Right, RunoutReason::Circles { right: right.diameter, left: diameter });
+    }
+    let base = 2.0 * gear.base_radius();
+    if !(diameter > base) {
+        faults.push(RunoutField::Left, RunoutReason::WithinBase { diameter, base });
+    }
+    faults.into_result(())?;
+    // the left flank lies counterclockwise of its tooth: it is the one that bounds the next space
+    // when counting runs that way
+    let (near, far) = match counting {
+        Counting::Counterclockwise => (left, right),
+        Counting::Clockwise => (right, left),
+    };
+    let roll_length = 0.5 * ((diameter - base) * (diameter + base)).sqrt();
+    let alpha = (roll_length / gear.base_radius()).atan();
+    let half_space = 0.5 * gear.pitch_angle() - Flank::new(gear, Side::Left).half_angle(roll_length);
+    let at_centre = alpha + gear.outward() * half_space;
+    if !(at_centre > 0.0) {
+        return Err(RunoutFaults::one(RunoutField::Left, RunoutReason::NoBall));
+    }
+    let depth = gear.outward() * alpha.cos() / (2.0 * at_centre.sin());
+    let reading = |i: usize| Some((near.index[i]? - far.index[(i + 1) % teeth]?) * depth);
+    let readings: Vec<f64> = (0..teeth).map(|i| reading(i).unwrap_or(f64::NAN)).collect();
+    if readings.iter().all(|r| r.is_nan()) {
+        return Err(RunoutFaults::one(RunoutField::Left, RunoutReason::NoSpace));
+    }
+    Ok(evaluate(gear, &readings, rounding, true))
+}
+
+/// Returns the correlation coefficient of readings of the tooth spaces and the run-out that follows
+/// from the index deviations of both flanks with this direction of counting. `None` if either is
+/// constant, or if fewer than three spaces have both.
+pub fn agreement(
+    left: &[Option<f64>],
+    right: &[Option<f64>],
+    readings: &[Option<f64>],
+    counting: Counting,
+) -> Option<f64> {
+    let (near, far) = match counting {
+        Counting::Counterclockwise => (left, right),
+        Counting::Clockwise => (right, left),
+    };
+    let teeth = near.len().min(far.len()).min(readings.len());
+    let pair = |i: usize| Some([near[i]? - far[(i + 1) % teeth]?, readings[i]?]);
+    let pairs: Vec<[f64; 2]> = (0..teeth).filter_map(pair).collect();
+    let mean = |k: usize| pairs.iter().map(|pair| pair[k]).sum::<f64>() / pairs.len() as f64;
+    let [x, y] = [mean(0), mean(1)];
+    let sum = |of: fn(f64, f64) -> f64| pairs.iter().map(|[a, b]| of(a - x, b - y)).sum::<f64>();
+    let correlation = sum(|a, b| a * b) / (sum(|a, _| a * a) * sum(|_, b| b * b)).sqrt();
+    (pairs.len() > 2 && correlation.is_finite()).then_some(correlation)
+}
+
+/// At least one reading is there.
+fn evaluate(gear: &Gear, readings: &[f64], rounding: Rounding, derived: bool) -> Runout {
+    let there = readings.iter().filter(|r| !r.is_nan());
+    let (least, most) = there.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &r| (a.min(r), b.max(r)));
+    let runout = most - least;
+    let missing = readings.iter().filter(|r| r.is_nan()).count();
+    let mut warnings = Vec::new();
+    if missing > 0 {
+        warnings.push(RunoutWarning::MissingSpaces { missing, spaces: readings.len() });
+    }
+    let class = match Tolerances::new(gear) {
+        _ if missing > 0 => None,
+        Ok(tolerances) => tolerances.class(Characteristic::Runout, runout, rounding),
+        Err(out) => {
+            warnings.push(RunoutWarning::OutsideTheStandard(out));
+            None
+        }
+    };
+    let eccentricity = eccentricity(readings).unwrap_or_else(|error| {
+        warnings.push(RunoutWarning::NoEccentricity(error));
+        None
+    });
+    let readings = readings.iter().map(|r| (!r.is_nan()).then_some(*r)).collect();
+    Runout { runout, readings, eccentricity, derived, missing, class, warnings }
+}
+
+/// `None` with fewer than three readings or with readings that do not tell the three numbers apart.
+fn eccentricity(readings: &[f64]) -> Result<Option<Eccentricity>, FitError> {
+    let (mut x, mut y) = (Vec::new(), Vec::new());
+    for (i, &reading) in readings.iter().enumerate().filter(|(_, r)| !r.is_nan()) {
+        let (sin, cos) = (std::f64::consts::TAU * i as f64 / readings.len() as f64).sin_cos();
+        x.extend([1.0, cos, sin]);
+        y.push(reading);
+    }
+    if y.len() < 3 {
+        return Ok(None);
+    }
+    let spec = FitSpec { regularization: Regularization::None, ..FitSpec::new(Model::Linear) };
+    let fit = flankfit_estimation::fit(&Nodes::matrix(x, 3, y, None, None)?, &spec)?;
+    if fit.spectrum.rank < 3 {
+        return Ok(None);
+    }
+    let [cos, sin] = [&fit.coefficients[1], &fit.coefficients[2]];
+    let amount = cos.value.hypot(sin.value);
+    let std_error = cos.std_error.zip(sin.std_error).map(|(a, b)| match amount > 0.0 {
+        true => (cos.value * a).hypot(sin.value * b) / amount,
+        false => a.max(b),
+    });
+    Ok(Some(Eccentricity { amount, std_error, angle: sin.value.atan2(cos.value) }))
+}

@@ -1,0 +1,347 @@
+//! What an evaluation is asked for: ranges, reference lengths, signs, rules. Nothing is guessed:
+//! what the request leaves open is a fault.
+
+use super::super::{
+    Gear, Side,
+    data::{LEAST_LENGTH, MOST_LENGTH},
+    trace::{Direction, Kind},
+};
+use super::{
+    against::Against,
+    band::Band,
+    fault::{SettingFaults, SettingField, SettingReason},
+    limits::SidedLimits,
+};
+use flankfit_estimation::spec::DEFAULT_LEVEL;
+
+/// Which way a posted deviation counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum DeviationSign {
+    /// Positive where material stands out, on every trace.
+    #[default]
+    Material,
+    /// Profiles as [`DeviationSign::Material`]; helices positive where the flank is turned
+    /// counterclockwise for the viewer, that is material on left and space on right flanks. A
+    /// rising trace is then a right-hand deviation on both flanks.
+    Din,
+    /// Positive where the flank is turned clockwise for the viewer, on every trace: the turning
+    /// axis of some instruments, as their curve files hold it.
+    Clockwise,
+}
+
+impl DeviationSign {
+    /// What a posted deviation is multiplied with so that material counts positive.
+    pub fn to_material(self, kind: Kind, side: Side) -> f64 {
+        match (self, kind) {
+            (DeviationSign::Material, _) | (DeviationSign::Din, Kind::Profile) => 1.0,
+            (DeviationSign::Din, Kind::Helix) => side.sign(),
+            (DeviationSign::Clockwise, _) => -side.sign(),
+        }
+    }
+}
+
+/// The sign of answered slopes. f_Hα is positive under `Din` and `Vdi` where material grows from
+/// root to tip (the pressure angle is too small).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum SlopeSign {
+    /// f_Hβ is positive where the helix deviates towards the right hand, whatever the flank and the
+    /// hand of the gear (β with its sign).
+    #[default]
+    Din,
+    /// f_Hβ is positive where material grows with z, on both flanks.
+    Vdi,
+    /// Slopes of the numbers as they were posted, towards the tip and towards greater z.
+    AsGiven,
+}
+
+impl SlopeSign {
+    /// What the slope of material is multiplied with.
+    pub fn of_material(self, given: DeviationSign, kind: Kind, side: Side) -> f64 {
+        match (self, kind) {
+            (SlopeSign::Din, Kind::Helix) => side.sign(),
+            (SlopeSign::Din, Kind::Profile) | (SlopeSign::Vdi, _) => 1.0,
+            (SlopeSign::AsGiven, _) => given.to_material(kind, side),
+        }
+    }
+}
+
+/// About what the form deviation is taken, and whose slope is answered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum MeanCurve {
+    /// The least-squares line.
+    #[default]
+    Line,
+    /// The least-squares parabola, for crowned designs: its chord over the evaluation range gives
+    /// the slope.
+    Parabola,
+}
+
+/// Samples outside the evaluation range whose material stands out more than all within: on profiles
+/// from the evaluation range to the tip, on helices from the evaluation range to both ends of the
+/// trace. They raise the highest, never the lowest point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum PlusMaterial {
+    /// Only samples of the evaluation range count.
+    #[default]
+    Ignored,
+    /// They count in form and total deviation.
+    FormAndTotal,
+    /// They count in the form deviation only, as some instruments do: F may then be smaller than
+    /// f_f.
+    Form,
+    /// They count in the total deviation only.
+    Total,
+}
+
+impl PlusMaterial {
+    /// Whether it raises the form deviation.
+    pub fn in_form(self) -> bool {
+        matches!(self, PlusMaterial::Form | PlusMaterial::FormAndTotal)
+    }
+
+    /// Whether it raises the total deviation.
+    pub fn in_total(self) -> bool {
+        matches!(self, PlusMaterial::Total | PlusMaterial::FormAndTotal)
+    }
+}
+
+/// What becomes of samples that stand out of their neighbours as dust does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Outliers {
+    /// They count, as the standard has it.
+    #[default]
+    Keep,
+    /// They count as undefined.
+    Exclude,
+}
+
+/// The length that a profile slope is extended to.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub enum ProfileReference {
+    /// L_α, the roll length of the evaluation range.
+    #[default]
+    EvaluationRange,
+    /// From the start of the evaluation range (its root end) up to the tip circle.
+    ToTip,
+    /// mm of roll length.
+    Given(f64),
+}
+
+/// The length that a helix slope is extended to.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub enum HelixReference {
+    /// b.
+    #[default]
+    FaceWidth,
+    /// L_β, the length of the evaluation range.
+    EvaluationRange,
+    /// mm along the axis.
+    Given(f64),
+}
+
+/// How profiles are evaluated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ProfileSettings {
+    /// Ascending diameters, mm.
+    pub diameters: [f64; 2],
+    /// Length that slopes are extended to.
+    pub reference: ProfileReference,
+    /// Curve that stands for the mean profile.
+    pub mean: MeanCurve,
+    /// What plus material beyond the evaluation range counts for.
+    pub plus_material: PlusMaterial,
+    /// Diameters between which the tip relief lies, mm.
+    pub tip_relief: Option<[f64; 2]>,
+}
+
+impl ProfileSettings {
+    /// The defaults on a range of diameters.
+    pub fn on(diameters: [f64; 2]) -> Self {
+        let (reference, mean, plus_material) = Default::default();
+        ProfileSettings { diameters, reference, mean, plus_material, tip_relief: None }
+    }
+}
+
+/// How helices are evaluated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HelixSettings {
+    /// Ascending z, mm.
+    pub range: [f64; 2],
+    /// Length that slopes are extended to.
+    pub reference: HelixReference,
+    /// Curve that stands for the mean helix.
+    pub mean: MeanCurve,
+    /// What plus material beyond the evaluation range counts for.
+    pub plus_material: PlusMaterial,
+}
+
+impl HelixSettings {
+    /// The defaults on a range of z.
+    pub fn on(range: [f64; 2]) -> Self {
+        let (reference, mean, plus_material) = Default::default();
+        HelixSettings { range, reference, mean, plus_material }
+    }
+}
+
+/// Everything about an evaluation but gear and traces.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// Needed when there are profiles.
+    pub profile: Option<ProfileSettings>,
+    /// Needed when there are helices.
+    pub helix: Option<HelixSettings>,
+    /// How the deviations given count.
+    pub given: DeviationSign,
+    /// Line along which the deviations given are taken.
+    pub direction: Direction,
+    /// Line that figures are about.
+    pub against: Against,
+    /// Sign of slopes.
+    pub sign: SlopeSign,
+    /// Whether tolerances are rounded before a class is found.
+    pub rounding: super::super::tolerance::Rounding,
+    /// What becomes of samples that stand out of their neighbours.
+    pub outliers: Outliers,
+    /// Whether the deviations of all traces of a flank count from one zero. Measuring machines zero
+    /// each trace by itself.
+    pub traces_share_zero: bool,
+    /// Level of confidence intervals, between 0.5 and 1.
+    pub level: f64,
+    /// What figures are told to conform to.
+    pub limits: SidedLimits,
+    /// Bands that traces must lie in (K-charts).
+    pub bands: Vec<Band>,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Settings {
+            profile: None,
+            helix: None,
+            given: DeviationSign::default(),
+            direction: Direction::default(),
+            against: Against::default(),
+            sign: SlopeSign::default(),
+            rounding: Default::default(),
+            outliers: Outliers::default(),
+            traces_share_zero: false,
+            level: DEFAULT_LEVEL,
+            limits: SidedLimits::default(),
+            bands: Vec::new(),
+        }
+    }
+}
+
+/// What traces of one kind are evaluated with, in the coordinate of their samples (roll length or
+/// z, mm); answered as it is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Window {
+    /// Lower end of the evaluation range.
+    pub low: f64,
+    /// Upper end of the evaluation range.
+    pub high: f64,
+    /// What slopes are extended to.
+    pub reference: f64,
+    /// +1 where slopes count towards greater coordinates, −1 on internal gears' profiles, whose tip
+    /// lies at smaller roll lengths.
+    pub sense: f64,
+    /// How far samples are looked at for plus material.
+    pub zone: [f64; 2],
+    /// Curve that stands for the mean trace.
+    pub mean: MeanCurve,
+    /// What plus material beyond the evaluation range counts for.
+    pub plus_material: PlusMaterial,
+    /// Where the tip relief lies, in ascending roll length.
+    pub tip_relief: Option<[f64; 2]>,
+}
+
+impl Window {
+    /// Length of the evaluation range.
+    pub fn length(&self) -> f64 {
+        self.high - self.low
+    }
+
+    /// Of profiles.
+    pub fn of_profile(gear: &Gear, asked: &ProfileSettings) -> Result<Self, SettingFaults> {
+        let [low, high] = roll_lengths(gear, asked.diameters, |index| SettingField::ProfileRangeEnd { index })?;
+        ascending(SettingField::ProfileRange, asked.diameters, high - low)?;
+        let relief = asked.tip_relief.map(|diameters| {
+            let [from, to] = roll_lengths(gear, diameters, |index| SettingField::TipReliefEnd { index })?;
+            ascending(SettingField::TipRelief, diameters, to - from)?;
+            Ok::<_, SettingFaults>([from, to])
+        });
+        let tip_relief = relief.transpose()?;
+        let tip = gear.roll_length(2.0 * gear.tip_radius());
+        let internal = gear.outward() < 0.0;
+        let reference = match asked.reference {
+            ProfileReference::EvaluationRange => high - low,
+            ProfileReference::Given(length) => given(Kind::Profile, length)?,
+            ProfileReference::ToTip => {
+                let length = tip.map_or(f64::NAN, |tip| if internal { high - tip } else { tip - low });
+                if !(length > 0.0) {
+                    let field = if tip.is_some() { SettingField::ProfileRange } else { SettingField::ProfileReference };
+                    return Err(SettingFaults::one(field, SettingReason::NoWayToTip(2.0 * gear.tip_radius())));
+                }
+                length
+            }
+        };
+        // beyond the tip there is no flank; on internal gears whose tip lies within the base circle
+        // it ends there
+        let zone = match tip {
+            Some(tip) if internal => [tip.min(low), high],
+            None if internal => [0.0, high],
+            Some(tip) => [low, tip.max(high)],
+            None => [low, high],
+        };
+        let (mean, plus_material) = (asked.mean, asked.plus_material);
+        Ok(Window { low, high, reference, sense: gear.outward(), zone, mean, plus_material, tip_relief })
+    }
+
+    /// Of helices.
+    pub fn of_helix(gear: &Gear, asked: &HelixSettings) -> Result<Self, SettingFaults> {
+        let [low, high] = asked.range;
+        ascending(SettingField::HelixRange, asked.range, high - low)?;
+        let reference = match asked.reference {
+            HelixReference::EvaluationRange => high - low,
+            HelixReference::Given(length) => given(Kind::Helix, length)?,
+            HelixReference::FaceWidth => gear
+                .data()
+                .face_width
+                .ok_or_else(|| SettingFaults::one(SettingField::HelixReferenceLength, SettingReason::NoFaceWidth))?,
+        };
+        let zone = [f64::NEG_INFINITY, f64::INFINITY];
+        let (mean, plus_material) = (asked.mean, asked.plus_material);
+        Ok(Window { low, high, reference, sense: 1.0, zone, mean, plus_material, tip_relief: None })
+    }
+}
+
+/// Roll lengths of two diameters, whose fields are given.
+fn roll_lengths(gear: &Gear, diameters: [f64; 2], end: fn(usize) -> SettingField) -> Result<[f64; 2], SettingFaults> {
+    let mut faults = SettingFaults::default();
+    let mut ends = [0.0; 2];
+    for (k, &diameter) in diameters.iter().enumerate() {
+        match gear.roll_length(diameter).filter(|l| l.is_finite()) {
+            Some(length) => ends[k] = length,
+            None => {
+                let reason = SettingReason::NotOnInvolute { diameter, base: 2.0 * gear.base_radius() };
+                faults.push(end(k), reason);
+            }
+        }
+    }
+    faults.into_result(ends)
+}
+
+/// `length` is that of the range in the coordinate of the samples.
+fn ascending(field: SettingField, range: [f64; 2], length: f64) -> Result<(), SettingFaults> {
+    if length >= LEAST_LENGTH && range.iter().all(|end| end.abs() <= MOST_LENGTH) {
+        return Ok(());
+    }
+    Err(SettingFaults::one(field, SettingReason::Range(range)))
+}
+
+fn given(kind: Kind, length: f64) -> Result<f64, SettingFaults> {
+    if length > 0.0 && length <= MOST_LENGTH {
+        return Ok(length);
+    }
+    Err(SettingFaults::one(SettingField::reference_length(kind), SettingReason::Length(length)))
+}

@@ -1,0 +1,331 @@
+//! What the reader of an evaluation must know: as data, with a stable code and a sentence.
+
+mod samples;
+mod surface;
+
+pub use samples::{Effect, TraceWarning};
+pub use surface::{SurfaceWarning, share};
+
+use std::fmt;
+
+use super::fault::{PitchField, SettingField, TraceField};
+use crate::{Kind, Side, tolerance::OutOfScope};
+use flankfit_estimation::FitError;
+use flankfit_numerics::fault::words::{Shown, counted, listed};
+
+/// Something that the reader of an evaluation of traces must know. Lengths are mm.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Warning {
+    /// A gear outside the scope of ISO 1328-1.
+    #[error("no classes: {0}")]
+    OutsideTheStandard(OutOfScope),
+    /// A gear without a face width, by which helices have tolerances.
+    #[error("no classes of the helix: tolerances need the face width of the gear")]
+    NoFaceWidth,
+    /// Slopes extended to a length that the gear has not got: tolerances say nothing about them.
+    #[error(
+        "slopes are extended to {} mm, more than the {} mm of the gear: no classes",
+        Shown(*.reference), Shown(*.longest)
+    )]
+    ForeignReferenceLength {
+        /// Of the slopes.
+        kind: Kind,
+        /// What they are extended to.
+        reference: f64,
+        /// The longest that the gear has.
+        longest: f64,
+    },
+    /// A range that begins near the base circle; its roll angle there, rad.
+    #[error(
+        "the evaluation range begins at {}° of roll, close to the base circle: there a small error of diameter is a \
+         large one of roll length, and the involute itself ends",
+        hundredth(.0.to_degrees())
+    )]
+    NearBaseCircle(f64),
+    /// Something about one trace.
+    #[error("{warning}")]
+    Trace {
+        /// Of the traces, from 0.
+        trace: usize,
+        /// What it is.
+        warning: TraceWarning,
+    },
+    /// Figures of surfaces that the traces of these flanks do not determine.
+    #[error("{}", undetermined(.figures, zeros(*.share_zero), .flanks))]
+    FiguresUndetermined {
+        /// Which ones.
+        figures: Vec<SurfaceFigure>,
+        /// Whether all traces share one zero.
+        share_zero: bool,
+        /// Of which flanks.
+        flanks: Vec<FlankName>,
+    },
+    /// Traces that contradict any surface of second order, rms in µm.
+    #[error(
+        "{flank}: the traces contradict a common surface of second order by {apart:.2} µm rms, while each leaves \
+         {own:.2} µm of a parabola of its own; look at signs, sections and teeth of the traces before its figures are \
+         used"
+    )]
+    SurfaceMisfit {
+        /// Of these traces.
+        flank: FlankName,
+        /// What they leave together.
+        apart: f64,
+        /// What each leaves of a parabola of its own.
+        own: f64,
+    },
+    /// Traces that contradict each other less with the helices turned, rms in µm.
+    #[error(
+        "{}; check what a positive deviation of a helix means",
+        helices_turned(.flank, *.apart, *.turned)
+    )]
+    HelixSignDoubtful {
+        /// Of these traces.
+        flank: FlankName,
+        /// The contradiction as they are.
+        apart: f64,
+        /// With the helices turned.
+        turned: f64,
+    },
+}
+
+impl Warning {
+    /// The stable code.
+    pub fn code(&self) -> &'static str {
+        match self {
+            Warning::OutsideTheStandard(_) => OUTSIDE_THE_STANDARD,
+            Warning::NoFaceWidth => "no_face_width",
+            Warning::ForeignReferenceLength { .. } => "foreign_reference_length",
+            Warning::NearBaseCircle(_) => "near_base_circle",
+            Warning::Trace { warning, .. } => warning.code(),
+            Warning::FiguresUndetermined { .. } => "figures_not_determined",
+            Warning::SurfaceMisfit { .. } => "surface_misfit",
+            Warning::HelixSignDoubtful { .. } => "helix_sign_doubtful",
+        }
+    }
+
+    /// What it speaks of, where that is one thing.
+    pub fn field(&self) -> Option<TraceField> {
+        match self {
+            Warning::NoFaceWidth => Some(TraceField::FaceWidth),
+            Warning::ForeignReferenceLength { kind, .. } => Some(SettingField::reference_length(*kind).into()),
+            Warning::NearBaseCircle(_) => Some(SettingField::ProfileRange.into()),
+            Warning::Trace { trace, .. } => Some(TraceField::Deviations { trace: *trace }),
+            Warning::HelixSignDoubtful { .. } => Some(SettingField::DeviationSign.into()),
+            Warning::OutsideTheStandard(_) | Warning::FiguresUndetermined { .. } | Warning::SurfaceMisfit { .. } => {
+                None
+            }
+        }
+    }
+}
+
+/// Something that the reader of pitch deviations must know.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum PitchWarning {
+    /// Single pitches whose sum is not 0, µm.
+    #[error(
+        "the single pitch deviations add up to {} µm around the gear instead of 0; that was taken off evenly",
+        Shown(*.0)
+    )]
+    PitchesDoNotClose(f64),
+    /// Teeth that were not measured.
+    #[error(
+        "{} of {teeth} missing: the values are those of the others and can only be greater on the whole gear; no class \
+         is given",
+        counted(*.missing, "tooth", "teeth")
+    )]
+    MissingTeeth {
+        /// How many.
+        missing: usize,
+        /// z.
+        teeth: usize,
+    },
+    /// A gear outside the scope of ISO 1328-1.
+    #[error("no classes: {0}")]
+    OutsideTheStandard(OutOfScope),
+}
+
+impl PitchWarning {
+    /// The stable code.
+    pub fn code(&self) -> &'static str {
+        match self {
+            PitchWarning::PitchesDoNotClose(_) => "pitches_do_not_close",
+            PitchWarning::MissingTeeth { .. } => MISSING_TEETH,
+            PitchWarning::OutsideTheStandard(_) => OUTSIDE_THE_STANDARD,
+        }
+    }
+
+    /// What it speaks of, where that is one thing.
+    pub fn field(&self) -> Option<PitchField> {
+        match self {
+            PitchWarning::PitchesDoNotClose(_) | PitchWarning::MissingTeeth { .. } => Some(PitchField::Deviations),
+            PitchWarning::OutsideTheStandard(_) => None,
+        }
+    }
+}
+
+/// Something that the reader of a run-out must know.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum RunoutWarning {
+    /// Tooth spaces without a reading.
+    #[error(
+        "{} of {spaces} missing: the run-out is that of the others and can only be greater on the whole gear; no class \
+         is given",
+        counted(*.missing, "tooth space", "tooth spaces")
+    )]
+    MissingSpaces {
+        /// How many.
+        missing: usize,
+        /// z.
+        spaces: usize,
+    },
+    /// A gear outside the scope of ISO 1328-1.
+    #[error("no class: {0}")]
+    OutsideTheStandard(OutOfScope),
+    /// Readings without a first harmonic, and why.
+    #[error("no eccentricity: {}", reason(.0))]
+    NoEccentricity(FitError),
+}
+
+impl RunoutWarning {
+    /// The stable code.
+    pub fn code(&self) -> &'static str {
+        match self {
+            RunoutWarning::MissingSpaces { .. } => MISSING_TEETH,
+            RunoutWarning::OutsideTheStandard(_) => OUTSIDE_THE_STANDARD,
+            RunoutWarning::NoEccentricity(_) => "no_eccentricity",
+        }
+    }
+}
+
+const OUTSIDE_THE_STANDARD: &str = "outside_the_standard";
+const MISSING_TEETH: &str = "missing_teeth";
+
+/// A figure of the second-order surface of a flank. Their order is that in which warnings stand.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum SurfaceFigure {
+    /// −c_vv.
+    HelixCrowning,
+    /// 2 c_v.
+    HelixSlope,
+    /// c.
+    Mean,
+    /// −c_uu.
+    ProfileCrowning,
+    /// 2 c_u.
+    ProfileSlope,
+    /// 4 c_uv.
+    Twist,
+}
+
+impl fmt::Display for SurfaceFigure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            SurfaceFigure::HelixCrowning => "helix crowning",
+            SurfaceFigure::HelixSlope => "helix slope",
+            SurfaceFigure::Mean => "mean",
+            SurfaceFigure::ProfileCrowning => "profile crowning",
+            SurfaceFigure::ProfileSlope => "profile slope",
+            SurfaceFigure::Twist => "twist",
+        })
+    }
+}
+
+/// A flank of a tooth.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FlankName {
+    /// The tooth as its traces name it.
+    pub tooth: String,
+    /// Flank of the tooth.
+    pub side: Side,
+}
+
+impl fmt::Display for FlankName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        const LONGEST: usize = 20;
+        let side = if self.side == Side::Left { "left" } else { "right" };
+        let end = self.tooth.char_indices().nth(LONGEST).map_or(self.tooth.len(), |(end, _)| end);
+        write!(f, "tooth {} {side}", &self.tooth[..end])
+    }
+}
+
+/// The sentence about figures that are not determined, by names of figures and a reason.
+pub fn undetermined<N: fmt::Display>(
+    figures: impl IntoIterator<Item = N> + Clone,
+    why: &str,
+    flanks: &[FlankName],
+) -> impl fmt::Display {
+    const NAMED: usize = 5;
+    fmt::from_fn(move |f| {
+        let (figures, first) = (listed(figures.clone()), listed(&flanks[..flanks.len().min(NAMED)]));
+        write!(
+            f,
+            "the traces do not tell {figures} of the surface: {why}; slopes without a twist are those in the sections \
+             of the traces ({first}"
+        )?;
+        match flanks.len().saturating_sub(NAMED) {
+            0 => f.write_str(")"),
+            more => write!(f, ", {more} more)"),
+        }
+    })
+}
+
+/// Why traces with one zero, or with a zero each, leave figures open.
+fn zeros(shared: bool) -> &'static str {
+    if shared { TOO_FEW } else { "each trace has a zero of its own, so that only its slope and shape count" }
+}
+
+/// Why traces that share one zero leave figures open.
+pub const TOO_FEW: &str = "too few traces, or all along one line";
+
+/// What turning the helices changes, rms in µm.
+pub fn helices_turned(flank: &FlankName, apart: f64, turned: f64) -> impl fmt::Display {
+    fmt::from_fn(move |f| {
+        write!(f, "{flank}: with the helices turned the contradiction falls from {apart:.2} to {turned:.2} µm rms")
+    })
+}
+
+fn reason(error: &FitError) -> String {
+    error.first().map_or_else(|| error.to_string(), |reason| reason.to_string())
+}
+
+fn hundredth(x: f64) -> Shown {
+    Shown((x * 100.0).round() / 100.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sentences_name_what_they_speak_of() {
+        let flank = |tooth: &str| FlankName { tooth: tooth.to_owned(), side: Side::Left };
+        let flanks: Vec<FlankName> = (1..=7).map(|tooth: u32| flank(&tooth.to_string())).collect();
+        let figures = vec![SurfaceFigure::Mean, SurfaceFigure::Twist];
+        let open = Warning::FiguresUndetermined { figures, share_zero: true, flanks };
+        assert_eq!(
+            open.to_string(),
+            "the traces do not tell mean, twist of the surface: too few traces, or all along one line; slopes without \
+             a twist are those in the sections of the traces (tooth 1 left, tooth 2 left, tooth 3 left, tooth 4 left, \
+             tooth 5 left, 2 more)"
+        );
+        assert_eq!((open.code(), open.field()), ("figures_not_determined", None));
+        assert_eq!(flank(&"é".repeat(30)).to_string(), format!("tooth {} left", "é".repeat(20)));
+        let turned = Warning::HelixSignDoubtful { flank: flank("3"), apart: 2.346, turned: 0.1 };
+        assert!(
+            turned.to_string().starts_with("tooth 3 left: with the helices turned the contradiction falls from 2.35")
+        );
+        let near = Warning::NearBaseCircle(0.05);
+        assert!(near.to_string().contains("2.86° of roll"), "{near}");
+        let hole = TraceWarning::HoleInTrace { count: 1, longest: [1.00004, 2.0], effect: Effect::Bridged(0.91234) };
+        assert_eq!(
+            hole.to_string(),
+            "1 stretch without samples within the evaluation range, the longest from 1 to 2 mm: form and total \
+             deviation have no class; slope and crowning are by how the flank most likely goes on between (91.2 % of \
+             the range are covered)"
+        );
+    }
+}

@@ -1,0 +1,214 @@
+//! What must be known of the samples of one trace.
+
+use std::fmt;
+
+use super::{
+    super::{
+        spacing::{LEAST_COVERED, LONGEST_DISTANCE},
+        values::{FEWEST_SAMPLES, Suspect, Values},
+    },
+    hundredth,
+};
+use crate::warning::tenth;
+use flankfit_numerics::fault::words::{Shown, counted, listed};
+
+/// Something that the reader must know of a trace. Places and lengths are roll lengths or z, mm;
+/// shares are of the evaluation range.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum TraceWarning {
+    /// So many samples of the range without a deviation.
+    #[error(
+        "{} within the evaluation range left out", counted(*.0, "undefined sample", "undefined samples")
+    )]
+    UndefinedSamples(usize),
+    /// Fewer samples than a trace is evaluated from.
+    #[error(
+        "{} within the evaluation range; a trace is evaluated from {FEWEST_SAMPLES} on",
+        counted(*.0, "defined sample", "defined samples")
+    )]
+    TooFewSamples(usize),
+    /// Samples at so few places.
+    #[error("no mean curve: the samples lie at {} only", counted(*.0, "place", "places"))]
+    NoMeanCurve(usize),
+    /// Samples that do not reach both ends of the range.
+    #[error(
+        "defined samples from {} to {} mm do not cover the evaluation range from {} to {} mm: {effect}",
+        place(.samples[0]), place(.samples[1]), Shown(.range[0]), Shown(.range[1])
+    )]
+    RangeNotCovered {
+        /// The first and the last.
+        samples: [f64; 2],
+        /// The evaluation range.
+        range: [f64; 2],
+        /// What becomes of the figures.
+        effect: Effect,
+    },
+    /// Samples too far apart to show the form; their usual distance.
+    #[error(
+        "samples are {} mm apart, more than {} % of the evaluation range: form and total deviation may be greater than \
+         what they show",
+        place(*.0), percent(LONGEST_DISTANCE)
+    )]
+    SparseSamples(f64),
+    /// Holes within the range.
+    #[error(
+        "{} without samples within the evaluation range, the longest from {} to {} mm: {effect}",
+        counted(*.count, "stretch", "stretches"), place(.longest[0]), place(.longest[1])
+    )]
+    HoleInTrace {
+        /// How many.
+        count: usize,
+        /// From and to of the longest.
+        longest: [f64; 2],
+        /// What becomes of the figures.
+        effect: Effect,
+    },
+    /// Shorter stretches with missing samples.
+    #[error(
+        "{} % of the evaluation range lie in {} where samples are missing, the longest from {} to {} mm: {effect}",
+        percent(*.share), counted(*.count, "stretch", "stretches"), place(.longest[0]), place(.longest[1])
+    )]
+    SamplesMissing {
+        /// Share of the range in them.
+        share: f64,
+        /// How many.
+        count: usize,
+        /// From and to of the longest.
+        longest: [f64; 2],
+        /// What becomes of the figures.
+        effect: Effect,
+    },
+    /// Samples that stand far out of their neighbours.
+    #[error("{}", outliers(.first, *.more, *.excluded, .without.as_ref()))]
+    OutliersSuspected {
+        /// The first places of them.
+        first: Vec<Suspect>,
+        /// Whether there are more.
+        more: bool,
+        /// Whether they are left out.
+        excluded: bool,
+        /// The figures without them, where they count and the samples that are left tell them.
+        without: Option<Values>,
+    },
+    /// A slope over a hole, whose standard error is not known.
+    #[error("the slope has no class: the samples are too few to tell what the hole may hide")]
+    SlopeClassUnknown,
+    /// A slope over a hole, whose standard error covers several classes, µm.
+    #[error(
+        "the slope has no class: what the hole hides leaves it open ({} ± {} µm)", hundredth(*.slope),
+        hundredth(*.std_error)
+    )]
+    SlopeClassOpen {
+        /// f_H.
+        slope: f64,
+        /// Its standard error.
+        std_error: f64,
+    },
+}
+
+impl TraceWarning {
+    /// Places of outliers that are named.
+    pub const NAMED: usize = 5;
+
+    /// The stable code.
+    pub fn code(&self) -> &'static str {
+        match self {
+            TraceWarning::UndefinedSamples(_) => "undefined_samples",
+            TraceWarning::TooFewSamples(_) => "too_few_samples",
+            TraceWarning::NoMeanCurve(_) => "no_mean_curve",
+            TraceWarning::RangeNotCovered { .. } => "range_not_covered",
+            TraceWarning::SparseSamples(_) => "sparse_samples",
+            TraceWarning::HoleInTrace { .. } => "hole_in_trace",
+            TraceWarning::SamplesMissing { .. } => "samples_missing",
+            TraceWarning::OutliersSuspected { .. } => "outliers_suspected",
+            TraceWarning::SlopeClassUnknown | TraceWarning::SlopeClassOpen { .. } => "slope_class_open",
+        }
+    }
+}
+
+/// What becomes of figures and classes where samples are missing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Effect {
+    /// Neither is given.
+    Nothing,
+    /// Neither is given: too small a share of the range is covered.
+    TooLittleCovered(f64),
+    /// Neither is given: an end is too far from the samples.
+    TooFarToExtend,
+    /// There are figures, but no class.
+    NoClass,
+    /// Slope and crowning go on to the ends of the range, and there is no class.
+    Extended,
+    /// Slope and crowning go on across a hole, of a range of which this share is covered; form and
+    /// total deviation have no class.
+    Bridged(f64),
+    /// Form and total deviation may be greater.
+    LowerBound,
+}
+
+impl fmt::Display for Effect {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Effect::Nothing => f.write_str("no figures and no class are given"),
+            Effect::TooLittleCovered(share) => write!(
+                f,
+                "no figures and no class are given: {} % of the range are covered, less than {} %",
+                percent(*share),
+                percent(LEAST_COVERED)
+            ),
+            Effect::TooFarToExtend => write!(
+                f,
+                "no figures and no class are given: nothing is extended beyond {} % of the range",
+                percent(LONGEST_DISTANCE)
+            ),
+            Effect::NoClass => f.write_str("no class is given"),
+            Effect::Extended => {
+                f.write_str("slope and crowning are by how the flank most likely goes on, and no class is given")
+            }
+            Effect::Bridged(share) => write!(
+                f,
+                "form and total deviation have no class; slope and crowning are by how the flank most likely goes on \
+                 between ({} % of the range are covered)",
+                percent(*share)
+            ),
+            Effect::LowerBound => f.write_str("form and total deviation may be greater than what the samples show"),
+        }
+    }
+}
+
+fn outliers(first: &[Suspect], more: bool, excluded: bool, without: Option<&Values>) -> impl fmt::Display {
+    let along = |x: f64| Shown((x * 1e3).round() / 1e3);
+    let one = move |place: &Suspect| {
+        let (from, to, height) = (along(place.from), along(place.to), tenth(place.height));
+        match (place.samples, place.burr) {
+            (1, false) => format!("at {from} mm ({height} µm)"),
+            (_, false) => format!("from {from} to {to} mm ({height} µm)"),
+            (_, true) => format!(
+                "a burr at the end from {from} to {to} mm ({height} µm), which most other traces of the flank have not"
+            ),
+        }
+    };
+    fmt::from_fn(move |f| {
+        let (places, others) = (listed(first.iter().map(one)), if more { " and others" } else { "" });
+        let what = if first.iter().any(|place| place.burr) { "dust or a burr" } else { "dust" };
+        write!(f, "samples stand far out of their neighbours, as {what} does: {places}{others}; ")?;
+        match (excluded, without) {
+            (true, _) => f.write_str("they are left out"),
+            (false, Some(values)) => {
+                let [slope, form, total] = [values.slope, values.form, values.total].map(tenth);
+                write!(f, "they count. Without them slope {slope}, form {form}, total {total} µm")
+            }
+            (false, None) => f.write_str("they count"),
+        }
+    })
+}
+
+/// A place along a trace, to a tenth of a µm.
+fn place(x: f64) -> Shown {
+    Shown((x * 1e4).round() / 1e4)
+}
+
+pub(super) fn percent(share: f64) -> Shown {
+    Shown((1e3 * share).round() / 10.0)
+}

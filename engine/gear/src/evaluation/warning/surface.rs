@@ -1,0 +1,60 @@
+//! What must be known of the nodes over a whole flank.
+
+use super::{
+    super::{fault::SurfaceField, spacing::LEAST_COVERED},
+    samples::percent,
+};
+use flankfit_numerics::fault::words::Shown;
+
+/// Something that the reader of a flank's surface must know. Lengths are mm.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SurfaceWarning {
+    /// Nodes that cover too little of the trimmed range along one axis.
+    #[error(
+        "the nodes that count reach from {} to {} mm, {} % of the range from {} to {} mm: less than {} %, so that slope, \
+         crowning and twist over it are extrapolated and held against no limits; cut less off its ends, or measure \
+         more densely",
+        Shown(.reached[0]), Shown(.reached[1]), percent(share(*.reached, *.range)), Shown(.range[0]),
+        Shown(.range[1]), percent(LEAST_COVERED)
+    )]
+    RangeNotCovered {
+        /// What the range was asked for by.
+        field: SurfaceField,
+        /// The least and the greatest roll length or z of a node.
+        reached: [f64; 2],
+        /// The trimmed range.
+        range: [f64; 2],
+    },
+    /// Nodes over more than the face.
+    #[error("the nodes span {} mm of z, the face is {} mm wide: check the unit", Shown(*.span), Shown(*.face_width))]
+    BeyondFace {
+        /// Distance of the outermost nodes.
+        span: f64,
+        /// Face width of the gear.
+        face_width: f64,
+    },
+}
+
+impl SurfaceWarning {
+    /// The stable code.
+    pub fn code(&self) -> &'static str {
+        match self {
+            SurfaceWarning::RangeNotCovered { .. } => "range_not_covered",
+            SurfaceWarning::BeyondFace { .. } => "beyond_face_width",
+        }
+    }
+
+    /// What it speaks of.
+    pub fn field(&self) -> SurfaceField {
+        match self {
+            SurfaceWarning::RangeNotCovered { field, .. } => *field,
+            SurfaceWarning::BeyondFace { .. } => SurfaceField::Positions,
+        }
+    }
+}
+
+/// The share of a range that nodes reach over.
+pub fn share([first, last]: [f64; 2], [low, high]: [f64; 2]) -> f64 {
+    (last - first) / (high - low)
+}

@@ -1,0 +1,87 @@
+//! The part of the flank that amounts of modifications refer to.
+
+use super::fault::{LEAST_LENGTH, RangeFaults, RangeField, RangeReason};
+use crate::{Gear, Geometry};
+
+/// Ends of profile and face width, mm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Range {
+    /// Roll length at the root end and at the tip end; the second is the smaller one on internal
+    /// gears.
+    profile: [f64; 2],
+    /// z, ascending.
+    helix: [f64; 2],
+}
+
+impl Range {
+    /// From two diameters (in any order) and two z (in any order).
+    pub fn new(gear: &Gear, diameters: [f64; 2], helix: [f64; 2]) -> Result<Self, RangeFaults> {
+        let mut faults = RangeFaults::default();
+        let mut profile = [0.0; 2];
+        for (index, diameter) in diameters.into_iter().enumerate() {
+            match gear.roll_length(diameter).filter(|roll| roll.is_finite()) {
+                Some(roll) => profile[index] = roll,
+                None => {
+                    let base = 2.0 * gear.base_radius();
+                    faults.push(RangeField::Diameter { index }, RangeReason::NoInvolute { diameter, base });
+                }
+            }
+        }
+        if faults.is_empty() && !((profile[0] - profile[1]).abs() >= LEAST_LENGTH) {
+            faults.push(RangeField::Diameters, RangeReason::ShortProfile);
+        }
+        if let Some(index) = helix.iter().position(|z| !(z.abs() <= 1e6)) {
+            faults.push(RangeField::HelixEnd { index }, RangeReason::NotOnAxis(helix[index]));
+        } else if !((helix[0] - helix[1]).abs() >= LEAST_LENGTH) {
+            faults.push(RangeField::Helix, RangeReason::ShortHelix);
+        }
+        if (profile[1] - profile[0]) * gear.outward() < 0.0 {
+            profile.reverse();
+        }
+        faults.into_result(Range { profile, helix: [helix[0].min(helix[1]), helix[0].max(helix[1])] })
+    }
+
+    /// From two roll lengths (in any order) and two z (in any order).
+    pub fn of_roll_lengths(gear: &Gear, roll_lengths: [f64; 2], helix: [f64; 2]) -> Result<Self, RangeFaults> {
+        Range::new(gear, roll_lengths.map(|roll| gear.diameter(roll)), helix)
+    }
+
+    /// The whole usable profile, and the face width from z = 0; `None` where there is no usable
+    /// profile, or the width is not given.
+    pub fn whole(gear: &Gear) -> Option<Self> {
+        let usable = Geometry::of(gear).usable?;
+        Some(Range { profile: usable.roll_lengths, helix: [0.0, gear.data().face_width?] })
+    }
+
+    /// Roll lengths at the root end and at the tip end.
+    pub fn profile(&self) -> [f64; 2] {
+        self.profile
+    }
+
+    /// z of both ends, ascending.
+    pub fn helix(&self) -> [f64; 2] {
+        self.helix
+    }
+
+    /// −1 at the root end, +1 at the tip end.
+    pub fn u(&self, roll_length: f64) -> f64 {
+        let [a, b] = self.profile;
+        ((roll_length - a) + (roll_length - b)) / (b - a)
+    }
+
+    /// du/dL.
+    pub fn u_slope(&self) -> f64 {
+        2.0 / (self.profile[1] - self.profile[0])
+    }
+
+    /// −1 at the end of lower z, +1 at the other.
+    pub fn v(&self, z: f64) -> f64 {
+        let [a, b] = self.helix;
+        ((z - a) + (z - b)) / (b - a)
+    }
+
+    /// dv/dz.
+    pub fn v_slope(&self) -> f64 {
+        2.0 / (self.helix[1] - self.helix[0])
+    }
+}

@@ -1,0 +1,131 @@
+//! Curves of polynomial pieces between breaks, each written in powers of the distance from its left
+//! break.
+
+use super::{
+    Curve, CurveJet,
+    fault::{CurveFault, Part, check_ascending},
+    polynomial::values_part,
+};
+use crate::space::{Dimension, HIGHEST_DEGREE, Vector};
+
+/// `f(t) = Σ cₖ (t − bᵢ)ᵏ` for `bᵢ ≤ t < bᵢ₊₁`; the last piece is closed on the right.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PiecewisePolynomial {
+    dimension: Dimension,
+    breaks: Vec<f64>,
+    degree: usize,
+    /// Piece by piece, degree + 1 coefficients each, from the lowest power.
+    coefficients: Vec<Vector>,
+}
+
+impl PiecewisePolynomial {
+    /// Checks that the breaks ascend and that there are degree + 1 finite coefficients for every
+    /// piece between them.
+    pub fn new(
+        dimension: Dimension,
+        breaks: Vec<f64>,
+        degree: usize,
+        coefficients: Vec<Vector>,
+    ) -> Result<Self, CurveFault> {
+        if degree > HIGHEST_DEGREE {
+            return Err(CurveFault::Degree { degree, least: 0, most: HIGHEST_DEGREE });
+        }
+        if breaks.len() < 2 {
+            return Err(CurveFault::TooFew { part: Part::X, given: breaks.len(), least: 2 });
+        }
+        check_ascending(Part::X, &breaks)?;
+        let wanted = (breaks.len() - 1) * (degree + 1);
+        if coefficients.len() != wanted {
+            return Err(CurveFault::Count { part: values_part(dimension), given: coefficients.len(), wanted });
+        }
+        match coefficients.iter().position(|c| !c.iter().all(|x| x.is_finite())) {
+            Some(index) => Err(CurveFault::NotRepresentable { index }),
+            None => Ok(PiecewisePolynomial { dimension, breaks, degree, coefficients }),
+        }
+    }
+
+    /// The degree of the pieces.
+    pub fn degree(&self) -> usize {
+        self.degree
+    }
+
+    /// The coefficients of piece `i`, from the lowest power.
+    pub fn piece(&self, i: usize) -> &[Vector] {
+        &self.coefficients[i * (self.degree + 1)..(i + 1) * (self.degree + 1)]
+    }
+
+    /// Coefficients of all pieces, one after the other.
+    pub fn coefficients(&self) -> &[Vector] {
+        &self.coefficients
+    }
+
+    /// Where one piece ends and the next begins, both ends included.
+    pub fn places(&self) -> &[f64] {
+        &self.breaks
+    }
+
+    /// The coefficients that count at `t`, and the distance of `t` from their break.
+    fn at(&self, t: f64) -> (&[Vector], f64) {
+        let pieces = self.breaks.len() - 1;
+        let i = self.breaks[1..pieces].partition_point(|b| *b <= t);
+        (self.piece(i), t - self.breaks[i])
+    }
+}
+
+impl Curve for PiecewisePolynomial {
+    fn dimension(&self) -> Dimension {
+        self.dimension
+    }
+
+    fn domain(&self) -> [f64; 2] {
+        [self.breaks[0], self.breaks[self.breaks.len() - 1]]
+    }
+
+    fn jet(&self, t: f64) -> CurveJet {
+        let (coefficients, s) = self.at(t);
+        let [mut value, mut first, mut second, mut third] = [Vector::zeros(); 4];
+        for c in coefficients.iter().rev() {
+            third = third * s + second;
+            second = second * s + first;
+            first = first * s + value;
+            value = value * s + c;
+        }
+        [value, first, second * 2.0, third * 6.0]
+    }
+
+    fn breaks(&self) -> Vec<f64> {
+        self.breaks.clone()
+    }
+
+    fn value(&self, t: f64) -> Vector {
+        let (coefficients, s) = self.at(t);
+        coefficients.iter().rev().fold(Vector::zeros(), |value, c| value * s + c)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn curve(breaks: &[f64], degree: usize, c: &[f64]) -> Result<PiecewisePolynomial, CurveFault> {
+        let coefficients = c.iter().map(|c| Vector::new(*c, 0.0, 0.0)).collect();
+        PiecewisePolynomial::new(Dimension::Graph, breaks.to_vec(), degree, coefficients)
+    }
+
+    #[test]
+    fn the_right_piece_counts_at_a_break() {
+        let curve = curve(&[0.0, 1.0, 3.0], 4, &[1., 0., 0., 0., 1., 5., 1., -2., 3., 0.]).unwrap();
+        assert_eq!(curve.jet(0.5).map(|v| v.x), [1.0625, 0.5, 3.0, 12.0]);
+        assert_eq!(curve.jet(1.0).map(|v| v.x), [5.0, 1.0, -4.0, 18.0]);
+        assert_eq!(curve.value(3.0).x, 5.0 + 2.0 - 8.0 + 24.0);
+    }
+
+    #[test]
+    fn what_is_refused() {
+        assert_eq!(curve(&[0.0, 1.0, 1.0], 0, &[1.0, 2.0]).unwrap_err().indices(), [2]);
+        assert!(matches!(curve(&[0.0, 1.0], 1, &[1.0]), Err(CurveFault::Count { wanted: 2, .. })));
+        assert!(matches!(curve(&[0.0, 1.0], 1, &[1.0, f64::NAN]), Err(CurveFault::NotRepresentable { index: 1 })));
+        assert!(matches!(curve(&[0.0, 1.0], 26, &[0.0; 27]), Err(CurveFault::Degree { .. })));
+        assert!(matches!(curve(&[0.0], 0, &[]), Err(CurveFault::TooFew { .. })));
+    }
+}

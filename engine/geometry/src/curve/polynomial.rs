@@ -1,0 +1,322 @@
+//! One polynomial over the whole domain: through points (Lagrange, Newton) and with given
+//! derivatives (Hermite).
+//!
+//! The paper warns of its oscillation, which grows with the degree; [`super::stability`] says how
+//! much. Nodes may come in any order; none is moved. The domain reaches from the least to the
+//! greatest node.
+
+use super::{
+    Curve, CurveJet,
+    barycentric::Barycentric,
+    fault::{CurveFault, Part, check_finite, check_points},
+    newton::{HIGHEST_ORDER, Newton},
+};
+use crate::space::{Dimension, Vector};
+use flankfit_numerics::Dd;
+
+/// The most conditions that one polynomial has to meet.
+pub const MOST_CONDITIONS: usize = 500;
+
+/// How far, in parts of the largest value, a polynomial may miss its nodes.
+const MISS: f64 = 1e-10;
+
+/// A polynomial curve.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Polynomial {
+    dimension: Dimension,
+    domain: [f64; 2],
+    form: Form,
+}
+
+/// How a polynomial is written.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Form {
+    /// Nodes, weights and values.
+    Barycentric(Barycentric),
+    /// Nodes and divided differences.
+    Newton(Newton),
+}
+
+impl Polynomial {
+    /// Through `values` at `nodes`, in the barycentric form of Lagrange (Eqs. 1 and 2).
+    pub fn lagrange(dimension: Dimension, nodes: Vec<f64>, values: Vec<Vector>) -> Result<Self, CurveFault> {
+        check(&nodes, values.len())?;
+        distinct(&nodes)?;
+        check_points(values_part(dimension), &values)?;
+        let domain = range(&nodes);
+        Ok(Polynomial { dimension, domain, form: Form::Barycentric(Barycentric::new(nodes, values)?) })
+    }
+
+    /// Through `values` at `nodes`, in the form of Newton.
+    pub fn newton(dimension: Dimension, nodes: &[f64], values: &[Vector]) -> Result<Self, CurveFault> {
+        let data: Vec<Vec<Vector>> = values.iter().map(|v| vec![*v]).collect();
+        Self::hermite(dimension, nodes, &data)
+    }
+
+    /// With the value and then the derivatives `data[i]` at node i, of as many orders as are given
+    /// there (Eqs. 3 and 4 for one each).
+    ///
+    /// ```
+    /// use flankfit_geometry::{
+    ///     curve::{Curve, Polynomial},
+    ///     space::{Dimension, Vector},
+    /// };
+    ///
+    /// // From 0 to 1 with slope 0 at both ends: 3x² − 2x³.
+    /// let [zero, one] = [0.0, 1.0].map(|y| Vector::new(y, 0.0, 0.0));
+    /// let data = [vec![zero, zero], vec![one, zero]];
+    /// let polynomial = Polynomial::hermite(Dimension::Graph, &[0.0, 1.0], &data)?;
+    /// assert_eq!(polynomial.value(0.25).x, 0.15625);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn hermite(dimension: Dimension, nodes: &[f64], data: &[Vec<Vector>]) -> Result<Self, CurveFault> {
+        check(nodes, data.len())?;
+        distinct(nodes)?;
+        let conditions: usize = data.iter().map(Vec::len).sum();
+        if conditions > MOST_CONDITIONS {
+            return Err(CurveFault::TooMany { part: Part::Derivatives, given: conditions, most: MOST_CONDITIONS });
+        }
+        for (node, data) in data.iter().enumerate() {
+            let part = values_part(dimension);
+            if data.is_empty() {
+                return Err(CurveFault::Count { part, given: 0, wanted: 1 });
+            }
+            if data.len() > HIGHEST_ORDER + 1 {
+                return Err(CurveFault::TooManyDerivatives { node, given: data.len() - 1, most: HIGHEST_ORDER });
+            }
+            if let Some(order) = data.iter().position(|v| !v.iter().all(|x| x.is_finite())) {
+                return Err(match order {
+                    0 => CurveFault::NotFinite { part, index: node },
+                    _ => CurveFault::DerivativeNotFinite { node, order: order - 1 },
+                });
+            }
+        }
+        let mut newton = Newton::default();
+        for (node, data) in nodes.iter().zip(data) {
+            for datum in data {
+                newton.push(*node, *datum)?;
+            }
+        }
+        let polynomial = Polynomial { dimension, domain: range(nodes), form: Form::Newton(newton) };
+        polynomial.verify(nodes, data)?;
+        Ok(polynomial)
+    }
+
+    /// The polynomial with these nodes (each as often as it has conditions) and divided
+    /// differences.
+    pub fn of_differences(
+        dimension: Dimension,
+        nodes: Vec<f64>,
+        differences: Vec<[Dd; 3]>,
+    ) -> Result<Self, CurveFault> {
+        check(&nodes, differences.len())?;
+        if let Some(index) = differences.iter().position(|c| !c.iter().all(|x| x.is_finite())) {
+            return Err(CurveFault::NotFinite { part: values_part(dimension), index });
+        }
+        let domain = range(&nodes);
+        if !(domain[0] < domain[1]) {
+            return Err(CurveFault::Repeated { part: Part::X, index: 1, first: 0, value: nodes[0] });
+        }
+        Ok(Polynomial { dimension, domain, form: Form::Newton(Newton::of_differences(nodes, differences)) })
+    }
+
+    /// Adds a node in O(n), for Newton's form: its value, or the next derivative where the node is
+    /// there already. A barycentric polynomial is built anew, in O(n²), and takes new nodes only.
+    ///
+    /// ```
+    /// use flankfit_geometry::{
+    ///     curve::{Curve, Polynomial},
+    ///     space::{Dimension, Vector},
+    /// };
+    ///
+    /// // The line through (0, 0) and (1, 1) becomes x² by one more node.
+    /// let [zero, one, four] = [0.0, 1.0, 4.0].map(|y| Vector::new(y, 0.0, 0.0));
+    /// let mut polynomial = Polynomial::newton(Dimension::Graph, &[0.0, 1.0], &[zero, one])?;
+    /// assert_eq!(polynomial.value(0.5).x, 0.5);
+    /// polynomial.push(2.0, four)?;
+    /// assert_eq!(polynomial.value(0.5).x, 0.25);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn push(&mut self, node: f64, datum: Vector) -> Result<(), CurveFault> {
+        check_finite(Part::X, &[node])?;
+        check_points(values_part(self.dimension), &[datum])?;
+        let given = self.conditions() + 1;
+        if given > MOST_CONDITIONS {
+            return Err(CurveFault::TooMany { part: Part::X, given, most: MOST_CONDITIONS });
+        }
+        match &mut self.form {
+            Form::Newton(newton) => newton.push(node, datum)?,
+            Form::Barycentric(form) => {
+                let nodes = [form.nodes(), &[node]].concat();
+                let values = [form.values(), &[datum]].concat();
+                distinct(&nodes)?;
+                *form = Barycentric::new(nodes, values)?;
+            }
+        }
+        self.domain = [self.domain[0].min(node), self.domain[1].max(node)];
+        Ok(())
+    }
+
+    /// How many conditions the polynomial meets; its degree is one less, or lower where the data
+    /// happen to lie so.
+    pub fn conditions(&self) -> usize {
+        match &self.form {
+            Form::Barycentric(form) => form.nodes().len(),
+            Form::Newton(form) => form.len(),
+        }
+    }
+
+    /// How the polynomial is written.
+    pub fn form(&self) -> &Form {
+        &self.form
+    }
+
+    /// Coefficients in powers of `x − at`, from the lowest, in double-double.
+    pub fn powers(&self, at: f64) -> Vec<[Dd; 3]> {
+        let mut powers = vec![[Dd::ZERO; 3]; self.conditions()];
+        match &self.form {
+            Form::Newton(newton) => newton.taylor(at, &mut powers),
+            Form::Barycentric(form) => {
+                let (newton, exponent) = form.scaled_newton();
+                newton.taylor(flankfit_numerics::dd::ldexp(at, exponent), &mut powers);
+                for (k, c) in powers.iter_mut().enumerate() {
+                    *c = c.map(|x| x.ldexp(exponent * k as i32));
+                }
+            }
+        }
+        powers
+    }
+
+    /// Whether even double-double could not hold what the order of the nodes asks for.
+    fn verify(&self, nodes: &[f64], data: &[Vec<Vector>]) -> Result<(), CurveFault> {
+        let largest = data.iter().filter_map(|d| d.first()).fold(0.0f64, |m, v| m.max(v.amax()));
+        for (index, (node, data)) in nodes.iter().zip(data).enumerate() {
+            let miss = data.first().map_or(0.0, |v| (self.value(*node) - v).amax());
+            if !(miss <= MISS * largest) {
+                return Err(CurveFault::Unstable { index, miss });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The values of a graph are ordinates, those of a parametric curve points.
+pub(super) fn values_part(dimension: Dimension) -> Part {
+    if dimension.is_parametric() { Part::Points } else { Part::Y }
+}
+
+fn range(nodes: &[f64]) -> [f64; 2] {
+    nodes.iter().fold([f64::MAX, f64::MIN], |[l, h], x| [l.min(*x), h.max(*x)])
+}
+
+fn check(nodes: &[f64], values: usize) -> Result<(), CurveFault> {
+    let part = Part::X;
+    if nodes.len() < 2 {
+        return Err(CurveFault::TooFew { part, given: nodes.len(), least: 2 });
+    }
+    if nodes.len() > MOST_CONDITIONS {
+        return Err(CurveFault::TooMany { part, given: nodes.len(), most: MOST_CONDITIONS });
+    }
+    if nodes.len() != values {
+        return Err(CurveFault::Count { part: Part::Y, given: values, wanted: nodes.len() });
+    }
+    check_finite(part, nodes)
+}
+
+/// Refuses a node that stands twice, in whatever order the nodes come.
+fn distinct(nodes: &[f64]) -> Result<(), CurveFault> {
+    for (index, value) in nodes.iter().enumerate() {
+        if let Some(first) = nodes[..index].iter().position(|x| x == value) {
+            return Err(CurveFault::Repeated { part: Part::X, index, first, value: *value });
+        }
+    }
+    Ok(())
+}
+
+impl Curve for Polynomial {
+    fn dimension(&self) -> Dimension {
+        self.dimension
+    }
+
+    fn domain(&self) -> [f64; 2] {
+        self.domain
+    }
+
+    fn jet(&self, t: f64) -> CurveJet {
+        match &self.form {
+            Form::Barycentric(form) => form.jet(t),
+            Form::Newton(form) => form.jet::<Dd>(t),
+        }
+    }
+
+    fn breaks(&self) -> Vec<f64> {
+        self.domain.to_vec()
+    }
+
+    fn value(&self, t: f64) -> Vector {
+        match &self.form {
+            Form::Barycentric(form) => form.value(t),
+            Form::Newton(form) => {
+                let mut value = [[Dd::ZERO; 3]];
+                form.taylor(t, &mut value);
+                Vector::from(value[0].map(Dd::to_f64))
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn graph(y: &[f64]) -> Vec<Vector> {
+        y.iter().map(|y| Vector::new(*y, 0.0, 0.0)).collect()
+    }
+
+    #[test]
+    fn both_forms_are_one_polynomial_in_any_order() {
+        let (x, y) = ([3.0, -1.0, 0.5, 2.0], graph(&[1.0, 2.0, -1.0, 0.25]));
+        let lagrange = Polynomial::lagrange(Dimension::Graph, x.to_vec(), y.clone()).unwrap();
+        let mut newton = Polynomial::newton(Dimension::Graph, &x[..3], &y[..3]).unwrap();
+        newton.push(x[3], y[3]).unwrap();
+        assert_eq!((lagrange.domain(), newton.domain()), ([-1.0, 3.0], [-1.0, 3.0]));
+        let mut pushed = Polynomial::lagrange(Dimension::Graph, x[..3].to_vec(), y[..3].to_vec()).unwrap();
+        pushed.push(x[3], y[3]).unwrap();
+        assert_eq!(pushed, lagrange);
+        for t in [-1.0, -0.9, 0.5, 0.5 + 1e-13, 1.7, 3.0] {
+            for (a, b) in lagrange.jet(t).iter().zip(newton.jet(t)) {
+                assert!((a - b).amax() < 2e-14 * b.amax().max(1.0), "{t} {a} {b}");
+            }
+            let powers = lagrange.powers(t);
+            assert!((powers[1][0].to_f64() - newton.jet(t)[1].x).abs() < 1e-13);
+        }
+    }
+
+    #[test]
+    fn what_is_refused() {
+        let new = |x: &[f64], y: &[f64]| Polynomial::lagrange(Dimension::Graph, x.to_vec(), graph(y)).unwrap_err();
+        assert!(matches!(new(&[1.0], &[1.0]), CurveFault::TooFew { .. }));
+        assert!(matches!(new(&[1.0, 2.0], &[1.0]), CurveFault::Count { .. }));
+        assert_eq!(new(&[1.0, 2.0, 1.0], &[1.0; 3]).indices(), [2]);
+        let fault = new(&[1.0, 2.0, 3.0], &[1.0, f64::NAN, 1.0]);
+        assert_eq!((fault.part(), fault.indices()), (Some(Part::Y), vec![1]));
+        assert_eq!(new(&[1.0, f64::INFINITY], &[1.0, 1.0]), CurveFault::NotFinite { part: Part::X, index: 1 });
+        assert!(matches!(new(&vec![0.0; 501], &vec![0.0; 501]), CurveFault::TooMany { .. }));
+        let data = [graph(&[1.0, 2.0]), graph(&[1.0, f64::NAN])];
+        let fault = Polynomial::hermite(Dimension::Graph, &[0.0, 1.0], &data).unwrap_err();
+        assert_eq!((fault.part(), fault.indices()), (Some(Part::Derivatives), vec![1, 0]));
+        let many = [graph(&[0.0; 22]), graph(&[1.0])];
+        let fault = Polynomial::hermite(Dimension::Graph, &[0.0, 1.0], &many).unwrap_err();
+        assert!(matches!(fault, CurveFault::TooManyDerivatives { node: 0, given: 21, most: 20 }));
+    }
+
+    /// A hundred and fifty nodes in ascending order are beyond double-double, and said to be.
+    #[test]
+    fn an_order_that_cannot_be_held_is_refused() {
+        let x: Vec<f64> = (0..150).map(|i| f64::from(i) / 10.0).collect();
+        let y = graph(&x.iter().map(|x| (3.0 * x).sin()).collect::<Vec<_>>());
+        assert!(Polynomial::newton(Dimension::Graph, &x[..40], &y[..40]).is_ok());
+        let fault = Polynomial::newton(Dimension::Graph, &x, &y).unwrap_err();
+        assert!(matches!(fault, CurveFault::Unstable { .. }), "{fault}");
+    }
+}

@@ -1,0 +1,152 @@
+//! Grids of nodes, (uᵢ, vⱼ, zᵢⱼ) or points of space in rows: what they are checked for, and which
+//! parameters points get.
+
+use super::GridFault;
+use crate::{
+    BSplineBasis,
+    curve::{CurveFault, Parametrization},
+    space::{Dimension, HIGHEST_DEGREE, Vector},
+};
+use flankfit_numerics::cancel;
+
+/// Values at all crossings of two lists of parameters, v running fastest.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NodeGrid {
+    parameters: [Vec<f64>; 2],
+    dimension: Dimension,
+    values: Vec<Vector>,
+}
+
+impl NodeGrid {
+    /// Heights z(u, v): `z` has one number for every (u, v), v running fastest; parameters are
+    /// finite and ascend strictly.
+    pub fn heights(u: Vec<f64>, v: Vec<f64>, z: &[f64]) -> Result<Self, GridFault> {
+        let values = z.iter().map(|z| Vector::new(*z, 0.0, 0.0)).collect();
+        Self::checked([u, v], Dimension::Graph, values)
+    }
+
+    /// Points of space at given parameters, v running fastest.
+    pub fn points(u: Vec<f64>, v: Vec<f64>, points: Vec<Vector>) -> Result<Self, GridFault> {
+        Self::checked([u, v], Dimension::Space, points)
+    }
+
+    /// Rows of points of space (each at one u); their parameters from 0 to 1 are the mean of those
+    /// of all rows, and of all columns. Lines whose points are all one, as at the tip of a
+    /// three-sided patch, have no say.
+    pub fn rows(rows: &[Vec<Vector>], parametrization: Parametrization) -> Result<Self, GridFault> {
+        let columns = rows.first().map_or(0, Vec::len);
+        for (row, points) in rows.iter().enumerate() {
+            if points.len() != columns {
+                return Err(GridFault::Ragged { row, given: points.len(), wanted: columns });
+            }
+        }
+        let count = [rows.len(), columns];
+        enough(count)?;
+        let values = rows.concat();
+        finite(&values, columns)?;
+        let point = |axis: usize, line: usize, k: usize| if axis == 0 { rows[k][line] } else { rows[line][k] };
+        let mut parameters = [Vec::new(), Vec::new()];
+        for axis in 0..2 {
+            let (mut sums, mut lines) = (vec![0.0; count[axis]], 0.0);
+            for line in 0..count[1 - axis] {
+                cancel::checkpoint();
+                let points: Vec<Vector> = (0..count[axis]).map(|k| point(axis, line, k)).collect();
+                if points.iter().all(|p| *p == points[0]) {
+                    continue;
+                }
+                let found = parametrization.parameters(&points).map_err(|fault| {
+                    let k = if let CurveFault::Repeated { index, .. } = fault { index } else { 0 };
+                    let (row, column) = if axis == 0 { (k, line) } else { (line, k) };
+                    GridFault::Coincident { axis, row, column }
+                })?;
+                sums.iter_mut().zip(found).for_each(|(sum, t)| *sum += t);
+                lines += 1.0;
+            }
+            if lines == 0.0 {
+                return Err(GridFault::NoExtent { axis });
+            }
+            parameters[axis] = sums.iter().map(|sum| sum / lines).collect();
+        }
+        Self::checked(parameters, Dimension::Space, values)
+    }
+
+    fn checked(parameters: [Vec<f64>; 2], dimension: Dimension, values: Vec<Vector>) -> Result<Self, GridFault> {
+        let count = parameters.each_ref().map(Vec::len);
+        enough(count)?;
+        for (axis, places) in parameters.iter().enumerate() {
+            ascending(axis, places)?;
+        }
+        let [rows, columns] = count;
+        if values.len() != rows * columns {
+            return Err(GridFault::Count { given: values.len(), rows, columns });
+        }
+        finite(&values, columns)?;
+        Ok(NodeGrid { parameters, dimension, values })
+    }
+
+    /// The parameters along u and v.
+    pub fn parameters(&self) -> &[Vec<f64>; 2] {
+        &self.parameters
+    }
+
+    /// Heights or points of space.
+    pub fn dimension(&self) -> Dimension {
+        self.dimension
+    }
+
+    /// The values, v running fastest.
+    pub fn values(&self) -> &[Vector] {
+        &self.values
+    }
+}
+
+fn enough([rows, columns]: [usize; 2]) -> Result<(), GridFault> {
+    for (axis, given) in [rows, columns].into_iter().enumerate() {
+        if given < 2 {
+            return Err(GridFault::TooFew { axis, given, least: 2 });
+        }
+    }
+    Ok(())
+}
+
+fn finite(values: &[Vector], columns: usize) -> Result<(), GridFault> {
+    // all of them without a branch: grids are large, and faults rare
+    if values.iter().fold(true, |sound, p| sound & p.x.is_finite() & p.y.is_finite() & p.z.is_finite()) {
+        return Ok(());
+    }
+    match values.iter().position(|p| !p.iter().all(|x| x.is_finite())) {
+        Some(at) => Err(GridFault::NotFinite { row: at / columns, column: at % columns }),
+        None => Ok(()),
+    }
+}
+
+pub(super) fn ascending(axis: usize, places: &[f64]) -> Result<(), GridFault> {
+    if let Some(index) = places.iter().position(|x| !x.is_finite()) {
+        return Err(GridFault::ParameterNotFinite { axis, index });
+    }
+    match places.windows(2).position(|pair| !(pair[0] < pair[1])) {
+        Some(i) => Err(GridFault::NotAscending { axis, index: i + 1, value: places[i + 1], before: places[i] }),
+        None => Ok(()),
+    }
+}
+
+/// Refuses degrees beyond 1 to [`HIGHEST_DEGREE`] or that `nodes` cannot carry.
+pub(super) fn check_degree(axis: usize, degree: usize, nodes: usize) -> Result<(), GridFault> {
+    if !(1..=HIGHEST_DEGREE).contains(&degree) {
+        return Err(GridFault::Degree { axis, degree, most: HIGHEST_DEGREE });
+    }
+    if nodes <= degree {
+        return Err(GridFault::TooFew { axis, given: nodes, least: degree + 1 });
+    }
+    Ok(())
+}
+
+/// Checks given knots, and that no node lies outside of their domain.
+pub(super) fn basis_of(axis: usize, degree: usize, knots: Vec<f64>, nodes: &[f64]) -> Result<BSplineBasis, GridFault> {
+    let basis = BSplineBasis::new(degree, knots).map_err(|fault| GridFault::Knots { axis, fault })?;
+    let (low, high) = basis.domain();
+    match nodes.iter().position(|x| !(low <= *x && *x <= high)) {
+        Some(index) => Err(GridFault::OutOfDomain { axis, index, value: nodes[index], low, high }),
+        None => Ok(basis),
+    }
+}

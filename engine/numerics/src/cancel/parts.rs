@@ -1,0 +1,251 @@
+//! How far a computation is, and where it begins.
+//!
+//! Whoever works through parts of a known number says so by [`parts`], and does each in
+//! [`Parts::run`]: what says so inside of a part divides the share of that part. So a fit counts as
+//! its share of the study that it is of, without knowing of it. Shares are whole numbers that are
+//! handed down and only ever added to what is done: progress grows, ends at 1 and does not depend
+//! on the order in which threads come. The first to divide a share has all of it; what nobody
+//! divides is done when its part is.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use super::{
+    Handle, current,
+    share::{READING, SHARE, Share, WHOLE},
+    unwind,
+};
+
+impl Handle {
+    /// A handle under which work ends where computing begins: its request was read then, and
+    /// nothing was found in it that is refused.
+    pub fn for_checks() -> Self {
+        let handle = Handle::default();
+        handle.0.done.checks_only.store(true, Ordering::Relaxed);
+        handle
+    }
+
+    /// Whether it is one of these.
+    pub fn is_for_checks(&self) -> bool {
+        self.0.done.checks_only.load(Ordering::Relaxed)
+    }
+
+    /// Whether computing has begun.
+    pub fn has_begun(&self) -> bool {
+        self.0.done.begun.load(Ordering::Relaxed)
+    }
+
+    /// How much of the work is done, from 0 to 1, as far as it tells; never less than before.
+    ///
+    /// ```
+    /// use flankfit_numerics::cancel::{Handle, parts};
+    ///
+    /// let handle = Handle::new();
+    /// let told = handle.run(|| {
+    ///     let halves = parts(2);
+    ///     halves.run(1, || ());
+    ///     halves.run(1, || parts(4).run(1, || handle.progress()))
+    /// });
+    /// assert_eq!(told, Ok(0.5));
+    /// assert_eq!(handle.progress(), 1.0);
+    /// ```
+    pub fn progress(&self) -> f64 {
+        self.0.done.done.load(Ordering::Relaxed) as f64 / WHOLE as f64
+    }
+}
+
+/// Computing begins here: whatever can be told of a request before it was told.
+pub fn computing() {
+    if let Some(handle) = current() {
+        begin(&handle);
+    }
+}
+
+/// Does work without which a request is not read: what follows from its own numbers and may be
+/// refused. Computing begins after it.
+pub fn reading<T>(work: impl FnOnce() -> T) -> T {
+    let _outer = Share::none();
+    READING.set(true);
+    work()
+}
+
+fn begin(handle: &Handle) {
+    if READING.get() {
+        return;
+    }
+    let done = &handle.0.done;
+    done.begun.store(true, Ordering::Relaxed);
+    if handle.is_for_checks() {
+        unwind(handle);
+    }
+}
+
+/// Work of a number of parts, all alike. Whatever is not done when this is dropped counts as done
+/// then.
+#[derive(Debug)]
+pub struct Parts {
+    handle: Option<Handle>,
+    each: u64,
+    left: AtomicU64,
+}
+
+/// Says that the work from here on has `count` parts; computing has begun.
+pub fn parts(count: usize) -> Parts {
+    let handle = current();
+    handle.iter().for_each(begin);
+    let share = SHARE.take();
+    Parts { handle, each: share / (count as u64).max(1), left: share.into() }
+}
+
+impl Parts {
+    /// Does work that makes up so many of the parts, on whichever thread.
+    pub fn run<T>(&self, count: usize, work: impl FnOnce() -> T) -> T {
+        let Some(handle) = &self.handle else { return work() };
+        let wanted = self.each.saturating_mul(count as u64);
+        let left = |left: u64| Some(left - wanted.min(left));
+        let before = self.left.fetch_update(Ordering::Relaxed, Ordering::Relaxed, left).unwrap_or_else(|left| left);
+        let outer = Share { share: SHARE.replace(wanted.min(before)), reading: READING.get() };
+        let result = work();
+        handle.0.done.add(SHARE.take());
+        drop(outer);
+        result
+    }
+}
+
+impl Drop for Parts {
+    fn drop(&mut self) {
+        if let Some(handle) = &self.handle
+            && !std::thread::panicking()
+        {
+            handle.0.done.add(*self.left.get_mut());
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::panic::{AssertUnwindSafe, catch_unwind};
+
+    use rayon::prelude::*;
+
+    use super::{super::carry, *};
+
+    #[test]
+    fn parts_of_parts_add_up_to_the_whole() {
+        let handle = Handle::new();
+        let mut seen = vec![handle.progress()];
+        handle
+            .run(|| {
+                let stages = parts(10);
+                stages.run(4, || ());
+                seen.push(handle.progress());
+                stages.run(3, || {
+                    let inner = parts(3);
+                    (0..3).for_each(|_| inner.run(1, || seen.push(handle.progress())));
+                    // the share is given away
+                    parts(2).run(1, || ());
+                });
+                seen.push(handle.progress());
+            })
+            .unwrap();
+        seen.push(handle.progress());
+        let expected = [0.0, 0.4, 0.4, 0.5, 0.6, 0.7, 1.0];
+        assert!(seen.iter().zip(expected).all(|(seen, expected)| (seen - expected).abs() < 1e-12), "{seen:?}");
+        assert_eq!(handle.progress(), 1.0, "exactly");
+    }
+
+    #[test]
+    fn progress_grows_on_every_thread_and_ends_at_one() {
+        let handle = Handle::new();
+        std::thread::scope(|scope| {
+            let watched = scope.spawn(|| {
+                let mut last = 0.0;
+                while last < 1.0 {
+                    let now = handle.progress();
+                    assert!((last..=1.0).contains(&now), "{last} {now}");
+                    last = now;
+                }
+            });
+            handle
+                .run(|| {
+                    let all = parts(1000);
+                    let handle = current();
+                    (0..1000).into_par_iter().for_each(|_| {
+                        carry(handle.as_ref(), || {
+                            all.run(1, || {
+                                let own = parts(7);
+                                (0..7).for_each(|_| own.run(1, || ()));
+                            });
+                        });
+                    });
+                })
+                .unwrap();
+            watched.join().unwrap();
+        });
+        assert!((0..64).into_par_iter().all(|_| SHARE.get() == 0), "threads of rayon keep nothing of it");
+    }
+
+    #[test]
+    fn more_than_was_said_and_less_than_was_said_are_no_fault() {
+        let handle = Handle::new();
+        handle
+            .run(|| {
+                let two = parts(2);
+                (0..5).for_each(|_| two.run(1, || ()));
+                assert_eq!(handle.progress(), 1.0);
+            })
+            .unwrap();
+        assert_eq!(handle.progress(), 1.0);
+        // without a handle, and of no part, nothing happens
+        assert_eq!(parts(0).run(3, || 7), 7);
+        let handle = Handle::new();
+        handle.run(|| parts(0).run(1, || ())).unwrap();
+        assert_eq!(handle.progress(), 1.0);
+    }
+
+    #[test]
+    fn what_is_not_divided_is_left_for_what_comes_after() {
+        let handle = Handle::new();
+        handle.run(|| ()).unwrap();
+        assert_eq!((handle.progress(), handle.has_begun()), (0.0, false));
+        handle.run(|| parts(1).run(1, || ())).unwrap();
+        assert_eq!((handle.progress(), handle.has_begun()), (1.0, true));
+    }
+
+    #[test]
+    fn what_is_cancelled_or_panics_puts_the_share_back() {
+        let handle = Handle::new();
+        let inner = || {
+            let two = parts(2);
+            two.run(1, || ());
+            two.run(1, || {
+                handle.cancel();
+                super::super::checkpoint();
+            });
+        };
+        assert!(handle.run(inner).is_err());
+        assert_eq!((SHARE.get(), handle.progress()), (0, 0.5));
+        let handle = Handle::new();
+        let defect = || handle.run(|| parts(3).run(1, || std::panic::resume_unwind(Box::new("a defect"))));
+        assert!(catch_unwind(AssertUnwindSafe(defect)).is_err());
+        assert_eq!((SHARE.get(), handle.progress()), (0, 0.0));
+    }
+
+    #[test]
+    fn checks_end_where_computing_begins() {
+        let handle = Handle::for_checks();
+        assert_eq!(handle.run(|| 7), Ok(7), "read, refused, and nothing computed");
+        assert!(!handle.has_begun());
+        assert!(handle.run(|| parts(2).run(1, || unreachable!())).is_err());
+        assert!(handle.has_begun() && !handle.is_cancelled());
+        let handle = Handle::for_checks();
+        assert!(handle.run(computing).is_err() && handle.has_begun());
+        // a fit may be part of reading
+        let handle = Handle::for_checks();
+        assert_eq!(handle.run(|| reading(|| parts(2).run(1, || 7))), Ok(7));
+        assert_eq!((handle.has_begun(), handle.progress()), (false, 0.0));
+        assert!(handle.run(|| (reading(|| ()), computing())).is_err() && handle.has_begun());
+        let plain = Handle::new();
+        assert!(plain.run(computing).is_ok() && plain.has_begun());
+        computing();
+    }
+}
