@@ -5,7 +5,7 @@
 
 use std::fmt::{self, Display};
 
-use flankfit_engine::fault;
+use flankfit_engine::{fault, numerics::check};
 
 /// One fault, by its place in the request.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -147,6 +147,33 @@ impl<F: Field<R>, R: Display> From<fault::Faults<F, R>> for Faults {
     }
 }
 
+/// The JSON Pointer of a path of the engine, such as `/regularization/weights/1`.
+pub fn pointer_of(path: &str) -> String {
+    let mut pointer = String::with_capacity(path.len() + 1);
+    for name in path.split(['.', '[']).filter(|name| !name.is_empty()) {
+        pointer.extend(["/", name.trim_end_matches(']')]);
+    }
+    pointer
+}
+
+impl Faults {
+    /// The engine's faults of the object at `base`, a JSON Pointer.
+    pub fn of_engine(base: &str, found: &check::Faults) -> Self {
+        let each = found.list().iter().map(|check::Fault { path, message }| Fault {
+            pointer: format!("{base}{}", pointer_of(path)),
+            detail: message.clone(),
+            missing: false,
+        });
+        Faults { faults: each.collect(), count: found.count(), settled: Vec::new() }
+    }
+}
+
+impl From<check::Faults> for Faults {
+    fn from(found: check::Faults) -> Self {
+        Faults::of_engine("", &found)
+    }
+}
+
 impl fmt::Display for Faults {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (k, Fault { pointer, detail, .. }) in self.faults.iter().enumerate() {
@@ -176,6 +203,17 @@ mod tests {
             });
         }
         assert_eq!((made, faults.list().len(), faults.count()), (Faults::MOST, Faults::MOST, 3 * Faults::MOST));
+    }
+
+    #[test]
+    fn paths_of_the_engine_are_pointers() {
+        for (path, pointer) in
+            [("", ""), ("a.b[3][7].c", "/a/b/3/7/c"), ("[2]", "/2"), ("z[0]", "/z/0"), ("model", "/model")]
+        {
+            assert_eq!(pointer_of(path), pointer);
+        }
+        let found = check::Faults::one("gear.teeth", "too few").within("left");
+        assert_eq!(Faults::of_engine("/spec", &found).list()[0].pointer, "/spec/left/gear/teeth");
     }
 
     #[test]

@@ -16,6 +16,7 @@
 pub mod band_cholesky;
 pub mod banded;
 pub mod cancel;
+pub mod check;
 pub mod columns;
 pub mod condition;
 pub mod dd;

@@ -1,0 +1,122 @@
+//! Faults of input: where, and what is wrong there.
+
+use std::fmt::{self, Display};
+
+/// A value that cannot be used.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Fault {
+    /// Path to the value from the object that was checked, such as `regularization.weights[1]`;
+    /// empty for the object itself.
+    pub path: String,
+    /// What is wrong, and how to mend it: one sentence without a full stop, names in backticks.
+    pub message: String,
+}
+
+/// All faults that were found. The first [`Faults::MOST`] are kept, all are counted.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Faults {
+    list: Vec<Fault>,
+    count: usize,
+}
+
+impl Faults {
+    /// Number of faults that are kept.
+    pub const MOST: usize = 100;
+
+    /// Returns a single fault.
+    pub fn one(path: impl Display, message: impl Display) -> Self {
+        let mut faults = Self::default();
+        faults.push(path, message);
+        faults
+    }
+
+    /// Adds a fault; text is made only where it is kept.
+    pub fn push(&mut self, path: impl Display, message: impl Display) {
+        self.count += 1;
+        if self.list.len() < Self::MOST {
+            self.list.push(Fault { path: path.to_string(), message: message.to_string() });
+        }
+    }
+
+    /// Adds the faults of another list.
+    pub fn append(&mut self, other: Self) {
+        self.count += other.count;
+        let left = Self::MOST - self.list.len();
+        self.list.extend(other.list.into_iter().take(left));
+    }
+
+    /// Places each fault in a larger object, in which the checked one is at `path`.
+    #[must_use]
+    pub fn within(mut self, path: &str) -> Self {
+        for fault in &mut self.list {
+            let separator =
+                if path.is_empty() || fault.path.is_empty() || fault.path.starts_with('[') { "" } else { "." };
+            fault.path = format!("{path}{separator}{}", fault.path);
+        }
+        self
+    }
+
+    /// The faults that were kept.
+    pub fn list(&self) -> &[Fault] {
+        &self.list
+    }
+
+    /// Number of faults that were found.
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+
+    /// Returns `Ok(value)` where there are none.
+    pub fn into_result<T>(self, value: T) -> Result<T, Self> {
+        if self.is_empty() { Ok(value) } else { Err(self) }
+    }
+}
+
+impl fmt::Display for Faults {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (k, Fault { path, message }) in self.list.iter().enumerate() {
+            let between = if k == 0 { "" } else { "; " };
+            let colon = if path.is_empty() { "" } else { ": " };
+            write!(f, "{between}{path}{colon}{message}")?;
+        }
+        match self.count - self.list.len() {
+            0 => Ok(()),
+            more => write!(f, "; and {more} more"),
+        }
+    }
+}
+
+impl std::error::Error for Faults {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn faults_have_their_place_in_a_larger_object() {
+        let mut inner = Faults::one("weights[1]", "-1 is not a finite number of at least 0");
+        inner.push("[0]", "missing");
+        inner.push("", "too many");
+        let mut outer = Faults::default();
+        outer.append(inner.within("regularization"));
+        let paths: Vec<&str> = outer.list().iter().map(|fault| &*fault.path).collect();
+        assert_eq!(paths, ["regularization.weights[1]", "regularization[0]", "regularization"]);
+        assert_eq!(outer.count(), 3);
+        assert!(outer.to_string().starts_with("regularization.weights[1]: -1 is not"));
+    }
+
+    #[test]
+    fn only_the_first_faults_are_kept() {
+        let mut faults = Faults::default();
+        (0..150).for_each(|i| faults.push(format_args!("z[{i}]"), "the number is not finite"));
+        assert_eq!((faults.list().len(), faults.count()), (Faults::MOST, 150));
+        assert!(faults.to_string().ends_with("; and 50 more"));
+        assert_eq!(faults.clone().into_result(1), Err(faults));
+        assert_eq!(Faults::default().into_result(1), Ok(1));
+    }
+}
