@@ -15,6 +15,6 @@ pub struct OpenapiArguments {
 }
 
 pub fn run(arguments: &OpenapiArguments) -> Result<(), CommandError> {
-    let text = if arguments.v3_0 { openapi_3_0_json() } else { openapi_json() };
+    let text = if arguments.v3_0 { openapi_3_0_json() } else { openapi_json().to_owned() };
     Ok(out().write_all(text.as_bytes())?)
 }

@@ -15,11 +15,7 @@ use utoipa::{IntoParams, ToSchema};
 use utoipa_axum::{router::OpenApiRouter, routes};
 
 use super::{
-    conditional::content_tag,
-    dashboard, docs,
-    extract::QueryOf,
-    openapi::{openapi_3_0_json, openapi_json},
-    readiness::Unready,
+    conditional::content_tag, dashboard, docs, extract::QueryOf, openapi::openapi_json, readiness::Unready,
     state::AppState,
 };
 use crate::{
@@ -43,10 +39,7 @@ pub fn operation() -> OpenApiRouter<AppState> {
 /// What is served but is not part of the document it serves.
 pub fn undocumented(state: &AppState) -> Router<AppState> {
     static TAG: OnceLock<Option<HeaderValue>> = OnceLock::new();
-    static TAG_3_0: OnceLock<Option<HeaderValue>> = OnceLock::new();
-    let router = Router::new()
-        .route("/openapi.json", get(|| async { document(openapi_json(), &TAG) }))
-        .route("/openapi-3.0.json", get(|| async { document(openapi_3_0_json(), &TAG_3_0) }));
+    let router = Router::new().route("/openapi.json", get(|| async { document(openapi_json(), &TAG) }));
     let documented = state.settings.docs.then(docs::routes);
     let root = match &state.dashboard {
         Some(files) => Some(dashboard::routes(files)),

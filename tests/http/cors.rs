@@ -7,10 +7,12 @@ use flankfit::{
     http::openapi::openapi_json,
 };
 use reqwest::Method;
-use serde_json::Value;
 use sha2::Digest as _;
 
-use crate::harness::{Answer, CURVE, TestApp, send};
+use crate::{
+    harness::{Answer, CURVE, TestApp, send},
+    schema::with_responses,
+};
 
 const CELL: &str = "https://cell.example";
 
@@ -22,7 +24,7 @@ fn with_origins(origins: &'static str) -> impl FnOnce(&mut ServeSettings) {
 /// Headers that answers of the contract have, of which a page sees only what it is told that it
 /// may.
 fn documented_headers() -> BTreeSet<String> {
-    let document: Value = serde_json::from_str(openapi_json()).unwrap();
+    let document = with_responses(openapi_json());
     let operations =
         document["paths"].as_object().unwrap().values().flat_map(|path| path.as_object().unwrap().values());
     let responses = operations.flat_map(|operation| operation["responses"].as_object().unwrap().values());

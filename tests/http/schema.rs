@@ -7,6 +7,20 @@ use serde_json::{Map, Value};
 const SILENT: [&str; 8] =
     ["description", "title", "example", "examples", "default", "format", "discriminator", "deprecated"];
 
+/// A document in which answers stand in place of references to them.
+pub fn with_responses(text: &str) -> Value {
+    let mut document: Value = serde_json::from_str(text).unwrap();
+    let shared = document["components"]["responses"].clone();
+    for operation in document["paths"].as_object_mut().unwrap().values_mut().flat_map(Value::as_object_mut).flatten() {
+        for response in operation.1["responses"].as_object_mut().into_iter().flatten().map(|(_, response)| response) {
+            if let Some(name) = response["$ref"].as_str().and_then(|reference| reference.rsplit('/').next()) {
+                *response = shared[name].clone();
+            }
+        }
+    }
+    document
+}
+
 /// The schemas of a document.
 pub struct Schemas<'a>(pub &'a Value);
 

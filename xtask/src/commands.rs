@@ -9,7 +9,7 @@ type Entry = (&'static str, &'static str, &'static str, fn(&[String]) -> Outcome
 
 const COMMANDS: &[Entry] = &[
     ("ci", "", "everything that must hold before a change is taken (.ci/run)", ci),
-    ("openapi", "", "write openapi/*.json from the code", openapi),
+    ("openapi", "", "write openapi/flankfit.json from the code", openapi),
     ("bench", "[NAME] [OPTION…]", "benches whose name contains NAME; `service` is those over HTTP", bench),
     ("fuzz", "TARGET [OPTION…]", "a reader of gear files under a fuzzer (fuzz/README.md)", fuzz),
     ("schemathesis", "[OPTION…]", "the service against its own contract", schemathesis),
@@ -42,15 +42,10 @@ fn ci(_: &[String]) -> Outcome {
 }
 
 fn openapi(_: &[String]) -> Outcome {
-    for (file, version) in [("flankfit.json", None), ("flankfit-3.0.json", Some("--v3-0"))] {
-        let mut flankfit = cargo();
-        flankfit.args(["run", "--quiet", "--locked", "--profile", "test", "--bin", "flankfit", "--", "openapi"]);
-        let text = output(flankfit.args(version))?;
-        let path = root().join("openapi").join(file);
-        fs::write(&path, text).map_err(|error| format!("{}: {error}", path.display()))?;
-        println!("openapi/{file}");
-    }
-    Ok(())
+    let mut flankfit = cargo();
+    flankfit.args(["run", "--quiet", "--locked", "--profile", "test", "--bin", "flankfit", "--", "openapi"]);
+    let path = root().join("openapi/flankfit.json");
+    fs::write(&path, output(&mut flankfit)?).map_err(|error| format!("{}: {error}", path.display()))
 }
 
 fn bench(arguments: &[String]) -> Outcome {

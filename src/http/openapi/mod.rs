@@ -14,6 +14,9 @@ pub mod scopes;
 
 use std::sync::OnceLock;
 
+use serde::Serialize;
+use serde_json::ser::{PrettyFormatter, Serializer};
+
 use utoipa::{
     Modify, OpenApi,
     openapi::{
@@ -76,16 +79,17 @@ pub fn openapi_json() -> &'static str {
     TEXT.get_or_init(|| {
         let mut document = router::groups().into_openapi();
         Complete.modify(&mut document);
-        let mut text = document.to_pretty_json().unwrap_or_default();
-        text.push('\n');
-        text
+        let mut text = Vec::new();
+        let indented = PrettyFormatter::with_indent(b" ");
+        let written = document.serialize(&mut Serializer::with_formatter(&mut text, indented));
+        text.push(b'\n');
+        written.ok().and_then(|()| String::from_utf8(text).ok()).unwrap_or_default()
     })
 }
 
-/// The OpenAPI 3.0 copy as it is committed.
-pub fn openapi_3_0_json() -> &'static str {
-    static TEXT: OnceLock<String> = OnceLock::new();
-    TEXT.get_or_init(|| contract::v3_0::convert(openapi_json()).unwrap_or_default())
+/// The OpenAPI 3.0 copy for generators of clients.
+pub fn openapi_3_0_json() -> String {
+    contract::v3_0::convert(openapi_json()).unwrap_or_default()
 }
 
 struct Complete;
@@ -114,7 +118,11 @@ impl Modify for Complete {
                         }
                     }
                 }
-                request_id(operation);
+                for response in operation.responses.responses.values_mut() {
+                    if let RefOr::T(response) = response {
+                        refusals::request_id(response);
+                    }
+                }
                 replayed(operation);
                 refusals::show_examples(operation);
                 optional_body(operation);
@@ -124,6 +132,7 @@ impl Modify for Complete {
         }
         if let Some(components) = &mut document.components {
             components.schemas.values_mut().for_each(without_null);
+            components.responses.extend(refusals::shared());
             let bearer = HttpBuilder::new()
                 .scheme(HttpAuthScheme::Bearer)
                 .description(Some("An API key, or a token (JWT) of the server's identity provider."))
@@ -155,19 +164,6 @@ fn segment(name: &str) -> Option<&'static str> {
         "operation_id" => "The operation, by its UUID.",
         _ => return None,
     })
-}
-
-fn request_id(operation: &mut Operation) {
-    for response in operation.responses.responses.values_mut() {
-        if let RefOr::T(response) = response {
-            let text = ObjectBuilder::new().schema_type(Type::String);
-            let header = HeaderBuilder::new()
-                .schema(Some(text))
-                .description(Some("Id of the request: the caller's own, or a new UUIDv7."))
-                .build();
-            response.headers.insert("x-request-id".into(), header.into());
-        }
-    }
 }
 
 /// Answers that may be given again say so.

@@ -1,14 +1,40 @@
 //! Answers of the layers below a handler.
 
 use utoipa::openapi::{
-    Content, HeaderBuilder, ObjectBuilder, Ref, RefOr, ResponseBuilder,
+    Content, HeaderBuilder, ObjectBuilder, Ref, RefOr, Response, ResponseBuilder,
     path::{Operation, Parameter},
     schema::Type,
 };
 
 use crate::api::contract;
 
-/// Documents what the layers below a handler may answer, where the handler has not said more about
+/// Names, statuses and descriptions of the answers that many operations share
+/// (`components/responses`).
+const SHARED: [(&str, &str, &str); 17] = [
+    ("Unreadable", "400", "The body or its compression cannot be read; `detail` says where."),
+    ("Unauthorized", "401", "No API key or token was sent, or one that cannot be used."),
+    (
+        "Forbidden",
+        "403",
+        "The caller lacks the scope that `detail` names, or the request comes from a web page of another site.",
+    ),
+    ("NotFound", "404", "There is no such resource."),
+    ("NotAcceptable", "406", "None of the media types in the header `Accept` is available."),
+    ("BodyTimeout", "408", "The body did not arrive in time."),
+    ("KeyInUse", "409", "The first request with this idempotency key is still running."),
+    ("Purged", "410", "The job was purged; `detail` says when and why."),
+    ("BodyTooLarge", "413", "The body is too large (counted after decompression)."),
+    ("UnsupportedMediaType", "415", "The media type or the compression is not supported."),
+    ("Misdirected", "421", "The header `Host` names a host that this server does not serve."),
+    ("Invalid", "422", "The request is invalid; `errors` points to every fault."),
+    ("InvalidPage", "422", "The limit or the cursor is invalid."),
+    ("InvalidQuery", "422", "The query has a parameter that this operation has not, or one twice."),
+    ("TooManyRequests", "429", "The caller makes too many requests; try again after `Retry-After` seconds."),
+    ("Internal", "500", "The fault is on the server's side; nothing was stored."),
+    ("Unavailable", "503", "Busy, or no answer in time; try again after `Retry-After` seconds."),
+];
+
+/// Refers to what the layers below a handler may answer, where the handler has not said more about
 /// it.
 pub fn declare(path: &str, operation: &mut Operation) {
     let versioned = path.starts_with("/v1/");
@@ -16,43 +42,48 @@ pub fn declare(path: &str, operation: &mut Operation) {
     let body = operation.request_body.is_some();
     let good = operation.responses.responses.iter().filter(|(status, _)| status.starts_with('2'));
     let represented = good.into_iter().any(|(_, r)| matches!(r, RefOr::T(response) if !response.content.is_empty()));
-    let known = [
-        (versioned && body, "400", "The body or its compression cannot be read; `detail` says where."),
-        (versioned, "401", "No API key or token was sent, or one that cannot be used."),
-        (
-            versioned,
-            "403",
-            "The caller lacks the scope that `detail` names, or the request comes from a web page of \
-            another site.",
-        ),
-        (versioned && path.contains('{'), "404", "There is no such resource."),
-        (represented, "406", "None of the media types in the header `Accept` is available."),
-        (versioned && body, "408", "The body did not arrive in time."),
-        (keyed, "409", "The first request with this idempotency key is still running."),
-        (holds_what_is_purged(path, operation), "410", "The job was purged; `detail` says when and why."),
-        (versioned && body, "413", "The body is too large (counted after decompression)."),
-        (versioned && body, "415", "The media type or the compression is not supported."),
-        (true, "421", "The header `Host` names a host that this server does not serve."),
-        (versioned && body, "422", "The request is invalid; `errors` points to every fault."),
-        (listed, "422", "The limit or the cursor is invalid."),
-        (true, "422", "The query has a parameter that this operation has not, or one twice."),
-        (versioned, "429", "The caller makes too many requests; try again after `Retry-After` seconds."),
-        (true, "500", "The fault is on the server's side; nothing was stored."),
-        (true, "503", "Busy, or no answer in time; try again after `Retry-After` seconds."),
-    ];
-    for (_, status, description) in known.into_iter().filter(|(given, _, _)| *given) {
-        if operation.responses.responses.contains_key(status) {
-            continue;
-        }
-        let content = Content::new(Some(RefOr::Ref(Ref::from_schema_name("Problem"))));
+    let purged = holds_what_is_purged(path, operation);
+    let may_be = |name: &str| match name {
+        "Unreadable" | "BodyTimeout" | "BodyTooLarge" | "UnsupportedMediaType" | "Invalid" => versioned && body,
+        "Unauthorized" | "Forbidden" | "TooManyRequests" => versioned,
+        "NotFound" => versioned && path.contains('{'),
+        "NotAcceptable" => represented,
+        "KeyInUse" => keyed,
+        "Purged" => purged,
+        "InvalidPage" => listed,
+        _ => true,
+    };
+    for (name, status, _) in SHARED.into_iter().filter(|(name, _, _)| may_be(name)) {
+        let reference = || RefOr::Ref(Ref::from_response_name(name));
+        operation.responses.responses.entry(status.into()).or_insert_with(reference);
+    }
+}
+
+/// The shared answers by their names.
+pub fn shared() -> impl Iterator<Item = (String, RefOr<Response>)> {
+    SHARED.into_iter().map(|(name, status, description)| {
+        let mut content = Content::new(Some(RefOr::Ref(Ref::from_schema_name("Problem"))));
+        content.example = contract::problem_example(status);
         let mut response = ResponseBuilder::new().description(description).content("application/problem+json", content);
         if matches!(status, "429" | "503") {
             let seconds = ObjectBuilder::new().schema_type(Type::Integer);
             let header = HeaderBuilder::new().schema(Some(seconds)).description(Some("Seconds to wait.")).build();
             response = response.header("Retry-After", header);
         }
-        operation.responses.responses.insert(status.into(), response.build().into());
-    }
+        let mut response = response.build();
+        request_id(&mut response);
+        (name.to_owned(), response.into())
+    })
+}
+
+/// Adds the header with the id of the request.
+pub fn request_id(response: &mut Response) {
+    let text = ObjectBuilder::new().schema_type(Type::String);
+    let header = HeaderBuilder::new()
+        .schema(Some(text))
+        .description(Some("Id of the request: the caller's own, or a new UUIDv7."))
+        .build();
+    response.headers.insert("x-request-id".into(), header.into());
 }
 
 /// Whether an operation needs what a purge takes away, or writes to a job.
