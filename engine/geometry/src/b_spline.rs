@@ -6,6 +6,7 @@
 
 use flankfit_numerics::{
     Dd, Real,
+    check::Faults,
     fault::words::{Shown, counted},
 };
 
@@ -16,93 +17,44 @@ pub struct BSplineBasis {
     knots: Vec<f64>,
 }
 
-/// Why a knot vector is refused.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum KnotFault {
-    /// Fewer knots than a basis of this degree has.
-    #[error("{}: degree {degree} asks for at least {least}", counted(*.given, "knot", "knots"))]
-    TooFew {
-        /// Knots given.
-        given: usize,
-        /// Degree p asked for.
-        degree: usize,
-        /// Knots at least needed, 2 (p + 1).
-        least: usize,
-    },
-    /// A knot is NaN or infinite.
-    #[error("knot {index} is not finite")]
-    NotFinite {
-        /// Its index, from 0.
-        index: usize,
-    },
-    /// A knot lies below the one before it.
-    #[error("knot {index} ({}) lies below the one before it ({})", Shown(*.value), Shown(*.before))]
-    Descending {
-        /// Its index, from 0.
-        index: usize,
-        /// Its value.
-        value: f64,
-        /// Value of the knot before it.
-        before: f64,
-    },
-    /// A knot of higher multiplicity than degree + 1.
-    #[error("the knot {} occurs more than degree + 1 = {most} times", Shown(*.value))]
-    TooMany {
-        /// Index of its first occurrence too many.
-        index: usize,
-        /// Its value.
-        value: f64,
-        /// The highest multiplicity allowed, degree + 1.
-        most: usize,
-    },
-    /// The domain `[k_p, k_n]` is a single place.
-    #[error("the domain of the knots, [{}, {}], has no width", Shown(*.low), Shown(*.high))]
-    NoWidth {
-        /// Lower end of the domain.
-        low: f64,
-        /// Upper end of the domain.
-        high: f64,
-    },
-}
-
-impl KnotFault {
-    /// Which knot is at fault, where it is one.
-    pub fn index(&self) -> Option<usize> {
-        match self {
-            KnotFault::NotFinite { index } | KnotFault::Descending { index, .. } | KnotFault::TooMany { index, .. } => {
-                Some(*index)
-            }
-            KnotFault::TooFew { .. } | KnotFault::NoWidth { .. } => None,
-        }
-    }
-}
-
 impl BSplineBasis {
-    /// Checks a full knot vector.
-    pub fn new(degree: usize, knots: Vec<f64>) -> Result<Self, KnotFault> {
+    /// Checks a full knot vector; a fault is placed from that vector.
+    pub fn new(degree: usize, knots: Vec<f64>) -> Result<Self, Faults> {
         // a degree may be any number that a request holds
         let least = degree.saturating_add(1).saturating_mul(2);
         if knots.len() < least {
-            return Err(KnotFault::TooFew { given: knots.len(), degree, least });
+            let given = counted(knots.len(), "knot", "knots");
+            return Err(Faults::one("", format_args!("{given}: degree {degree} asks for at least {least}")));
         }
         for (index, &value) in knots.iter().enumerate() {
+            let at = format_args!("[{index}]");
             if !value.is_finite() {
-                return Err(KnotFault::NotFinite { index });
+                return Err(Faults::one(at, format_args!("knot {index} is not finite")));
             }
             if index > 0 && value < knots[index - 1] {
-                return Err(KnotFault::Descending { index, value, before: knots[index - 1] });
+                let (value, before) = (Shown(value), Shown(knots[index - 1]));
+                return Err(Faults::one(
+                    at,
+                    format_args!("knot {index} ({value}) lies below the one before it ({before})"),
+                ));
             }
             if index > degree && knots[index - degree - 1] == value {
-                return Err(KnotFault::TooMany { index, value, most: degree + 1 });
+                let (value, most) = (Shown(value), degree + 1);
+                let message = format_args!("the knot {value} occurs more than degree + 1 = {most} times");
+                return Err(Faults::one(at, message));
             }
         }
         let basis = BSplineBasis { degree, knots };
         let (low, high) = basis.domain();
-        if low < high { Ok(basis) } else { Err(KnotFault::NoWidth { low, high }) }
+        if low < high {
+            return Ok(basis);
+        }
+        let (low, high) = (Shown(low), Shown(high));
+        Err(Faults::one("", format_args!("the domain of the knots, [{low}, {high}], has no width")))
     }
 
     /// `spans` equal spans over `[low, high]`, the ends repeated degree + 1 times.
-    pub fn uniform(degree: usize, spans: usize, low: f64, high: f64) -> Result<Self, KnotFault> {
+    pub fn uniform(degree: usize, spans: usize, low: f64, high: f64) -> Result<Self, Faults> {
         let inner = (1..spans).map(|i| {
             let s = i as f64 / spans as f64;
             low * (1.0 - s) + high * s
@@ -259,12 +211,13 @@ mod tests {
 
     #[test]
     fn faults_name_the_knot() {
-        assert!(matches!(BSplineBasis::new(1, vec![0., 1.]), Err(KnotFault::TooFew { .. })));
+        let told = |degree, knots: &[f64]| BSplineBasis::new(degree, knots.to_vec()).unwrap_err().to_string();
+        assert_eq!(told(1, &[0., 1.]), "2 knots: degree 1 asks for at least 4");
         for degree in [usize::MAX, usize::MAX / 2, isize::MAX as usize] {
-            assert!(matches!(BSplineBasis::new(degree, vec![0., 1.]), Err(KnotFault::TooFew { .. })), "{degree}");
+            assert!(told(degree, &[0., 1.]).starts_with("2 knots: degree"), "{degree}");
         }
-        assert_eq!(BSplineBasis::new(1, vec![0., 0., 2., 1., 3., 3.]).unwrap_err().index(), Some(3));
-        assert_eq!(BSplineBasis::new(1, vec![0., 0., 1., 1., 1., 3., 3.]).unwrap_err().index(), Some(4));
+        assert!(told(1, &[0., 0., 2., 1., 3., 3.]).starts_with("[3]: knot 3 (1) lies below"));
+        assert!(told(1, &[0., 0., 1., 1., 1., 3., 3.]).starts_with("[4]: the knot 1 occurs more"));
         assert!(BSplineBasis::new(0, vec![1., 1.]).is_err());
     }
 

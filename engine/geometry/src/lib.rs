@@ -16,6 +16,6 @@ pub mod rational;
 pub mod space;
 pub mod surface;
 
-pub use b_spline::{BSplineBasis, KnotFault};
+pub use b_spline::BSplineBasis;
 pub use mapping::Mapping;
 pub use rational::WeightNet;

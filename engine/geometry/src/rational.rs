@@ -4,42 +4,7 @@
 //! A curve has one row of weights along u and the single function 1 along v. Who fits with given
 //! weights computes in `NᵢNⱼ / W`, from which `Rᵢⱼ` differs by the factor wᵢⱼ alone.
 
-use flankfit_numerics::{Real, fault::words::Shown};
-
-/// Why weights are refused.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum WeightFault {
-    /// Weights that are not one for each control point.
-    #[error("{given} weights for {wanted} control points")]
-    Count {
-        /// Weights given.
-        given: usize,
-        /// Control points, each of which needs one.
-        wanted: usize,
-    },
-    /// What is fitted must be seen: a control point of weight 0 moves nothing.
-    #[error(
-        "the weight {value} is not a finite number greater than 0, so its control point is undetermined",
-        value = Shown(*.value)
-    )]
-    NotPositive {
-        /// Index of the weight, from 0.
-        index: usize,
-        /// Its value.
-        value: f64,
-    },
-    /// Weights whose ratio leaves no digits in double precision.
-    #[error(
-        "weights from {least} to {largest} are too far apart for double precision",
-        least = Shown(*.least), largest = Shown(*.largest)
-    )]
-    Apart {
-        /// The smallest weight.
-        least: f64,
-        /// The largest weight.
-        largest: f64,
-    },
-}
+use flankfit_numerics::{Real, check::Faults, fault::words::Shown};
 
 /// Largest ratio of two weights.
 const WIDEST: f64 = 1e12;
@@ -52,18 +17,27 @@ pub struct WeightNet {
 }
 
 impl WeightNet {
-    /// Weights for `rows × columns` control points.
-    pub fn new(weights: Vec<f64>, rows: usize, columns: usize) -> Result<Self, WeightFault> {
+    /// Checks weights for `rows × columns` control points; a fault is placed from their list, which
+    /// counts them by rows.
+    pub fn new(weights: Vec<f64>, rows: usize, columns: usize) -> Result<Self, Faults> {
         let wanted = rows * columns;
         if weights.len() != wanted {
-            return Err(WeightFault::Count { given: weights.len(), wanted });
+            return Err(Faults::one("", format_args!("{} weights for {wanted} control points", weights.len())));
         }
         if let Some(index) = weights.iter().position(|w| !(w.is_finite() && *w > 0.0)) {
-            return Err(WeightFault::NotPositive { index, value: weights[index] });
+            return Err(Faults::one(
+                format_args!("[{index}]"),
+                format_args!(
+                    "the weight {} is not a finite number greater than 0, so its control point is undetermined",
+                    Shown(weights[index])
+                ),
+            ));
         }
         let (least, largest) = weights.iter().fold((f64::INFINITY, 0.0f64), |(a, b), w| (a.min(*w), b.max(*w)));
         if !(largest / least <= WIDEST) {
-            return Err(WeightFault::Apart { least, largest });
+            let (least, largest) = (Shown(least), Shown(largest));
+            let message = format_args!("weights from {least} to {largest} are too far apart for double precision");
+            return Err(Faults::one("", message));
         }
         Ok(WeightNet { weights, columns })
     }
@@ -160,10 +134,12 @@ mod tests {
 
     #[test]
     fn refused_weights() {
-        assert_eq!(WeightNet::new(vec![1.0; 3], 2, 2).unwrap_err(), WeightFault::Count { given: 3, wanted: 4 });
-        assert!(matches!(WeightNet::new(vec![1.0, 0.0], 2, 1), Err(WeightFault::NotPositive { index: 1, .. })));
-        assert!(matches!(WeightNet::new(vec![1.0, f64::NAN], 1, 2), Err(WeightFault::NotPositive { index: 1, .. })));
-        assert!(matches!(WeightNet::new(vec![1e-7, 1e7], 1, 2), Err(WeightFault::Apart { .. })));
+        let told =
+            |weights: &[f64], rows, columns| WeightNet::new(weights.to_vec(), rows, columns).unwrap_err().to_string();
+        assert_eq!(told(&[1.0; 3], 2, 2), "3 weights for 4 control points");
+        assert!(told(&[1.0, 0.0], 2, 1).starts_with("[1]: the weight 0 is not"));
+        assert!(told(&[1.0, f64::NAN], 1, 2).starts_with("[1]: the weight NaN is not"));
+        assert!(told(&[1e-7, 1e7], 1, 2).contains("too far apart"));
     }
 
     /// 1 / (1 + x) = n / w with n = 1: derivatives (−1)ᵏ k! / (1 + x)ᵏ⁺¹.

@@ -1,9 +1,12 @@
-//! Common parts of curves and surfaces: points, the number of coordinates, and reasons for refusing
-//! a shape.
+//! Common parts of curves and surfaces: points, the number of coordinates, and checks of control
+//! points.
 
 use nalgebra::Vector3;
 
-use flankfit_numerics::fault::words::{Shown, counted};
+use flankfit_numerics::{
+    check::Faults,
+    fault::words::{Shown, counted},
+};
 
 /// A point or a derivative; coordinates beyond the shape's [`Dimension`] are 0.
 pub type Vector = Vector3<f64>;
@@ -46,80 +49,56 @@ impl Dimension {
     }
 }
 
-/// Why control points and weights are refused.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum ControlFault {
-    /// A degree above [`HIGHEST_DEGREE`].
-    #[error("degree {degree} is above {HIGHEST_DEGREE}, the highest that curves and surfaces have here")]
-    Degree {
-        /// Degree asked for.
-        degree: usize,
-    },
-    /// Control points that are not as many as knots and degree ask for.
-    #[error("{}; knots and degree ask for {wanted}", counted(*.given, "control point", "control points"))]
-    Count {
-        /// Control points given.
-        given: usize,
-        /// Control points that knots and degree ask for.
-        wanted: usize,
-    },
-    /// A control point with a coordinate that is NaN or infinite.
-    #[error("control point {index} is not finite")]
-    NotFinite {
-        /// Its index, from 0; in a net counted by rows.
-        index: usize,
-    },
-    /// Weights that are not one for each control point.
-    #[error("{} for {}", counted(*.given, "weight", "weights"), counted(*.wanted, "control point", "control points"))]
-    WeightCount {
-        /// Weights given.
-        given: usize,
-        /// Control points, each of which needs one.
-        wanted: usize,
-    },
-    /// A weight below 0, NaN or infinite.
-    #[error("weight {index} ({value}) is not a finite number ≥ 0", value = Shown(*.value))]
-    Weight {
-        /// Its index, from 0; in a net counted by rows.
-        index: usize,
-        /// Its value.
-        value: f64,
-    },
-    /// Weights that vanish together, so that the denominator is 0 at a place.
-    #[error(
-        "the weights around parameter {place} are all 0, so that no point is defined there",
-        place = Shown(*.place)
-    )]
-    NoWeight {
-        /// The place: a knot.
-        place: f64,
-    },
+/// A degree above [`HIGHEST_DEGREE`].
+pub fn degree_too_high(path: &str, degree: usize) -> Faults {
+    let message =
+        format_args!("degree {degree} is above {HIGHEST_DEGREE}, the highest that curves and surfaces have here");
+    Faults::one(path, message)
 }
 
-impl ControlFault {
-    /// Which control point or weight is at fault, where it is one.
-    pub fn index(&self) -> Option<usize> {
-        match self {
-            ControlFault::NotFinite { index } | ControlFault::Weight { index, .. } => Some(*index),
-            _ => None,
-        }
-    }
+/// Weights that vanish together around the knot `place`, so that the denominator is 0 there.
+pub(super) fn no_weight(place: f64) -> Faults {
+    let place = Shown(place);
+    let message = format_args!("the weights around parameter {place} are all 0, so that no point is defined there");
+    Faults::one("weights", message)
 }
 
-/// Checks control points and weights against the number that knots ask for.
-pub(super) fn check_controls(points: &[Vector], weights: Option<&[f64]>, wanted: usize) -> Result<(), ControlFault> {
+/// Checks control points and weights against the number that knots ask for; `place` writes an index
+/// as the end of a path.
+pub(super) fn check_controls(
+    points: &[Vector],
+    weights: Option<&[f64]>,
+    wanted: usize,
+    place: impl Fn(usize) -> String,
+) -> Result<(), Faults> {
     if points.len() != wanted {
-        return Err(ControlFault::Count { given: points.len(), wanted });
+        let given = counted(points.len(), "control point", "control points");
+        return Err(Faults::one("control_points", format_args!("{given}; knots and degree ask for {wanted}")));
     }
     if let Some(index) = points.iter().position(|p| !p.iter().all(|x| x.is_finite())) {
-        return Err(ControlFault::NotFinite { index });
+        return Err(control_not_finite(index, &format!("control_points{}", place(index))));
     }
     let Some(weights) = weights else { return Ok(()) };
     if weights.len() != wanted {
-        return Err(ControlFault::WeightCount { given: weights.len(), wanted });
+        let (given, wanted) =
+            (counted(weights.len(), "weight", "weights"), counted(wanted, "control point", "control points"));
+        return Err(Faults::one("weights", format_args!("{given} for {wanted}")));
     }
     match weights.iter().position(|w| !(w.is_finite() && *w >= 0.0)) {
-        Some(index) => Err(ControlFault::Weight { index, value: weights[index] }),
+        Some(index) => Err(Faults::one(
+            format_args!("weights{}", place(index)),
+            format_args!("weight {index} ({}) is not a finite number ≥ 0", Shown(weights[index])),
+        )),
         None => Ok(()),
     }
+}
+
+/// A control point with a coordinate that is NaN or infinite; in a net counted by rows.
+pub(super) fn control_not_finite(index: usize, path: &str) -> Faults {
+    Faults::one(path, format_args!("control point {index} is not finite"))
+}
+
+/// Places an index of a net of so many columns as row and column.
+pub(super) fn in_rows(columns: usize) -> impl Fn(usize) -> String {
+    move |index| format!("[{}][{}]", index / columns.max(1), index % columns.max(1))
 }

@@ -1,6 +1,10 @@
 //! Faults of input: where, and what is wrong there.
 
+mod sentences;
+
 use std::fmt::{self, Display};
+
+pub use sentences::{not_ascending, not_finite};
 
 /// A value that cannot be used.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -47,12 +51,26 @@ impl Faults {
 
     /// Places each fault in a larger object, in which the checked one is at `path`.
     #[must_use]
-    pub fn within(mut self, path: &str) -> Self {
-        for fault in &mut self.list {
-            let separator =
-                if path.is_empty() || fault.path.is_empty() || fault.path.starts_with('[') { "" } else { "." };
-            fault.path = format!("{path}{separator}{}", fault.path);
-        }
+    pub fn within(self, path: &str) -> Self {
+        self.map(|Fault { path: inner, message }| {
+            let separator = if path.is_empty() || inner.is_empty() || inner.starts_with('[') { "" } else { "." };
+            Fault { path: format!("{path}{separator}{inner}"), message }
+        })
+    }
+
+    /// Places the faults of what is at `from`, and within it, at `to`.
+    #[must_use]
+    pub fn moved(self, from: &str, to: &str) -> Self {
+        self.map(|fault| match rest_of(&fault.path, from) {
+            Some(rest) => Fault { path: format!("{to}{rest}"), message: fault.message },
+            None => fault,
+        })
+    }
+
+    /// Changes each fault that was kept.
+    #[must_use]
+    pub fn map(mut self, change: impl Fn(Fault) -> Fault) -> Self {
+        self.list = self.list.into_iter().map(change).collect();
         self
     }
 
@@ -75,6 +93,11 @@ impl Faults {
     pub fn into_result<T>(self, value: T) -> Result<T, Self> {
         if self.is_empty() { Ok(value) } else { Err(self) }
     }
+}
+
+/// Returns the path from `place` to what is at `path`, where that is within `place` or `place` itself.
+pub fn rest_of<'a>(path: &'a str, place: &str) -> Option<&'a str> {
+    path.strip_prefix(place).filter(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
 }
 
 impl fmt::Display for Faults {
@@ -108,6 +131,15 @@ mod tests {
         assert_eq!(paths, ["regularization.weights[1]", "regularization[0]", "regularization"]);
         assert_eq!(outer.count(), 3);
         assert!(outer.to_string().starts_with("regularization.weights[1]: -1 is not"));
+    }
+
+    #[test]
+    fn what_is_moved_takes_along_what_is_within_it() {
+        let mut faults = Faults::one("nodes.z[3][7]", "missing");
+        ["nodes", "nodes_read", "model"].into_iter().for_each(|path| faults.push(path, "wrong"));
+        let moved = faults.moved("nodes", "grid");
+        let paths: Vec<&str> = moved.list().iter().map(|fault| &*fault.path).collect();
+        assert_eq!(paths, ["grid.z[3][7]", "grid", "nodes_read", "model"]);
     }
 
     #[test]

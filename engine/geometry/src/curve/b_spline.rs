@@ -6,8 +6,9 @@
 use super::{Curve, CurveJet};
 use crate::{
     BSplineBasis,
-    space::{ControlFault, Dimension, HIGHEST_DEGREE, Vector, check_controls},
+    space::{Dimension, HIGHEST_DEGREE, Vector, check_controls, degree_too_high, no_weight},
 };
+use flankfit_numerics::check::Faults;
 
 /// `f(t) = Σ wᵢ aᵢ Nᵢ(t) / Σ wⱼ Nⱼ(t)`, or `Σ aᵢ Nᵢ(t)` without weights.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,11 +43,11 @@ impl BSplineCurve {
         dimension: Dimension,
         control_points: Vec<Vector>,
         weights: Option<Vec<f64>>,
-    ) -> Result<Self, ControlFault> {
+    ) -> Result<Self, Faults> {
         if basis.degree() > HIGHEST_DEGREE {
-            return Err(ControlFault::Degree { degree: basis.degree() });
+            return Err(degree_too_high("degree", basis.degree()));
         }
-        check_controls(&control_points, weights.as_deref(), basis.size())?;
+        check_controls(&control_points, weights.as_deref(), basis.size(), |index| format!("[{index}]"))?;
         if let Some(weights) = &weights {
             weighted_everywhere(&basis, weights)?;
         }
@@ -71,14 +72,14 @@ impl BSplineCurve {
 
 /// Refuses weights that vanish together at a place where the basis has no other function: the
 /// denominator would be 0.
-fn weighted_everywhere(basis: &BSplineBasis, weights: &[f64]) -> Result<(), ControlFault> {
+fn weighted_everywhere(basis: &BSplineBasis, weights: &[f64]) -> Result<(), Faults> {
     let mut values = vec![0.0; basis.degree() + 1];
     // fewest functions are above 0 at the ends of spans
     for place in basis.distinct_knots() {
         let first = basis.values(place, &mut values);
         let sum: f64 = values.iter().zip(&weights[first..]).map(|(n, w)| n * w).sum();
         if !(sum > 0.0 && sum.is_finite()) {
-            return Err(ControlFault::NoWeight { place });
+            return Err(no_weight(place));
         }
     }
     Ok(())
@@ -165,11 +166,13 @@ mod tests {
         let points = vec![Vector::zeros(); 3];
         let new =
             |points: &[Vector], weights| BSplineCurve::new(basis.clone(), Dimension::Plane, points.to_vec(), weights);
-        assert_eq!(new(&points[1..], None).unwrap_err(), ControlFault::Count { given: 2, wanted: 3 });
-        assert_eq!(new(&points, Some(vec![1.0, -1.0, 1.0])).unwrap_err().index(), Some(1));
-        assert_eq!(new(&points, Some(vec![1.0; 2])).unwrap_err(), ControlFault::WeightCount { given: 2, wanted: 3 });
-        assert_eq!(new(&points, Some(vec![1.0, 0.0, 1.0])).unwrap_err(), ControlFault::NoWeight { place: 1.0 });
+        let told = |refused: Result<BSplineCurve, Faults>| refused.unwrap_err().to_string();
+        assert_eq!(told(new(&points[1..], None)), "control_points: 2 control points; knots and degree ask for 3");
+        let negative = new(&points, Some(vec![1.0, -1.0, 1.0]));
+        assert_eq!(told(negative), "weights[1]: weight 1 (-1) is not a finite number ≥ 0");
+        assert_eq!(told(new(&points, Some(vec![1.0; 2]))), "weights: 2 weights for 3 control points");
+        assert!(told(new(&points, Some(vec![1.0, 0.0, 1.0]))).starts_with("weights: the weights around parameter 1 "));
         let bad = [points[0], Vector::new(0.0, f64::NAN, 0.0), points[2]];
-        assert_eq!(new(&bad, None).unwrap_err(), ControlFault::NotFinite { index: 1 });
+        assert_eq!(told(new(&bad, None)), "control_points[1]: control point 1 is not finite");
     }
 }

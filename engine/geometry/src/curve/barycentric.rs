@@ -11,10 +11,13 @@
 //! the same nodes in the order of Leja. All is kept over the axis scaled by a power of two to the
 //! length around 4 that neither overflows nor underflows.
 
-use super::{CurveJet, fault::CurveFault, newton::Newton};
+use super::{CurveJet, check, newton::Newton};
 use crate::space::Vector;
-use flankfit_numerics::dd::{exponent_of, ldexp};
-use flankfit_numerics::{Dd, cancel};
+use flankfit_numerics::{
+    Dd, cancel,
+    check::Faults,
+    dd::{exponent_of, ldexp},
+};
 
 /// Weights outside of this range are scaled together by a power of two.
 const LARGEST_WEIGHT: f64 = 1e280;
@@ -47,18 +50,18 @@ pub struct Barycentric {
 impl Barycentric {
     /// The polynomial through `values` at `nodes`: as many, at least two, finite, and no node
     /// twice.
-    pub fn new(nodes: Vec<f64>, values: Vec<Vector>) -> Result<Self, CurveFault> {
+    pub fn new(nodes: Vec<f64>, values: Vec<Vector>) -> Result<Self, Faults> {
         let (low, high) = nodes.iter().fold((f64::MAX, f64::MIN), |(l, h), x| (l.min(*x), h.max(*x)));
         // half of each, so that the difference does not overflow
         let half = 0.5 * high - 0.5 * low;
         if !(half > 0.0) {
-            return Err(CurveFault::NotRepresentable { index: 0 });
+            return Err(check::not_representable(0));
         }
         let exponent = -exponent_of(half);
         let scaled: Vec<f64> = nodes.iter().map(|x| ldexp(*x, exponent)).collect();
         // nodes far closer to 0 than the domain is long would lose digits, or become one
         if let Some(index) = (0..nodes.len()).find(|&i| ldexp(scaled[i], -exponent) != nodes[i]) {
-            return Err(CurveFault::NotRepresentable { index });
+            return Err(check::not_representable(index));
         }
         let mut leja = Newton::default();
         for i in order_of_leja(&scaled) {
@@ -261,7 +264,7 @@ mod tests {
     #[test]
     fn nodes_that_half_of_their_distance_cannot_tell_apart() {
         let tiny = Barycentric::new(vec![0.0, f64::from_bits(1)], vec![Vector::zeros(); 2]);
-        assert!(matches!(tiny, Err(CurveFault::NotRepresentable { .. })));
+        assert_eq!(tiny, Err(check::not_representable(0)));
         // but far below and above what squares of doubles can tell
         for size in [1e-300, 1e300] {
             let values = vec![Vector::zeros(), Vector::x(), Vector::zeros()];
@@ -307,7 +310,7 @@ mod tests {
     #[test]
     fn nodes_far_closer_than_the_domain_is_long() {
         let hill = Barycentric::new(vec![0.0, 1e-300, 1e300], vec![Vector::zeros(), Vector::x(), Vector::zeros()]);
-        assert_eq!(hill, Err(CurveFault::NotRepresentable { index: 1 }));
+        assert_eq!(hill, Err(check::not_representable(1)));
     }
 
     #[test]

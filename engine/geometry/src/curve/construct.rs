@@ -2,10 +2,11 @@
 //! on its stability.
 
 use super::{
-    Curve, CurveFault, CurveShape,
+    Curve, CurveShape,
     method::{Method, Nodes, Points, nodes, shape},
     stability::{Stability, stability},
 };
+use flankfit_numerics::{check::Faults, fault::words::Shown};
 
 /// A curve through points.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,10 +31,8 @@ pub struct Constructed {
 /// assert!((made.stability.lebesgue.unwrap().constant - 1.25).abs() < 1e-9);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub fn through(points: &Points, method: &Method) -> Result<Constructed, CurveFault> {
-    let nodes = nodes(points)?;
-    let shape = shape(&nodes, method)?;
-    verify(&nodes, &shape)?;
+pub fn through(points: &Points, method: &Method) -> Result<Constructed, Faults> {
+    let (nodes, shape) = nodes_and_shape(points, method)?;
     let stability = stability(&nodes, method, &shape);
     Ok(Constructed { shape, parameters: nodes.parameters, stability })
 }
@@ -42,12 +41,15 @@ pub fn through(points: &Points, method: &Method) -> Result<Constructed, CurveFau
 const MISS: f64 = 1e-3;
 
 /// Refuses a curve through points that rounding has led past them.
-fn verify(nodes: &Nodes, shape: &CurveShape) -> Result<(), CurveFault> {
+fn verify(nodes: &Nodes, shape: &CurveShape) -> Result<(), Faults> {
     let largest = nodes.values.iter().fold(0.0f64, |most, value| most.max(value.amax()));
     for (index, (t, value)) in nodes.parameters.iter().zip(&nodes.values).enumerate() {
         let miss = (shape.value(*t) - value).amax();
         if !(miss <= MISS * largest) {
-            return Err(CurveFault::Misses { index, miss });
+            return Err(Faults::one(
+                "",
+                format_args!("by rounding alone the curve misses node {index} by {}", Shown(miss)),
+            ));
         }
     }
     Ok(())
@@ -66,17 +68,30 @@ fn verify(nodes: &Nodes, shape: &CurveShape) -> Result<(), CurveFault> {
 /// assert!((spline.value(0.5).x - 0.6875).abs() < 1e-15);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub fn shape_through(points: &Points, method: &Method) -> Result<(CurveShape, Vec<f64>), CurveFault> {
-    let nodes = nodes(points)?;
-    let shape = shape(&nodes, method)?;
-    verify(&nodes, &shape)?;
+pub fn shape_through(points: &Points, method: &Method) -> Result<(CurveShape, Vec<f64>), Faults> {
+    let (nodes, shape) = nodes_and_shape(points, method)?;
     Ok((shape, nodes.parameters))
+}
+
+/// Places faults of nodes and values where the points have these.
+fn nodes_and_shape(points: &Points, method: &Method) -> Result<(Nodes, CurveShape), Faults> {
+    let made = || {
+        let nodes = nodes(points)?;
+        let shape = shape(&nodes, method)?;
+        verify(&nodes, &shape)?;
+        Ok((nodes, shape))
+    };
+    let [x, y] = match points {
+        Points::Graph { .. } => ["points.x", "points.y"],
+        Points::Space { .. } => ["points.xyz"; 2],
+    };
+    made().map_err(|faults: Faults| faults.moved("nodes", x).moved("values", y))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::curve::{Ends, KnotChoice, Part, Tangents};
+    use crate::curve::{Ends, KnotChoice, Tangents};
 
     /// Abscissae whose differences have no digits left: an error of 2 was told of this spline, and
     /// no fault.
@@ -86,8 +101,9 @@ mod tests {
         for method in [Method::CubicSpline(Ends::natural()), Method::CubicHermite(Tangents::Akima), third] {
             let x: Vec<f64> = (0..6).map(|i| f64::from(i) * 5e-324).collect();
             let points = Points::Graph { x, y: vec![1.0, -1.0, 1.0, -1.0, 1.0, -1.0] };
-            let refused = through(&points, &method);
-            assert!(matches!(refused, Err(CurveFault::TooClose { part: Part::X, index: 1, .. })), "{refused:?}");
+            let fault = through(&points, &method).unwrap_err();
+            assert_eq!(fault.list()[0].path, "points.x[1]");
+            assert!(fault.to_string().contains("which leaves a double no digits"), "{fault}");
         }
         // whatever else goes by, the curve passes its points
         for size in [1e-280, 1e-150, 1e-100, 1e100, 1e300] {

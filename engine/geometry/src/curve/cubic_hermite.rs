@@ -7,13 +7,12 @@
 //! double-double.
 
 use super::{
-    fault::{CurveFault, Part, check_ascending, check_points},
+    check,
     piecewise::PiecewisePolynomial,
-    polynomial::values_part,
     tangents::{Tangents, secants, slopes},
 };
 use crate::space::{Dimension, Vector};
-use flankfit_numerics::Dd;
+use flankfit_numerics::{Dd, check::Faults};
 
 /// The curve through `values` at the ascending `nodes`, at least two.
 ///
@@ -35,14 +34,12 @@ pub fn cubic_hermite(
     nodes: &[f64],
     values: &[Vector],
     tangents: &Tangents,
-) -> Result<PiecewisePolynomial, CurveFault> {
-    check(dimension, nodes, values)?;
+) -> Result<PiecewisePolynomial, Faults> {
+    check(nodes, values)?;
     let slopes = match tangents {
         Tangents::Given(given) => {
-            if given.len() != nodes.len() {
-                return Err(CurveFault::Count { part: Part::Tangents, given: given.len(), wanted: nodes.len() });
-            }
-            check_points(Part::Tangents, given)?;
+            check::count("method.values", given.len(), nodes.len())?;
+            check::points("method.values", given)?;
             given.iter().map(|v| [v.x, v.y, v.z].map(Dd::from)).collect()
         }
         rule => slopes(rule, nodes, values),
@@ -51,16 +48,11 @@ pub fn cubic_hermite(
 }
 
 /// Nodes ascend, values are finite and as many.
-pub(super) fn check(dimension: Dimension, nodes: &[f64], values: &[Vector]) -> Result<(), CurveFault> {
-    if nodes.len() < 2 {
-        return Err(CurveFault::TooFew { part: Part::X, given: nodes.len(), least: 2 });
-    }
-    let part = values_part(dimension);
-    if values.len() != nodes.len() {
-        return Err(CurveFault::Count { part, given: values.len(), wanted: nodes.len() });
-    }
-    check_ascending(Part::X, nodes)?;
-    check_points(part, values)
+pub(super) fn check(nodes: &[f64], values: &[Vector]) -> Result<(), Faults> {
+    check::at_least("nodes", nodes.len(), 2)?;
+    check::count("values", values.len(), nodes.len())?;
+    check::ascending("nodes", nodes)?;
+    check::points("values", values)
 }
 
 /// The cubics with these values and slopes at the nodes.
@@ -69,7 +61,7 @@ pub(super) fn pieces(
     nodes: &[f64],
     values: &[Vector],
     slopes: &[[Dd; 3]],
-) -> Result<PiecewisePolynomial, CurveFault> {
+) -> Result<PiecewisePolynomial, Faults> {
     let mut coefficients = Vec::with_capacity(4 * nodes.len());
     for (i, secant) in secants(nodes, values).iter().enumerate() {
         let width = Dd::diff(nodes[i + 1], nodes[i]);
@@ -106,12 +98,14 @@ mod tests {
     #[test]
     fn what_is_refused() {
         let values = [0.0, 1.0, 2.0].map(|y| Vector::new(y, 0.0, 0.0));
-        let new = |nodes: &[f64], t: &Tangents| cubic_hermite(Dimension::Graph, nodes, &values, t).unwrap_err();
-        assert_eq!(new(&[0.0, 2.0, 1.0], &Tangents::Akima).indices(), [2]);
-        assert_eq!(new(&[0.0, 2.0], &Tangents::Akima).part(), Some(Part::Y));
+        let new = |nodes: &[f64], t: &Tangents| {
+            cubic_hermite(Dimension::Graph, nodes, &values, t).unwrap_err().list()[0].clone()
+        };
+        assert_eq!(new(&[0.0, 2.0, 1.0], &Tangents::Akima).path, "nodes[2]");
+        assert_eq!(new(&[0.0, 2.0], &Tangents::Akima).path, "values");
         let fault = new(&[0.0, 1.0, 2.0], &Tangents::Given(vec![Vector::zeros(); 2]));
-        assert_eq!(fault, CurveFault::Count { part: Part::Tangents, given: 2, wanted: 3 });
+        assert_eq!((&*fault.path, &*fault.message), ("method.values", "2 are given where 3 are needed"));
         let fault = new(&[0.0, 1.0, 2.0], &Tangents::Given(vec![Vector::zeros(), Vector::x() * f64::NAN, values[0]]));
-        assert_eq!((fault.part(), fault.indices()), (Some(Part::Tangents), vec![1]));
+        assert_eq!(fault.path, "method.values[1]");
     }
 }

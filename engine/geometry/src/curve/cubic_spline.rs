@@ -5,16 +5,15 @@
 //! solved in double-double, coordinates together.
 
 use super::{
-    cubic_hermite::{check, pieces},
+    check,
+    cubic_hermite::{self, pieces},
     ends::{End, Ends},
-    fault::{CurveFault, Part, check_points},
     piecewise::PiecewisePolynomial,
-    polynomial::values_part,
     spline_system::{Slopes, continuity, inner_system, open_system, widths},
     tangents::secants,
 };
 use crate::space::{Dimension, Vector};
-use flankfit_numerics::{Banded, BandedLu, Dd};
+use flankfit_numerics::{Banded, BandedLu, Dd, check::Faults, fault::words::Shown};
 
 /// Values at the two ends of a period may differ by this part of the largest.
 const PERIOD: f64 = 8.0 * f64::EPSILON;
@@ -40,8 +39,8 @@ pub fn cubic_spline(
     nodes: &[f64],
     values: &[Vector],
     ends: &Ends,
-) -> Result<PiecewisePolynomial, CurveFault> {
-    check(dimension, nodes, values)?;
+) -> Result<PiecewisePolynomial, Faults> {
+    cubic_hermite::check(nodes, values)?;
     let secants = secants(nodes, values);
     let slopes = match ends {
         Ends::Periodic => {
@@ -49,14 +48,20 @@ pub fn cubic_spline(
             let difference = (values[last] - values[0]).amax();
             let largest = values.iter().fold(0.0f64, |m, v| m.max(v.amax()));
             if !(difference <= PERIOD * largest) {
-                return Err(CurveFault::NotPeriodic { part: values_part(dimension), index: last, difference });
+                return Err(Faults::one(
+                    format_args!("values[{last}]"),
+                    format_args!(
+                        "a periodic curve ends where it starts, but node {last} differs from node 0 by {}",
+                        Shown(difference)
+                    ),
+                ));
             }
             periodic(nodes, &secants)?
         }
         Ends::Each { start, end } => {
-            for (part, end) in [(Part::Start, start), (Part::End, end)] {
+            for (place, end) in [("method.ends.start", start), ("method.ends.end", end)] {
                 if let End::Slope(given) | End::SecondDerivative(given) = end {
-                    check_points(part, std::slice::from_ref(given))?;
+                    check::points(place, std::slice::from_ref(given))?;
                 }
             }
             open(nodes, &secants, start, end)?
@@ -65,8 +70,8 @@ pub fn cubic_spline(
     pieces(dimension, nodes, values, &slopes)
 }
 
-fn factor(a: Banded<Dd>) -> Result<BandedLu<Dd>, CurveFault> {
-    a.factor().map_err(|fault| CurveFault::Singular { index: fault.column })
+fn factor(a: Banded<Dd>) -> Result<BandedLu<Dd>, Faults> {
+    a.factor().map_err(|fault| check::singular(fault.column))
 }
 
 /// Solves for all three coordinates.
@@ -80,12 +85,12 @@ fn solve(lu: &BandedLu<Dd>, b: &[[Dd; 3]]) -> Slopes {
     slopes
 }
 
-fn open(nodes: &[f64], secants: &[[Dd; 3]], start: &End, end: &End) -> Result<Slopes, CurveFault> {
+fn open(nodes: &[f64], secants: &[[Dd; 3]], start: &End, end: &End) -> Result<Slopes, Faults> {
     let (a, b) = open_system(nodes, secants, start, end);
     Ok(solve(&factor(a)?, &b))
 }
 
-fn periodic(nodes: &[f64], secants: &[[Dd; 3]]) -> Result<Slopes, CurveFault> {
+fn periodic(nodes: &[f64], secants: &[[Dd; 3]]) -> Result<Slopes, Faults> {
     let n = nodes.len();
     if n == 2 {
         // the one period that has equal values at its only two nodes
@@ -170,10 +175,10 @@ mod tests {
     #[test]
     fn what_is_refused() {
         let fault = cubic_spline(Dimension::Graph, &[0.0, 1.0, 2.0], &graph(&[0.0, 1.0, 0.5]), &Ends::Periodic);
-        assert_eq!(fault.unwrap_err().indices(), [2]);
+        assert_eq!(fault.unwrap_err().list()[0].path, "values[2]");
         let ends = Ends::clamped(Vector::zeros(), Vector::x() * f64::INFINITY);
         let fault = cubic_spline(Dimension::Graph, &[0.0, 1.0], &graph(&[0.0, 1.0]), &ends).unwrap_err();
-        assert_eq!(fault.part(), Some(Part::End));
+        assert_eq!(fault.list()[0].path, "method.ends.end[0]");
         assert!(cubic_spline(Dimension::Graph, &[0.0], &graph(&[0.0]), &Ends::natural()).is_err());
     }
 

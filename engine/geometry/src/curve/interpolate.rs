@@ -5,17 +5,12 @@
 //! inside the support of its function (Schoenberg and Whitney), which is checked first. The band is
 //! factored in double-double.
 
-use super::{
-    BSplineCurve,
-    cubic_hermite::check,
-    fault::{CurveFault, Part, check_ascending},
-    knots,
-};
+use super::{BSplineCurve, check, cubic_hermite, knots};
 use crate::{
     BSplineBasis,
     space::{Dimension, HIGHEST_DEGREE, Vector},
 };
-use flankfit_numerics::{Banded, BandedLu, Dd, cancel::Asking};
+use flankfit_numerics::{Banded, BandedLu, Dd, cancel::Asking, check::Faults, fault::words::Shown};
 
 /// Which knots an interpolating B-spline has.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,6 +21,56 @@ pub enum KnotChoice {
     Averaging,
     /// The parameters themselves but for those next to the ends ([`knots::not_a_knot`]).
     NotAKnot,
+}
+
+/// Why equations of interpolation have no single solution.
+#[derive(Clone, Debug, PartialEq)]
+pub enum NoCollocation {
+    /// Nodes or knots are refused.
+    Invalid(Faults),
+    /// A node outside of the support of its basis function (condition of Schoenberg and Whitney).
+    Unsupported {
+        /// Index of the node, of its basis function and of the first knot of the support, from 0.
+        node: usize,
+        /// Abscissa or parameter of the node.
+        value: f64,
+        /// Index of the last knot of the support.
+        until: usize,
+        /// Lower end of the support.
+        low: f64,
+        /// Upper end of the support.
+        high: f64,
+    },
+    /// The equations are singular in double-double precision.
+    Singular {
+        /// Index of the unknown without a pivot, from 0.
+        index: usize,
+    },
+}
+
+impl From<Faults> for NoCollocation {
+    fn from(faults: Faults) -> Self {
+        NoCollocation::Invalid(faults)
+    }
+}
+
+impl From<NoCollocation> for Faults {
+    fn from(none: NoCollocation) -> Self {
+        match none {
+            NoCollocation::Invalid(faults) => faults,
+            NoCollocation::Unsupported { node, value, until, low, high } => {
+                let [at, low, high] = [value, low, high].map(Shown);
+                Faults::one(
+                    format_args!("method.knots[{node}]"),
+                    format_args!(
+                        "node {node} (at {at}) does not lie inside the support of its basis function, knots {node} to \
+                         {until} ({low} to {high}): the condition of Schoenberg and Whitney"
+                    ),
+                )
+            }
+            NoCollocation::Singular { index } => check::singular(index),
+        }
+    }
 }
 
 /// The equations of interpolation over one axis, factored: to be solved for many right sides.
@@ -39,12 +84,9 @@ pub struct Collocation {
 impl Collocation {
     /// Checks and factors the equations for a basis with as many functions as there are ascending
     /// parameters.
-    pub fn new(basis: BSplineBasis, parameters: &[f64]) -> Result<Self, CurveFault> {
-        check_ascending(Part::X, parameters)?;
-        let wanted = parameters.len() + basis.degree() + 1;
-        if basis.knots().len() != wanted {
-            return Err(CurveFault::Count { part: Part::Knots, given: basis.knots().len(), wanted });
-        }
+    pub fn new(basis: BSplineBasis, parameters: &[f64]) -> Result<Self, NoCollocation> {
+        check::ascending("nodes", parameters)?;
+        check::count("method.knots", basis.knots().len(), parameters.len() + basis.degree() + 1)?;
         schoenberg_whitney(&basis, parameters)?;
         let p = basis.degree();
         let reach = p.min(parameters.len() - 1);
@@ -59,7 +101,7 @@ impl Collocation {
                 }
             }
         }
-        let lu = matrix.clone().factor().map_err(|fault| CurveFault::Singular { index: fault.column })?;
+        let lu = matrix.clone().factor().map_err(|fault| NoCollocation::Singular { index: fault.column })?;
         Ok(Collocation { basis, matrix, lu })
     }
 
@@ -84,14 +126,14 @@ impl Collocation {
     }
 
     /// Coefficients of the points `values`, each coordinate for itself.
-    pub fn control_points(&self, values: &[Vector]) -> Result<Vec<Vector>, CurveFault> {
+    pub fn control_points(&self, values: &[Vector]) -> Result<Vec<Vector>, Faults> {
         let mut points = vec![Vector::zeros(); values.len()];
         for k in 0..3 {
             let mut one: Vec<Dd> = values.iter().map(|v| Dd::from(v[k])).collect();
             self.solve(&mut one);
             for (index, (point, x)) in points.iter_mut().zip(&one).enumerate() {
                 if !x.hi.is_finite() {
-                    return Err(CurveFault::NotRepresentable { index });
+                    return Err(check::not_representable(index));
                 }
                 point[k] = x.to_f64();
             }
@@ -102,45 +144,41 @@ impl Collocation {
 
 /// Each parameter lies inside the support of the function of its number, or where an end of the
 /// support is no end of the function.
-fn schoenberg_whitney(basis: &BSplineBasis, parameters: &[f64]) -> Result<(), CurveFault> {
+fn schoenberg_whitney(basis: &BSplineBasis, parameters: &[f64]) -> Result<(), NoCollocation> {
     let (p, knots) = (basis.degree(), basis.knots());
     let (low, high) = basis.domain();
     for (node, &value) in parameters.iter().enumerate() {
         if !(low <= value && value <= high) {
-            return Err(CurveFault::NodeOutOfDomain { node, value, low, high });
+            let [at, low, high] = [value, low, high].map(Shown);
+            return Err(NoCollocation::Invalid(Faults::one(
+                format_args!("nodes[{node}]"),
+                format_args!("node {node} (at {at}) is not within the domain [{low}, {high}] of the knots"),
+            )));
         }
         let (first, last) = (knots[node], knots[node + p + 1]);
         let inside = first < value && value < last;
         let starts = value == first && knots[node + p] == first && value < last;
         let ends = value == last && knots[node + 1] == last && value == high;
         if !(inside || starts || ends) {
-            let (knot, until) = (node, node + p + 1);
-            return Err(CurveFault::SchoenbergWhitney { node, value, knot, until, low: first, high: last });
+            return Err(NoCollocation::Unsupported { node, value, until: node + p + 1, low: first, high: last });
         }
     }
     Ok(())
 }
 
 /// The knots that a choice means for these parameters.
-pub fn chosen_knots(degree: usize, parameters: &[f64], choice: &KnotChoice) -> Result<BSplineBasis, CurveFault> {
-    if !(1..=HIGHEST_DEGREE).contains(&degree) {
-        return Err(CurveFault::Degree { degree, least: 1, most: HIGHEST_DEGREE });
-    }
-    if parameters.len() <= degree {
-        return Err(CurveFault::DegreeAboveNodes { degree, nodes: parameters.len(), least: degree + 1 });
-    }
+pub fn chosen_knots(degree: usize, parameters: &[f64], choice: &KnotChoice) -> Result<BSplineBasis, Faults> {
+    check::degree("method.degree", degree, 1, HIGHEST_DEGREE)?;
+    check::nodes_of_degree("method.degree", degree, parameters.len(), degree + 1)?;
     let knots = match choice {
         KnotChoice::Given(knots) => {
-            let wanted = parameters.len() + degree + 1;
-            if knots.len() != wanted {
-                return Err(CurveFault::Count { part: Part::Knots, given: knots.len(), wanted });
-            }
+            check::count("method.knots", knots.len(), parameters.len() + degree + 1)?;
             knots.clone()
         }
         KnotChoice::Averaging => knots::averaging(degree, parameters)?,
         KnotChoice::NotAKnot => knots::not_a_knot(degree, parameters)?,
     };
-    Ok(BSplineBasis::new(degree, knots)?)
+    BSplineBasis::new(degree, knots).map_err(|faults| faults.within("method.knots"))
 }
 
 /// The B-spline of this degree through `values` at the ascending `parameters`.
@@ -164,11 +202,11 @@ pub fn interpolate(
     values: &[Vector],
     degree: usize,
     choice: &KnotChoice,
-) -> Result<BSplineCurve, CurveFault> {
-    check(dimension, parameters, values)?;
+) -> Result<BSplineCurve, Faults> {
+    cubic_hermite::check(parameters, values)?;
     let collocation = Collocation::new(chosen_knots(degree, parameters, choice)?, parameters)?;
     let points = collocation.control_points(values)?;
-    Ok(BSplineCurve::new(collocation.basis, dimension, points, None)?)
+    BSplineCurve::new(collocation.basis, dimension, points, None)
 }
 
 #[cfg(test)]
@@ -198,15 +236,17 @@ mod tests {
         let new = |degree, knots: &[f64]| {
             interpolate(Dimension::Graph, &t, &values, degree, &KnotChoice::Given(knots.to_vec())).unwrap_err()
         };
-        assert!(matches!(new(3, &[0., 0., 3., 3.]), CurveFault::Count { wanted: 8, .. }));
-        assert!(matches!(new(4, &[0.0; 9]), CurveFault::DegreeAboveNodes { nodes: 4, least: 5, .. }));
-        assert!(matches!(new(0, &[0.0; 5]), CurveFault::Degree { .. }));
-        assert_eq!(new(1, &[0., 0., 1., 0.5, 3., 3.]).indices(), [3]);
+        let told = |degree, knots: &[f64]| new(degree, knots).to_string();
+        assert!(told(3, &[0., 0., 3., 3.]).contains("where 8 are needed"));
+        assert!(told(4, &[0.0; 9]).contains("at least 5 nodes, 4 are given"));
+        assert!(told(0, &[0.0; 5]).contains("degree 0 is not within"));
+        assert_eq!(new(1, &[0., 0., 1., 0.5, 3., 3.]).list()[0].path, "method.knots[3]");
         // the knots 2.5 and 2.8 leave the second and third node without a function of theirs
         let fault = new(1, &[0., 0., 2.5, 2.8, 3., 3.]);
-        assert!(matches!(fault, CurveFault::SchoenbergWhitney { node: 2, knot: 2, .. }), "{fault}");
+        assert_eq!(fault.list()[0].path, "method.knots[2]");
+        assert!(fault.to_string().contains("node 2 (at 2) does not lie inside the support"), "{fault}");
         let fault = new(1, &[0.5, 0.5, 1., 2., 3., 3.]);
-        assert!(matches!(fault, CurveFault::NodeOutOfDomain { node: 0, .. }), "{fault}");
-        assert_eq!((fault.part(), fault.indices()), (Some(Part::X), vec![0]));
+        assert_eq!(fault.list()[0].path, "nodes[0]");
+        assert!(fault.to_string().contains("node 0 (at 0) is not within the domain"), "{fault}");
     }
 }

@@ -4,8 +4,9 @@
 //! times. Parameters are finite and ascend strictly. Source: Piegl and Tiller, The NURBS Book,
 //! section 9.2.1 and 9.4.1; de Boor for not-a-knot.
 
-use super::fault::{CurveFault, Part, check_ascending};
+use super::check;
 use crate::space::HIGHEST_DEGREE;
+use flankfit_numerics::check::Faults;
 
 /// Knots for interpolation by averaging (Eq. 9.8): each inner knot is the mean of `degree`
 /// neighbouring parameters, so that the condition of Schoenberg and Whitney holds. As many basis
@@ -19,7 +20,7 @@ use crate::space::HIGHEST_DEGREE;
 /// assert_eq!(knots, [0.0, 0.0, 0.0, 0.0, 2.0, 4.0, 4.0, 4.0, 4.0]);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub fn averaging(degree: usize, parameters: &[f64]) -> Result<Vec<f64>, CurveFault> {
+pub fn averaging(degree: usize, parameters: &[f64]) -> Result<Vec<f64>, Faults> {
     check(degree, parameters, 0)?;
     let inner = (1..parameters.len() - degree).map(|j| mean(&parameters[j..j + degree]));
     Ok(clamped(degree, parameters, inner))
@@ -28,11 +29,9 @@ pub fn averaging(degree: usize, parameters: &[f64]) -> Result<Vec<f64>, CurveFau
 /// Knots for least squares with `controls` basis functions (Eqs. 9.68 and 9.69): every span holds
 /// about as many parameters, at least one, so that the normal equations are positive definite.
 /// `degree < controls ≤` number of parameters.
-pub fn averaging_least_squares(degree: usize, parameters: &[f64], controls: usize) -> Result<Vec<f64>, CurveFault> {
+pub fn averaging_least_squares(degree: usize, parameters: &[f64], controls: usize) -> Result<Vec<f64>, Faults> {
     check(degree, parameters, controls)?;
-    if controls <= degree {
-        return Err(CurveFault::TooFew { part: Part::Controls, given: controls, least: degree + 1 });
-    }
+    check::at_least("control_points", controls, degree + 1)?;
     let share = parameters.len() as f64 / (controls - degree) as f64;
     let inner = (1..controls - degree).map(|j| {
         let place = j as f64 * share;
@@ -44,7 +43,7 @@ pub fn averaging_least_squares(degree: usize, parameters: &[f64], controls: usiz
 
 /// Knots at the parameters themselves but for those next to the ends: for degree 3 the not-a-knot
 /// spline. An even degree has its knots midway between parameters.
-pub fn not_a_knot(degree: usize, parameters: &[f64]) -> Result<Vec<f64>, CurveFault> {
+pub fn not_a_knot(degree: usize, parameters: &[f64]) -> Result<Vec<f64>, Faults> {
     check(degree, parameters, 0)?;
     let n = parameters.len();
     let inner: Vec<f64> = if degree % 2 == 1 {
@@ -72,15 +71,10 @@ fn clamped(degree: usize, parameters: &[f64], inner: impl Iterator<Item = f64>) 
 
 /// Refuses degrees that there are not, and fewer parameters than `least` or than the degree asks
 /// for.
-fn check(degree: usize, parameters: &[f64], least: usize) -> Result<(), CurveFault> {
-    if !(1..=HIGHEST_DEGREE).contains(&degree) {
-        return Err(CurveFault::Degree { degree, least: 1, most: HIGHEST_DEGREE });
-    }
-    if parameters.len() < least.max(degree + 1) {
-        let least = least.max(degree + 1);
-        return Err(CurveFault::DegreeAboveNodes { degree, nodes: parameters.len(), least });
-    }
-    check_ascending(Part::X, parameters)
+fn check(degree: usize, parameters: &[f64], least: usize) -> Result<(), Faults> {
+    check::degree("method.degree", degree, 1, HIGHEST_DEGREE)?;
+    check::nodes_of_degree("method.degree", degree, parameters.len(), least.max(degree + 1))?;
+    check::ascending("nodes", parameters)
 }
 
 #[cfg(test)]
@@ -117,12 +111,13 @@ mod tests {
 
     #[test]
     fn refused_parameters() {
-        assert_eq!(averaging(3, &[0.0, 1.0, 1.0, 2.0]).unwrap_err().indices(), [2]);
+        assert_eq!(averaging(3, &[0.0, 1.0, 1.0, 2.0]).unwrap_err().list()[0].path, "nodes[2]");
+        let told = |refused: Result<Vec<f64>, Faults>| refused.unwrap_err().to_string();
         for degree in [0, 26, usize::MAX] {
-            assert!(matches!(averaging(degree, &[0.0, 1.0]), Err(CurveFault::Degree { .. })));
-            assert!(matches!(not_a_knot(degree, &[0.0, 1.0]), Err(CurveFault::Degree { .. })));
-            assert!(matches!(averaging_least_squares(degree, &[0.0, 1.0], 2), Err(CurveFault::Degree { .. })));
+            assert!(told(averaging(degree, &[0.0, 1.0])).contains("is not within 1 to"));
+            assert!(told(not_a_knot(degree, &[0.0, 1.0])).contains("is not within 1 to"));
+            assert!(told(averaging_least_squares(degree, &[0.0, 1.0], 2)).contains("is not within 1 to"));
         }
-        assert!(matches!(averaging(3, &[0.0, 1.0, 2.0]), Err(CurveFault::DegreeAboveNodes { .. })));
+        assert!(told(averaging(3, &[0.0, 1.0, 2.0])).contains("degree 3 asks for at least 4 nodes"));
     }
 }

@@ -6,8 +6,9 @@
 //! sampled between all nodes; its highest peaks are then narrowed down.
 
 use super::{
-    BSplineCurve, Curve, CurveFault, CurveShape, Polynomial,
+    BSplineCurve, Curve, CurveShape, Polynomial,
     barycentric::Barycentric,
+    ends::Ends,
     figure::{Absence, ascending},
     interpolate::{Collocation, chosen_knots},
     method::{Method, Nodes, shape},
@@ -15,7 +16,7 @@ use super::{
     tangents::Tangents,
 };
 use crate::space::{Dimension, Vector};
-use flankfit_numerics::cancel;
+use flankfit_numerics::{cancel, check::Faults};
 
 /// The most nodes for which the constant is computed: the work grows with their square.
 pub const MOST_NODES: usize = 400;
@@ -61,7 +62,7 @@ pub(super) fn lebesgue(nodes: &Nodes, method: &Method, shape: &CurveShape) -> Re
         Method::Hermite { derivatives } => {
             within(count + derivatives.iter().map(Vec::len).sum::<usize>(), MOST_CONDITIONS)?;
             let zeros: Vec<Vec<Vector>> = derivatives.iter().map(|d| vec![Vector::zeros(); d.len()]).collect();
-            cardinals(parameters, |unit| {
+            cardinals(parameters, false, |unit| {
                 let with_value = |(v, d): (&Vector, &Vec<Vector>)| [std::slice::from_ref(v), d.as_slice()].concat();
                 let data: Vec<Vec<Vector>> = unit.iter().zip(&zeros).map(with_value).collect();
                 Polynomial::hermite(Dimension::Space, parameters, &data).map(CurveShape::Polynomial)
@@ -71,7 +72,7 @@ pub(super) fn lebesgue(nodes: &Nodes, method: &Method, shape: &CurveShape) -> Re
         Method::CubicHermite(_) | Method::CubicSpline(_) => {
             within(count, MOST_NODES)?;
             let method = homogeneous(method, count);
-            cardinals(parameters, |unit| {
+            cardinals(parameters, matches!(method, Method::CubicSpline(Ends::Periodic)), |unit| {
                 let nodes =
                     Nodes { dimension: Dimension::Space, parameters: parameters.clone(), values: unit.to_vec() };
                 self::shape(&nodes, &method)
@@ -81,7 +82,7 @@ pub(super) fn lebesgue(nodes: &Nodes, method: &Method, shape: &CurveShape) -> Re
             within(count, MOST_NODES)?;
             let basis = chosen_knots(*degree, parameters, knots).map_err(|_| Absence::NotFinite)?;
             let equations = Collocation::new(basis, parameters).map_err(|_| Absence::NotFinite)?;
-            cardinals(parameters, |unit| {
+            cardinals(parameters, false, |unit| {
                 let points = equations.control_points(unit)?;
                 let curve = BSplineCurve::new(equations.basis().clone(), Dimension::Space, points, None)?;
                 Ok(CurveShape::BSpline(curve))
@@ -103,7 +104,8 @@ fn homogeneous(method: &Method, count: usize) -> Method {
 /// Of a period, whose ends are one node, the last unit belongs to the first.
 fn cardinals(
     parameters: &[f64],
-    build: impl Fn(&[Vector]) -> Result<CurveShape, CurveFault>,
+    period: bool,
+    build: impl Fn(&[Vector]) -> Result<CurveShape, Faults>,
 ) -> Result<Lebesgue, Absence> {
     let count = parameters.len();
     let units = |first: usize, period: bool| {
@@ -116,8 +118,6 @@ fn cardinals(
         }
         unit
     };
-    // a periodic curve refuses a unit at one of its ends only
-    let period = matches!(build(&units(0, false)), Err(CurveFault::NotPeriodic { .. }));
     let own = if period { count - 1 } else { count };
     largest(parameters, |places| {
         let mut sums = vec![0.0; places.len()];

@@ -2,8 +2,8 @@
 //!
 //! A graph is measured as the plane curve (x, y(x)): x and y count in one unit.
 
-use super::{Curve, CurveFault};
-use flankfit_numerics::{cancel, sum2};
+use super::{Curve, check};
+use flankfit_numerics::{cancel, check::Faults, sum2};
 use std::collections::VecDeque;
 
 /// The relative error that an arc length is computed to, by default.
@@ -80,7 +80,7 @@ pub struct ArcLength {
 /// assert!(measured.converged && (measured.length - exact).abs() <= measured.error);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub fn arc_length(curve: &(impl Curve + ?Sized), from: f64, to: f64, tolerance: f64) -> Result<ArcLength, CurveFault> {
+pub fn arc_length(curve: &(impl Curve + ?Sized), from: f64, to: f64, tolerance: f64) -> Result<ArcLength, Faults> {
     let mut parts = MOST_PARTS;
     part_length(curve, &curve.breaks(), [from, to], tolerance, &mut parts)
 }
@@ -92,7 +92,7 @@ pub fn arc_lengths(
     curve: &(impl Curve + ?Sized),
     at: &[f64],
     tolerance: f64,
-) -> Result<(Vec<ArcLength>, ArcLength), CurveFault> {
+) -> Result<(Vec<ArcLength>, ArcLength), Faults> {
     let ([low, high], breaks) = (curve.domain(), curve.breaks());
     let mut order: Vec<usize> = (0..at.len()).collect();
     order.sort_by(|a, b| at[*a].total_cmp(&at[*b]));
@@ -147,10 +147,10 @@ fn part_length(
     [from, to]: [f64; 2],
     tolerance: f64,
     halvings: &mut usize,
-) -> Result<ArcLength, CurveFault> {
+) -> Result<ArcLength, Faults> {
     let [low, high] = curve.domain();
     if let Some(value) = [from, to].into_iter().find(|t| !(low <= *t && *t <= high)) {
-        return Err(CurveFault::OutOfDomain { value, low, high });
+        return Err(check::out_of_domain(value, low, high));
     }
     let (start, end) = (from.min(to), from.max(to));
     if start == end {

@@ -1,10 +1,11 @@
 //! Construction of a curve: points, a method, and the curve alone.
 
 use super::{
-    CurveFault, CurveShape, Ends, KnotChoice, Parametrization, Part, Polynomial, Tangents, cubic_hermite, cubic_spline,
+    CurveShape, Ends, KnotChoice, Parametrization, Polynomial, Tangents, check, cubic_hermite, cubic_spline,
     interpolate,
 };
 use crate::space::{Dimension, Vector};
+use flankfit_numerics::check::Faults;
 
 /// What the curve has to pass through.
 #[derive(Clone, Debug, PartialEq)]
@@ -63,23 +64,21 @@ pub(super) struct Nodes {
     pub values: Vec<Vector>,
 }
 
-pub(super) fn nodes(points: &Points) -> Result<Nodes, CurveFault> {
+pub(super) fn nodes(points: &Points) -> Result<Nodes, Faults> {
     match points {
         Points::Graph { x, y } => {
-            if x.len() != y.len() {
-                return Err(CurveFault::Count { part: Part::Y, given: y.len(), wanted: x.len() });
-            }
+            check::count("values", y.len(), x.len())?;
             let values = y.iter().map(|y| Vector::new(*y, 0.0, 0.0)).collect();
             Ok(Nodes { dimension: Dimension::Graph, parameters: x.clone(), values })
         }
         Points::Space { points, dimension, parametrization } => {
-            let parameters = parametrization.parameters(points)?;
+            let parameters = parametrization.parameters(points).map_err(|faults| faults.within("values"))?;
             Ok(Nodes { dimension: *dimension, parameters, values: points.clone() })
         }
     }
 }
 
-pub(super) fn shape(nodes: &Nodes, method: &Method) -> Result<CurveShape, CurveFault> {
+pub(super) fn shape(nodes: &Nodes, method: &Method) -> Result<CurveShape, Faults> {
     let Nodes { dimension, parameters, values } = nodes;
     let dimension = *dimension;
     Ok(match method {
@@ -88,10 +87,7 @@ pub(super) fn shape(nodes: &Nodes, method: &Method) -> Result<CurveShape, CurveF
         }
         Method::Newton => CurveShape::Polynomial(Polynomial::newton(dimension, parameters, values)?),
         Method::Hermite { derivatives } => {
-            if derivatives.len() != values.len() {
-                let (given, wanted) = (derivatives.len(), values.len());
-                return Err(CurveFault::Count { part: Part::Derivatives, given, wanted });
-            }
+            check::count("method.derivatives", derivatives.len(), values.len())?;
             let with_value = |(v, d): (&Vector, &Vec<Vector>)| [std::slice::from_ref(v), d.as_slice()].concat();
             let data: Vec<Vec<Vector>> = values.iter().zip(derivatives).map(with_value).collect();
             CurveShape::Polynomial(Polynomial::hermite(dimension, parameters, &data)?)

@@ -4,10 +4,13 @@
 //! uniform one makes loops, the chord length follows long chords too stiffly, the centripetal one
 //! (Lee 1989) stands between the two.
 
-use super::fault::{CurveFault, Part, check_points};
+use super::check;
 use crate::space::Vector;
-use flankfit_numerics::cancel::Asking;
-use flankfit_numerics::dd::{exponent_of, ldexp};
+use flankfit_numerics::{
+    cancel::Asking,
+    check::Faults,
+    dd::{exponent_of, ldexp},
+};
 
 /// How the parameter grows from point to point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,12 +38,15 @@ impl Parametrization {
     /// assert_eq!(parameters, [0.0, 0.25, 1.0]);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
-    pub fn parameters(self, points: &[Vector]) -> Result<Vec<f64>, CurveFault> {
-        let part = Part::Points;
-        if points.len() < 2 {
-            return Err(CurveFault::TooFew { part, given: points.len(), least: 2 });
-        }
-        check_points(part, points)?;
+    pub fn parameters(self, points: &[Vector]) -> Result<Vec<f64>, Faults> {
+        check::at_least("", points.len(), 2)?;
+        check::points("", points)?;
+        self.along(points).map_err(|index| check::repeated("", index, index - 1, points[index].x))
+    }
+
+    /// The parameters of two or more finite points; refused with the index of a point that stands
+    /// where the one before it stands.
+    pub(crate) fn along(self, points: &[Vector]) -> Result<Vec<f64>, usize> {
         let largest = points.iter().fold(0.0f64, |m, p| m.max(p.amax()));
         // a power of two, exact, so that the distance of huge and of tiny points is a double
         let shift = if largest > 0.0 { -exponent_of(largest) } else { 0 };
@@ -50,8 +56,7 @@ impl Parametrization {
             let scaled = |p: &Vector| p.map(|x| ldexp(x, shift));
             let chord = (scaled(&pair[1]) - scaled(&pair[0])).norm();
             if !(chord > 0.0) {
-                let value = pair[1].x;
-                return Err(CurveFault::Repeated { part, index: i + 1, first: i, value });
+                return Err(i + 1);
             }
             sum += match self {
                 Parametrization::Uniform => 1.0,
@@ -64,7 +69,7 @@ impl Parametrization {
             *t /= sum;
         }
         if let Some(i) = parameters.windows(2).position(|pair| !(pair[0] < pair[1])) {
-            return Err(CurveFault::Repeated { part, index: i + 1, first: i, value: points[i + 1].x });
+            return Err(i + 1);
         }
         Ok(parameters)
     }
@@ -82,11 +87,11 @@ mod tests {
         assert_eq!(Parametrization::Centripetal.parameters(&points).unwrap(), [0.0, 0.75, 1.0]);
         let twice = [points[0], points[1], points[1]];
         let fault = Parametrization::Uniform.parameters(&twice).unwrap_err();
-        assert_eq!((fault.part(), fault.indices()), (Some(Part::Points), vec![2]));
+        assert_eq!(fault.list()[0].path, "[2]");
         let far = [points[0], points[1] * 1e307, points[1] * 1e307 + points[2] * 1e295];
         assert!(Parametrization::ChordLength.parameters(&far).is_ok());
         let fault = Parametrization::Uniform.parameters(&[points[0], points[1] * f64::NAN]).unwrap_err();
-        assert_eq!(fault.indices(), [1]);
+        assert_eq!(fault.list()[0].path, "[1]");
         assert!(Parametrization::Uniform.parameters(&points[..1]).is_err());
     }
 }

@@ -1,12 +1,9 @@
 //! Curves of polynomial pieces between breaks, each written in powers of the distance from its left
 //! break.
 
-use super::{
-    Curve, CurveJet,
-    fault::{CurveFault, Part, check_ascending},
-    polynomial::values_part,
-};
+use super::{Curve, CurveJet, check};
 use crate::space::{Dimension, HIGHEST_DEGREE, Vector};
+use flankfit_numerics::check::Faults;
 
 /// `f(t) = Σ cₖ (t − bᵢ)ᵏ` for `bᵢ ≤ t < bᵢ₊₁`; the last piece is closed on the right.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,20 +23,14 @@ impl PiecewisePolynomial {
         breaks: Vec<f64>,
         degree: usize,
         coefficients: Vec<Vector>,
-    ) -> Result<Self, CurveFault> {
-        if degree > HIGHEST_DEGREE {
-            return Err(CurveFault::Degree { degree, least: 0, most: HIGHEST_DEGREE });
-        }
-        if breaks.len() < 2 {
-            return Err(CurveFault::TooFew { part: Part::X, given: breaks.len(), least: 2 });
-        }
-        check_ascending(Part::X, &breaks)?;
+    ) -> Result<Self, Faults> {
+        check::degree("method.degree", degree, 0, HIGHEST_DEGREE)?;
+        check::at_least("breaks", breaks.len(), 2)?;
+        check::ascending("breaks", &breaks)?;
         let wanted = (breaks.len() - 1) * (degree + 1);
-        if coefficients.len() != wanted {
-            return Err(CurveFault::Count { part: values_part(dimension), given: coefficients.len(), wanted });
-        }
+        check::count("coefficients", coefficients.len(), wanted)?;
         match coefficients.iter().position(|c| !c.iter().all(|x| x.is_finite())) {
-            Some(index) => Err(CurveFault::NotRepresentable { index }),
+            Some(index) => Err(check::not_representable(index)),
             None => Ok(PiecewisePolynomial { dimension, breaks, degree, coefficients }),
         }
     }
@@ -107,7 +98,7 @@ impl Curve for PiecewisePolynomial {
 mod tests {
     use super::*;
 
-    fn curve(breaks: &[f64], degree: usize, c: &[f64]) -> Result<PiecewisePolynomial, CurveFault> {
+    fn curve(breaks: &[f64], degree: usize, c: &[f64]) -> Result<PiecewisePolynomial, Faults> {
         let coefficients = c.iter().map(|c| Vector::new(*c, 0.0, 0.0)).collect();
         PiecewisePolynomial::new(Dimension::Graph, breaks.to_vec(), degree, coefficients)
     }
@@ -122,10 +113,11 @@ mod tests {
 
     #[test]
     fn what_is_refused() {
-        assert_eq!(curve(&[0.0, 1.0, 1.0], 0, &[1.0, 2.0]).unwrap_err().indices(), [2]);
-        assert!(matches!(curve(&[0.0, 1.0], 1, &[1.0]), Err(CurveFault::Count { wanted: 2, .. })));
-        assert!(matches!(curve(&[0.0, 1.0], 1, &[1.0, f64::NAN]), Err(CurveFault::NotRepresentable { index: 1 })));
-        assert!(matches!(curve(&[0.0, 1.0], 26, &[0.0; 27]), Err(CurveFault::Degree { .. })));
-        assert!(matches!(curve(&[0.0], 0, &[]), Err(CurveFault::TooFew { .. })));
+        assert_eq!(curve(&[0.0, 1.0, 1.0], 0, &[1.0, 2.0]).unwrap_err().list()[0].path, "breaks[2]");
+        let told = |breaks: &[f64], degree, c: &[f64]| curve(breaks, degree, c).unwrap_err().to_string();
+        assert!(told(&[0.0, 1.0], 1, &[1.0]).contains("where 2 are needed"));
+        assert_eq!(curve(&[0.0, 1.0], 1, &[1.0, f64::NAN]), Err(check::not_representable(1)));
+        assert!(told(&[0.0, 1.0], 26, &[0.0; 27]).contains("degree 26 is not within"));
+        assert!(told(&[0.0], 0, &[]).contains("too few"));
     }
 }

@@ -8,11 +8,11 @@
 use super::{
     Curve, CurveJet,
     barycentric::Barycentric,
-    fault::{CurveFault, Part, check_finite, check_points},
+    check,
     newton::{HIGHEST_ORDER, Newton},
 };
 use crate::space::{Dimension, Vector};
-use flankfit_numerics::Dd;
+use flankfit_numerics::{Dd, check::Faults, fault::words::Shown};
 
 /// The most conditions that one polynomial has to meet.
 pub const MOST_CONDITIONS: usize = 500;
@@ -39,16 +39,16 @@ pub enum Form {
 
 impl Polynomial {
     /// Through `values` at `nodes`, in the barycentric form of Lagrange (Eqs. 1 and 2).
-    pub fn lagrange(dimension: Dimension, nodes: Vec<f64>, values: Vec<Vector>) -> Result<Self, CurveFault> {
-        check(&nodes, values.len())?;
+    pub fn lagrange(dimension: Dimension, nodes: Vec<f64>, values: Vec<Vector>) -> Result<Self, Faults> {
+        check(&nodes, "values", values.len())?;
         distinct(&nodes)?;
-        check_points(values_part(dimension), &values)?;
+        check::points("values", &values)?;
         let domain = range(&nodes);
         Ok(Polynomial { dimension, domain, form: Form::Barycentric(Barycentric::new(nodes, values)?) })
     }
 
     /// Through `values` at `nodes`, in the form of Newton.
-    pub fn newton(dimension: Dimension, nodes: &[f64], values: &[Vector]) -> Result<Self, CurveFault> {
+    pub fn newton(dimension: Dimension, nodes: &[f64], values: &[Vector]) -> Result<Self, Faults> {
         let data: Vec<Vec<Vector>> = values.iter().map(|v| vec![*v]).collect();
         Self::hermite(dimension, nodes, &data)
     }
@@ -69,25 +69,25 @@ impl Polynomial {
     /// assert_eq!(polynomial.value(0.25).x, 0.15625);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
-    pub fn hermite(dimension: Dimension, nodes: &[f64], data: &[Vec<Vector>]) -> Result<Self, CurveFault> {
-        check(nodes, data.len())?;
+    pub fn hermite(dimension: Dimension, nodes: &[f64], data: &[Vec<Vector>]) -> Result<Self, Faults> {
+        check(nodes, "values", data.len())?;
         distinct(nodes)?;
         let conditions: usize = data.iter().map(Vec::len).sum();
-        if conditions > MOST_CONDITIONS {
-            return Err(CurveFault::TooMany { part: Part::Derivatives, given: conditions, most: MOST_CONDITIONS });
-        }
+        check::at_most("method.derivatives", conditions, MOST_CONDITIONS)?;
         for (node, data) in data.iter().enumerate() {
-            let part = values_part(dimension);
             if data.is_empty() {
-                return Err(CurveFault::Count { part, given: 0, wanted: 1 });
+                check::count("values", 0, 1)?;
             }
             if data.len() > HIGHEST_ORDER + 1 {
-                return Err(CurveFault::TooManyDerivatives { node, given: data.len() - 1, most: HIGHEST_ORDER });
+                return Err(check::too_many_derivatives(node, data.len() - 1, HIGHEST_ORDER));
             }
             if let Some(order) = data.iter().position(|v| !v.iter().all(|x| x.is_finite())) {
                 return Err(match order {
-                    0 => CurveFault::NotFinite { part, index: node },
-                    _ => CurveFault::DerivativeNotFinite { node, order: order - 1 },
+                    0 => check::not_finite("values", node),
+                    _ => Faults::one(
+                        format_args!("method.derivatives[{node}][{}]", order - 1),
+                        format_args!("number {} at node {node} is not finite", order - 1),
+                    ),
                 });
             }
         }
@@ -104,18 +104,14 @@ impl Polynomial {
 
     /// The polynomial with these nodes (each as often as it has conditions) and divided
     /// differences.
-    pub fn of_differences(
-        dimension: Dimension,
-        nodes: Vec<f64>,
-        differences: Vec<[Dd; 3]>,
-    ) -> Result<Self, CurveFault> {
-        check(&nodes, differences.len())?;
+    pub fn of_differences(dimension: Dimension, nodes: Vec<f64>, differences: Vec<[Dd; 3]>) -> Result<Self, Faults> {
+        check(&nodes, "coefficients", differences.len())?;
         if let Some(index) = differences.iter().position(|c| !c.iter().all(|x| x.is_finite())) {
-            return Err(CurveFault::NotFinite { part: values_part(dimension), index });
+            return Err(check::not_finite("coefficients", index));
         }
         let domain = range(&nodes);
         if !(domain[0] < domain[1]) {
-            return Err(CurveFault::Repeated { part: Part::X, index: 1, first: 0, value: nodes[0] });
+            return Err(check::repeated("nodes", 1, 0, nodes[0]));
         }
         Ok(Polynomial { dimension, domain, form: Form::Newton(Newton::of_differences(nodes, differences)) })
     }
@@ -137,13 +133,10 @@ impl Polynomial {
     /// assert_eq!(polynomial.value(0.5).x, 0.25);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
-    pub fn push(&mut self, node: f64, datum: Vector) -> Result<(), CurveFault> {
-        check_finite(Part::X, &[node])?;
-        check_points(values_part(self.dimension), &[datum])?;
-        let given = self.conditions() + 1;
-        if given > MOST_CONDITIONS {
-            return Err(CurveFault::TooMany { part: Part::X, given, most: MOST_CONDITIONS });
-        }
+    pub fn push(&mut self, node: f64, datum: Vector) -> Result<(), Faults> {
+        check::finite("nodes", &[node])?;
+        check::points("values", &[datum])?;
+        check::at_most("nodes", self.conditions() + 1, MOST_CONDITIONS)?;
         match &mut self.form {
             Form::Newton(newton) => newton.push(node, datum)?,
             Form::Barycentric(form) => {
@@ -188,46 +181,41 @@ impl Polynomial {
     }
 
     /// Whether even double-double could not hold what the order of the nodes asks for.
-    fn verify(&self, nodes: &[f64], data: &[Vec<Vector>]) -> Result<(), CurveFault> {
+    fn verify(&self, nodes: &[f64], data: &[Vec<Vector>]) -> Result<(), Faults> {
         let largest = data.iter().filter_map(|d| d.first()).fold(0.0f64, |m, v| m.max(v.amax()));
         for (index, (node, data)) in nodes.iter().zip(data).enumerate() {
             let miss = data.first().map_or(0.0, |v| (self.value(*node) - v).amax());
             if !(miss <= MISS * largest) {
-                return Err(CurveFault::Unstable { index, miss });
+                return Err(Faults::one(
+                    "values",
+                    format_args!(
+                        "in double-double precision the polynomial still misses node {index} by {}: too many nodes in \
+                         this order; use the barycentric form or a spline",
+                        Shown(miss)
+                    ),
+                ));
             }
         }
         Ok(())
     }
 }
 
-/// The values of a graph are ordinates, those of a parametric curve points.
-pub(super) fn values_part(dimension: Dimension) -> Part {
-    if dimension.is_parametric() { Part::Points } else { Part::Y }
-}
-
 fn range(nodes: &[f64]) -> [f64; 2] {
     nodes.iter().fold([f64::MAX, f64::MIN], |[l, h], x| [l.min(*x), h.max(*x)])
 }
 
-fn check(nodes: &[f64], values: usize) -> Result<(), CurveFault> {
-    let part = Part::X;
-    if nodes.len() < 2 {
-        return Err(CurveFault::TooFew { part, given: nodes.len(), least: 2 });
-    }
-    if nodes.len() > MOST_CONDITIONS {
-        return Err(CurveFault::TooMany { part, given: nodes.len(), most: MOST_CONDITIONS });
-    }
-    if nodes.len() != values {
-        return Err(CurveFault::Count { part: Part::Y, given: values, wanted: nodes.len() });
-    }
-    check_finite(part, nodes)
+fn check(nodes: &[f64], list: &str, values: usize) -> Result<(), Faults> {
+    check::at_least("nodes", nodes.len(), 2)?;
+    check::at_most("nodes", nodes.len(), MOST_CONDITIONS)?;
+    check::count(list, values, nodes.len())?;
+    check::finite("nodes", nodes)
 }
 
 /// Refuses a node that stands twice, in whatever order the nodes come.
-fn distinct(nodes: &[f64]) -> Result<(), CurveFault> {
+fn distinct(nodes: &[f64]) -> Result<(), Faults> {
     for (index, value) in nodes.iter().enumerate() {
         if let Some(first) = nodes[..index].iter().position(|x| x == value) {
-            return Err(CurveFault::Repeated { part: Part::X, index, first, value: *value });
+            return Err(check::repeated("nodes", index, first, *value));
         }
     }
     Ok(())
@@ -295,19 +283,19 @@ mod tests {
     #[test]
     fn what_is_refused() {
         let new = |x: &[f64], y: &[f64]| Polynomial::lagrange(Dimension::Graph, x.to_vec(), graph(y)).unwrap_err();
-        assert!(matches!(new(&[1.0], &[1.0]), CurveFault::TooFew { .. }));
-        assert!(matches!(new(&[1.0, 2.0], &[1.0]), CurveFault::Count { .. }));
-        assert_eq!(new(&[1.0, 2.0, 1.0], &[1.0; 3]).indices(), [2]);
-        let fault = new(&[1.0, 2.0, 3.0], &[1.0, f64::NAN, 1.0]);
-        assert_eq!((fault.part(), fault.indices()), (Some(Part::Y), vec![1]));
-        assert_eq!(new(&[1.0, f64::INFINITY], &[1.0, 1.0]), CurveFault::NotFinite { part: Part::X, index: 1 });
-        assert!(matches!(new(&vec![0.0; 501], &vec![0.0; 501]), CurveFault::TooMany { .. }));
-        let data = [graph(&[1.0, 2.0]), graph(&[1.0, f64::NAN])];
-        let fault = Polynomial::hermite(Dimension::Graph, &[0.0, 1.0], &data).unwrap_err();
-        assert_eq!((fault.part(), fault.indices()), (Some(Part::Derivatives), vec![1, 0]));
-        let many = [graph(&[0.0; 22]), graph(&[1.0])];
-        let fault = Polynomial::hermite(Dimension::Graph, &[0.0, 1.0], &many).unwrap_err();
-        assert!(matches!(fault, CurveFault::TooManyDerivatives { node: 0, given: 21, most: 20 }));
+        let told = |x: &[f64], y: &[f64]| new(x, y).to_string();
+        assert_eq!(told(&[1.0], &[1.0]), "nodes: 1 is too few: at least 2 are needed");
+        assert_eq!(told(&[1.0, 2.0], &[1.0]), "values: 1 is given where 2 are needed");
+        assert_eq!(told(&[1.0, 2.0, 1.0], &[1.0; 3]), "nodes[2]: number 2 (1) repeats number 0");
+        assert_eq!(told(&[1.0, 2.0, 3.0], &[1.0, f64::NAN, 1.0]), "values[1]: number 1 is not finite");
+        assert_eq!(told(&[1.0, f64::INFINITY], &[1.0, 1.0]), "nodes[1]: number 1 is not finite");
+        assert_eq!(told(&[0.0; 501], &[0.0; 501]), "nodes: 501 are too many: at most 500 are possible");
+        let hermite =
+            |data: &[Vec<Vector>]| Polynomial::hermite(Dimension::Graph, &[0.0, 1.0], data).unwrap_err().to_string();
+        let fault = hermite(&[graph(&[1.0, 2.0]), graph(&[1.0, f64::NAN])]);
+        assert_eq!(fault, "method.derivatives[1][0]: number 0 at node 1 is not finite");
+        let fault = hermite(&[graph(&[0.0; 22]), graph(&[1.0])]);
+        assert_eq!(fault, "method.derivatives[0]: 21 derivatives are given at node 0, more than 20");
     }
 
     /// A hundred and fifty nodes in ascending order are beyond double-double, and said to be.
@@ -317,6 +305,6 @@ mod tests {
         let y = graph(&x.iter().map(|x| (3.0 * x).sin()).collect::<Vec<_>>());
         assert!(Polynomial::newton(Dimension::Graph, &x[..40], &y[..40]).is_ok());
         let fault = Polynomial::newton(Dimension::Graph, &x, &y).unwrap_err();
-        assert!(matches!(fault, CurveFault::Unstable { .. }), "{fault}");
+        assert!(fault.to_string().contains("the polynomial still misses node"), "{fault}");
     }
 }

@@ -5,13 +5,13 @@
 //! Rational curves are changed in homogeneous coordinates.
 
 use super::BSplineCurve;
-use super::fault::{CurveFault, Part};
+use super::check;
 use crate::{
     BSplineBasis,
     polar::{change_knots, raise_degree},
     space::{Dimension, HIGHEST_DEGREE, Vector},
 };
-use flankfit_numerics::{Dd, cancel};
+use flankfit_numerics::{Dd, cancel, check::Faults};
 
 /// One polynomial or rational piece in the basis of Bernstein.
 #[derive(Clone, Debug, PartialEq)]
@@ -38,7 +38,7 @@ impl BSplineCurve {
     }
 
     /// The curve of homogeneous control points.
-    fn of_homogeneous(&self, basis: BSplineBasis, controls: &[Homogeneous]) -> Result<Self, CurveFault> {
+    fn of_homogeneous(&self, basis: BSplineBasis, controls: &[Homogeneous]) -> Result<Self, Faults> {
         let (points, weights) = project(controls);
         let weights = self.weights().map(|_| weights);
         Ok(BSplineCurve::new(basis, self.dimension_of(), points, weights)?)
@@ -48,7 +48,7 @@ impl BSplineCurve {
         super::Curve::dimension(self)
     }
 
-    fn over(&self, knots: Vec<f64>) -> Result<Self, CurveFault> {
+    fn over(&self, knots: Vec<f64>) -> Result<Self, Faults> {
         let basis = BSplineBasis::new(self.basis().degree(), knots)?;
         let controls = change_knots(self.basis(), &self.homogeneous(), &basis);
         self.of_homogeneous(basis, &controls)
@@ -72,16 +72,16 @@ impl BSplineCurve {
     /// assert_eq!(curve.insert_knot(0.5, 1)?.control_points(), heights(&[0.0, 0.5, 0.5, 0.0]));
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
-    pub fn insert_knot(&self, at: f64, times: usize) -> Result<Self, CurveFault> {
+    pub fn insert_knot(&self, at: f64, times: usize) -> Result<Self, Faults> {
         // more than this is refused for any knot, whatever the number
         self.refine(&vec![at; times.min(self.basis().degree() + 2)])
     }
 
     /// Inserts several knots, in any order, each as often as it stands.
-    pub fn refine(&self, inserted: &[f64]) -> Result<Self, CurveFault> {
+    pub fn refine(&self, inserted: &[f64]) -> Result<Self, Faults> {
         let (low, high) = self.basis().domain();
         if let Some(&value) = inserted.iter().find(|x| !(low <= **x && **x <= high)) {
-            return Err(CurveFault::OutOfDomain { value, low, high });
+            return Err(check::out_of_domain(value, low, high));
         }
         let mut knots = [self.basis().knots(), inserted].concat();
         knots.sort_by(f64::total_cmp);
@@ -90,17 +90,17 @@ impl BSplineCurve {
 
     /// The same curve with its end knots standing degree + 1 times, so that it starts and ends at
     /// control points.
-    pub fn clamp(&self) -> Result<Self, CurveFault> {
+    pub fn clamp(&self) -> Result<Self, Faults> {
         let [low, high] = <[f64; 2]>::from(self.basis().domain());
         self.restrict(low, high)
     }
 
     /// The part of the curve over `[low, high]` within the domain, clamped.
-    pub fn restrict(&self, low: f64, high: f64) -> Result<Self, CurveFault> {
+    pub fn restrict(&self, low: f64, high: f64) -> Result<Self, Faults> {
         let (first, last) = self.basis().domain();
         for value in [low, high] {
             if !(first <= value && value <= last) {
-                return Err(CurveFault::OutOfDomain { value, low: first, high: last });
+                return Err(check::out_of_domain(value, first, last));
             }
         }
         let end = |value| std::iter::repeat_n(value, self.basis().degree() + 1);
@@ -109,7 +109,7 @@ impl BSplineCurve {
     }
 
     /// The two parts of the curve before and after `at`, which lies inside the domain.
-    pub fn split(&self, at: f64) -> Result<[Self; 2], CurveFault> {
+    pub fn split(&self, at: f64) -> Result<[Self; 2], Faults> {
         let (low, high) = self.basis().domain();
         Ok([self.restrict(low, at)?, self.restrict(at, high)?])
     }
@@ -132,12 +132,10 @@ impl BSplineCurve {
     /// assert_eq!(line.elevate(1)?.control_points(), heights(&[0.0, 1.0, 2.0]));
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
-    pub fn elevate(&self, times: usize) -> Result<Self, CurveFault> {
+    pub fn elevate(&self, times: usize) -> Result<Self, Faults> {
         let degree = self.basis().degree();
         let target = degree.saturating_add(times);
-        if target > HIGHEST_DEGREE {
-            return Err(CurveFault::Degree { degree: target, least: degree, most: HIGHEST_DEGREE });
-        }
+        check::degree("degree", target, degree, HIGHEST_DEGREE)?;
         let clamped = self.clamp()?;
         let (mut basis, mut controls) = (clamped.basis().clone(), clamped.homogeneous());
         for degree in degree + 1..=target {
@@ -151,7 +149,7 @@ impl BSplineCurve {
     }
 
     /// The Bézier pieces between the distinct knots of the domain.
-    pub fn bezier_pieces(&self) -> Result<Vec<BezierPiece>, CurveFault> {
+    pub fn bezier_pieces(&self) -> Result<Vec<BezierPiece>, Faults> {
         let p = self.basis().degree();
         let breaks = self.basis().distinct_knots();
         let controls = self.homogeneous();
@@ -161,7 +159,7 @@ impl BSplineCurve {
             let alone = change_knots(self.basis(), &controls, &BSplineBasis::new(p, knots)?);
             let (control_points, weights) = project(&alone);
             if let Some(index) = control_points.iter().position(|c| !c.iter().all(|x| x.is_finite())) {
-                return Err(CurveFault::NotFinite { part: Part::Controls, index });
+                return Err(check::not_finite("control_points", index));
             }
             Ok(BezierPiece { interval: [pair[0], pair[1]], control_points, weights })
         };
@@ -233,10 +231,11 @@ mod tests {
     #[test]
     fn what_is_refused() {
         let circle = circle();
-        assert!(matches!(circle.insert_knot(4.5, 1), Err(CurveFault::OutOfDomain { .. })));
-        assert!(matches!(circle.insert_knot(f64::NAN, 1), Err(CurveFault::OutOfDomain { .. })));
-        assert!(matches!(circle.insert_knot(1.0, 2), Err(CurveFault::Knots(_))));
-        assert!(matches!(circle.elevate(24), Err(CurveFault::Degree { .. })));
+        let told = |refused: Result<BSplineCurve, Faults>| refused.unwrap_err().to_string();
+        assert!(told(circle.insert_knot(4.5, 1)).contains("not within the domain"));
+        assert!(told(circle.insert_knot(f64::NAN, 1)).contains("not within the domain"));
+        assert!(told(circle.insert_knot(1.0, 2)).contains("more than degree + 1"));
+        assert!(told(circle.elevate(24)).contains("degree 26 is not within 2"));
         assert!(circle.split(0.0).is_err());
     }
 }

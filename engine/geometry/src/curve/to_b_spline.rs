@@ -4,12 +4,12 @@
 //! A break gets as many knots as the continuity there asks for; where rounding leaves it open how
 //! continuous the pieces are, as many as continuity of the value does.
 
-use super::{BSplineCurve, Curve, CurveFault, CurveShape, PiecewisePolynomial};
+use super::{BSplineCurve, Curve, CurveShape, PiecewisePolynomial, check};
 use crate::{
     BSplineBasis,
     space::{HIGHEST_DEGREE, Vector},
 };
-use flankfit_numerics::Dd;
+use flankfit_numerics::{Dd, check::Faults};
 
 /// Coefficients of pieces are right to this part of their terms.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
@@ -39,15 +39,13 @@ impl CurveShape {
     /// assert_eq!(heights, [0.0, 0.0, 4.0]);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
-    pub fn to_b_spline(&self) -> Result<BSplineCurve, CurveFault> {
+    pub fn to_b_spline(&self) -> Result<BSplineCurve, Faults> {
         match self {
             CurveShape::BSpline(curve) => Ok(curve.clone()),
             CurveShape::PiecewisePolynomial(curve) => piecewise(curve),
             CurveShape::Polynomial(curve) => {
                 let degree = curve.conditions() - 1;
-                if degree > HIGHEST_DEGREE {
-                    return Err(CurveFault::Degree { degree, least: 0, most: HIGHEST_DEGREE });
-                }
+                check::degree("degree", degree, 0, HIGHEST_DEGREE)?;
                 let [low, high] = curve.domain();
                 let at = 0.5 * low + 0.5 * high;
                 let piece = Piece { at, powers: curve.powers(at) };
@@ -57,7 +55,7 @@ impl CurveShape {
     }
 }
 
-fn piecewise(curve: &PiecewisePolynomial) -> Result<BSplineCurve, CurveFault> {
+fn piecewise(curve: &PiecewisePolynomial) -> Result<BSplineCurve, Faults> {
     let (p, breaks) = (curve.degree(), curve.places());
     let lift = |v: &Vector| [v.x, v.y, v.z].map(Dd::from);
     let pieces: Vec<Piece> = (0..breaks.len() - 1)
@@ -103,7 +101,7 @@ fn assemble(
     breaks: &[f64],
     inner: &[usize],
     pieces: &[Piece],
-) -> Result<BSplineCurve, CurveFault> {
+) -> Result<BSplineCurve, Faults> {
     let last = breaks.len() - 1;
     let mut knots = Vec::new();
     for (i, at) in breaks.iter().enumerate() {
@@ -218,6 +216,6 @@ mod tests {
         let x: Vec<f64> = (0..27).map(f64::from).collect();
         let points = Points::Graph { y: x.clone(), x };
         let shape = shape_through(&points, &Method::Lagrange).unwrap().0;
-        assert!(matches!(shape.to_b_spline(), Err(CurveFault::Degree { degree: 26, .. })));
+        assert!(shape.to_b_spline().unwrap_err().to_string().contains("degree 26 is not within"));
     }
 }

@@ -7,8 +7,9 @@
 use super::{Surface, SurfaceJet};
 use crate::{
     BSplineBasis,
-    space::{ControlFault, Dimension, HIGHEST_DEGREE, Vector, check_controls},
+    space::{Dimension, HIGHEST_DEGREE, Vector, check_controls, degree_too_high, in_rows, no_weight},
 };
+use flankfit_numerics::check::Faults;
 
 /// `S(u, v) = Σ wᵢⱼ aᵢⱼ Nᵢ(u) Nⱼ(v) / Σ wᵢⱼ Nᵢ(u) Nⱼ(v)`, or without weights the numerator with w =
 /// 1.
@@ -28,18 +29,19 @@ impl BSplineSurface {
         dimension: Dimension,
         control_points: Vec<Vector>,
         weights: Option<Vec<f64>>,
-    ) -> Result<Self, ControlFault> {
+    ) -> Result<Self, Faults> {
         if let Some(degree) = bases.iter().map(BSplineBasis::degree).find(|degree| *degree > HIGHEST_DEGREE) {
-            return Err(ControlFault::Degree { degree });
+            return Err(degree_too_high("control_points", degree));
         }
-        check_controls(&control_points, weights.as_deref(), bases[0].size() * bases[1].size())?;
+        let [rows, columns] = bases.each_ref().map(BSplineBasis::size);
+        check_controls(&control_points, weights.as_deref(), rows * columns, in_rows(columns))?;
         let surface = BSplineSurface { bases, dimension, control_points, weights };
         if surface.weights.is_some() {
             let [us, vs] = surface.breaks();
             for (u, v) in us.iter().flat_map(|u| vs.iter().map(move |v| (*u, *v))) {
                 let weight = surface.sums(u, v, 0).1[0];
                 if !(weight > 0.0 && weight.is_finite()) {
-                    return Err(ControlFault::NoWeight { place: u });
+                    return Err(no_weight(u));
                 }
             }
         }

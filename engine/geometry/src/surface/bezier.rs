@@ -4,43 +4,17 @@
 //! Bernstein polynomials are the B-splines of one span, so the patch is kept as such; only its
 //! degrees are those of the net.
 
-use super::{BSplineSurface, Surface, SurfaceJet};
+use super::{BSplineSurface, Surface, SurfaceJet, check};
 use crate::{
-    BSplineBasis, KnotFault,
-    space::{ControlFault, Dimension, HIGHEST_DEGREE, Vector},
+    BSplineBasis,
+    space::{Dimension, HIGHEST_DEGREE, Vector, degree_too_high},
 };
-use flankfit_numerics::fault::words::Shown;
+use flankfit_numerics::check::Faults;
 
 /// A patch over one rectangle, its net having (degree + 1) control points along each parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BezierSurface {
     spline: BSplineSurface,
-}
-
-/// Why a Bézier net is refused.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum BezierFault {
-    /// A net with fewer than two control points along a parameter.
-    #[error("{rows} × {columns} control points are no net: along each parameter there must be at least 2")]
-    Net {
-        /// Control points along u.
-        rows: usize,
-        /// Control points along v.
-        columns: usize,
-    },
-    /// A domain without width.
-    #[error("the domain [{}, {}] has no width", Shown(*.low), Shown(*.high))]
-    Domain {
-        /// The axis: 0 for u, 1 for v.
-        axis: usize,
-        /// Lower end of the domain.
-        low: f64,
-        /// Upper end of the domain.
-        high: f64,
-    },
-    /// The control points or weights are refused.
-    #[error(transparent)]
-    Control(#[from] ControlFault),
 }
 
 impl BezierSurface {
@@ -67,15 +41,19 @@ impl BezierSurface {
         dimension: Dimension,
         control_points: Vec<Vector>,
         weights: Option<Vec<f64>>,
-    ) -> Result<Self, BezierFault> {
+    ) -> Result<Self, Faults> {
         let [rows, columns] = shape;
         if rows < 2 || columns < 2 {
-            return Err(BezierFault::Net { rows, columns });
+            let message = format_args!(
+                "{rows} × {columns} control points are no net: along each parameter there must be at least 2"
+            );
+            return Err(Faults::one("control_points", message));
         }
         if let Some(degree) = shape.into_iter().map(|n| n - 1).find(|degree| *degree > HIGHEST_DEGREE) {
-            return Err(ControlFault::Degree { degree }.into());
+            return Err(degree_too_high("control_points", degree));
         }
-        let basis = |axis: usize| one_span(shape[axis] - 1, domain[axis]).map_err(|_| no_width(axis, domain[axis]));
+        let basis =
+            |axis: usize| one_span(shape[axis] - 1, domain[axis]).map_err(|_| check::no_width(axis, domain[axis]));
         let bases = [basis(0)?, basis(1)?];
         Ok(BezierSurface { spline: BSplineSurface::new(bases, dimension, control_points, weights)? })
     }
@@ -101,12 +79,8 @@ impl BezierSurface {
     }
 }
 
-fn no_width(axis: usize, [low, high]: [f64; 2]) -> BezierFault {
-    BezierFault::Domain { axis, low, high }
-}
-
 /// The Bernstein polynomials of `degree` on `[low, high]`.
-pub(super) fn one_span(degree: usize, [low, high]: [f64; 2]) -> Result<BSplineBasis, KnotFault> {
+pub(super) fn one_span(degree: usize, [low, high]: [f64; 2]) -> Result<BSplineBasis, Faults> {
     BSplineBasis::uniform(degree, 1, low, high)
 }
 
@@ -156,9 +130,11 @@ mod tests {
         let net = |n: usize| vec![Vector::zeros(); n];
         let new =
             |shape, domain, points| BezierSurface::new(shape, domain, Dimension::Space, points, None).unwrap_err();
-        assert_eq!(new([1, 3], UNIT, net(3)), BezierFault::Net { rows: 1, columns: 3 });
-        assert_eq!(new([2, 2], [[0.0, 1.0], [2.0, 2.0]], net(4)), BezierFault::Domain { axis: 1, low: 2.0, high: 2.0 });
-        assert_eq!(new([2, 2], UNIT, net(3)), ControlFault::Count { given: 3, wanted: 4 }.into());
-        assert_eq!(new([40, 2], UNIT, net(80)), ControlFault::Degree { degree: 39 }.into());
+        let told = |shape, domain, points| new(shape, domain, points).to_string();
+        assert!(told([1, 3], UNIT, net(3)).starts_with("control_points: 1 × 3 control points are no net"));
+        let narrow = [[0.0, 1.0], [2.0, 2.0]];
+        assert_eq!(told([2, 2], narrow, net(4)), "domain[1]: the domain [2, 2] has no width");
+        assert_eq!(told([2, 2], UNIT, net(3)), "control_points: 3 control points; knots and degree ask for 4");
+        assert!(told([40, 2], UNIT, net(80)).starts_with("control_points: degree 39 is above 25"));
     }
 }

@@ -4,12 +4,12 @@
 //! curve over u on v = high. In lists they stand in the order u0, u1, v0, v1; corner (i, j) is
 //! where border uᵢ meets border vⱼ.
 
-use super::bezier::one_span;
+use super::{bezier::one_span, check};
 use crate::{
     curve::{BSplineCurve, Curve, CurveShape},
     space::{Dimension, Vector},
 };
-use flankfit_numerics::fault::words::Shown;
+use flankfit_numerics::{check::Faults, fault::words::Shown};
 
 /// One of the four borders of a patch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -61,99 +61,6 @@ impl std::fmt::Display for Border {
     }
 }
 
-/// Why boundary curves are refused.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum BoundaryFault {
-    /// Borders with values of different dimensions.
-    #[error(
-        "border {border} has values of {given} coordinates; heights (1) or points of space (3) are wanted, as on {like}"
-    )]
-    Dimension {
-        /// The border at fault.
-        border: Border,
-        /// Coordinates of its values.
-        given: usize,
-        /// The border that it should be like.
-        like: Border,
-    },
-    /// A border over another domain than the one opposite.
-    #[error(
-        "border {border} runs over [{}, {}], the one opposite over [{}, {}]",
-        Shown(*.low), Shown(*.high), Shown(*.wanted_low), Shown(*.wanted_high)
-    )]
-    Domain {
-        /// The border at fault.
-        border: Border,
-        /// Lower end of its domain.
-        low: f64,
-        /// Upper end of its domain.
-        high: f64,
-        /// Lower end of the domain of the one opposite.
-        wanted_low: f64,
-        /// Upper end of the domain of the one opposite.
-        wanted_high: f64,
-    },
-    /// Two borders that do not meet at their corner.
-    #[error("borders u{i} and v{j} are {gap} apart at their corner, more than {tolerance}", i = corner[0],
-        j = corner[1], gap = Shown(*.gap), tolerance = Shown(*.tolerance))]
-    Corner {
-        /// Indices (i, j) of the corner of borders uᵢ and vⱼ.
-        corner: [usize; 2],
-        /// Distance of their ends.
-        gap: f64,
-        /// Distance allowed.
-        tolerance: f64,
-    },
-    /// A cross derivative that does not agree with the border that runs along it at a corner.
-    #[error("at the corner of u{i} and v{j} the cross derivative of {border} is {gap} off the border that runs \
-        there, more than {tolerance}", i = corner[0], j = corner[1], gap = Shown(*.gap),
-        tolerance = Shown(*.tolerance))]
-    Cross {
-        /// The border that the cross derivative belongs to.
-        border: Border,
-        /// Indices (i, j) of the corner of borders uᵢ and vⱼ.
-        corner: [usize; 2],
-        /// How far the two derivatives differ.
-        gap: f64,
-        /// Difference allowed.
-        tolerance: f64,
-    },
-    /// More borders are missing than the tip of a three-sided patch accounts for.
-    #[error(
-        "border {border} is missing; only one of the four may be, where a patch of points in space has three sides"
-    )]
-    Missing {
-        /// A missing border.
-        border: Border,
-    },
-    /// A tolerance that is negative or not finite.
-    #[error("a tolerance of {tolerance} is not a finite number ≥ 0", tolerance = Shown(*.tolerance))]
-    Tolerance {
-        /// The tolerance.
-        tolerance: f64,
-    },
-    /// A twist vector that is NaN or infinite.
-    #[error("twist ({i}, {j}) is not finite", i = corner[0], j = corner[1])]
-    Twist {
-        /// Indices (i, j) of the corner of borders uᵢ and vⱼ.
-        corner: [usize; 2],
-    },
-}
-
-impl BoundaryFault {
-    /// Which border is at fault, where it is one.
-    pub fn border(&self) -> Option<Border> {
-        match self {
-            BoundaryFault::Dimension { border, .. }
-            | BoundaryFault::Domain { border, .. }
-            | BoundaryFault::Cross { border, .. }
-            | BoundaryFault::Missing { border } => Some(*border),
-            BoundaryFault::Corner { corner, .. } => Some(if corner[0] == 0 { Border::U0 } else { Border::U1 }),
-            BoundaryFault::Tolerance { .. } | BoundaryFault::Twist { .. } => None,
-        }
-    }
-}
-
 /// Boundary curves that were found to meet.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Boundaries {
@@ -167,17 +74,17 @@ impl Boundaries {
     /// Curves in the order u0, u1, v0, v1, heights over the parameters all or points of space all,
     /// which meet to `tolerance` (in their coordinates). Heights: opposite curves have one domain.
     /// Points: the patch takes the domains of u0 and v0, onto which those of u1 and v1 are mapped.
-    pub fn new(curves: [CurveShape; 4], tolerance: f64) -> Result<Self, BoundaryFault> {
+    pub fn new(curves: [CurveShape; 4], tolerance: f64) -> Result<Self, Faults> {
         Self::checked(curves, None, tolerance)
     }
 
     /// As [`Boundaries::new`], but one border of points in space may be missing: there the patch
     /// has a point, and three sides.
-    pub fn three_sided(curves: [Option<CurveShape>; 4], tolerance: f64) -> Result<Self, BoundaryFault> {
+    pub fn three_sided(curves: [Option<CurveShape>; 4], tolerance: f64) -> Result<Self, Faults> {
         let missing: Vec<Border> = Border::ALL.into_iter().filter(|b| curves[*b as usize].is_none()).collect();
         let collapsed = missing.first().copied();
         if let Some(border) = missing.get(1) {
-            return Err(BoundaryFault::Missing { border: *border });
+            return Err(check::border_missing(*border));
         }
         let mut given: Vec<CurveShape> = curves.into_iter().flatten().collect();
         if let Some(border) = collapsed {
@@ -185,32 +92,29 @@ impl Boundaries {
             // it, or the other way round
             let (opposite, sides) = if border.axis() == 1 { (0, [1, 2]) } else { (2, [0, 1]) };
             let ends = sides.map(|k| given[k].value(given[k].domain()[border.end()]));
-            let missing = BoundaryFault::Missing { border };
             if given[opposite].dimension() != Dimension::Space {
-                return Err(missing);
+                return Err(check::border_missing(border));
             }
             let tip = (ends[0] + ends[1]) * 0.5;
             let point = one_span(1, given[opposite].domain())
                 .ok()
                 .and_then(|basis| BSplineCurve::new(basis, Dimension::Space, vec![tip; 2], None).ok())
-                .ok_or(missing)?;
+                .ok_or_else(|| check::border_missing(border))?;
             given.insert(border as usize, CurveShape::BSpline(point));
         }
         match <[CurveShape; 4]>::try_from(given) {
             Ok(curves) => Self::checked(curves, collapsed, tolerance),
-            Err(_) => Err(BoundaryFault::Missing { border: Border::V1 }),
+            Err(_) => Err(check::border_missing(Border::V1)),
         }
     }
 
-    fn checked(curves: [CurveShape; 4], collapsed: Option<Border>, tolerance: f64) -> Result<Self, BoundaryFault> {
-        if !(tolerance >= 0.0 && tolerance.is_finite()) {
-            return Err(BoundaryFault::Tolerance { tolerance });
-        }
+    fn checked(curves: [CurveShape; 4], collapsed: Option<Border>, tolerance: f64) -> Result<Self, Faults> {
+        check::tolerance(tolerance)?;
         let dimension = curves[0].dimension();
         for border in Border::ALL {
             let given = curves[border as usize].dimension();
             if given == Dimension::Plane || given != dimension {
-                return Err(BoundaryFault::Dimension { border, given: given.count(), like: Border::U0 });
+                return Err(check::border_dimension(border, given));
             }
         }
         let domain = [curves[2].domain(), curves[0].domain()];
@@ -218,13 +122,14 @@ impl Boundaries {
             for border in [Border::U1, Border::V1] {
                 let ([low, high], wanted) = (curves[border as usize].domain(), domain[border.axis()]);
                 if [low, high] != wanted {
-                    return Err(BoundaryFault::Domain {
-                        border,
-                        low,
-                        high,
-                        wanted_low: wanted[0],
-                        wanted_high: wanted[1],
-                    });
+                    let [low, high, wanted_low, wanted_high] = [low, high, wanted[0], wanted[1]].map(Shown);
+                    return Err(Faults::one(
+                        format_args!("boundaries.{border}"),
+                        format_args!(
+                            "border {border} runs over [{low}, {high}], the one opposite over [{wanted_low}, \
+                             {wanted_high}]"
+                        ),
+                    ));
                 }
             }
         }
@@ -233,7 +138,11 @@ impl Boundaries {
             let (on_u, on_v) = (found.end(i, j), found.end(2 + j, i));
             let gap = (on_u - on_v).norm();
             if !(gap <= tolerance) {
-                return Err(BoundaryFault::Corner { corner: [i, j], gap, tolerance });
+                let [gap, tolerance] = [gap, tolerance].map(Shown);
+                return Err(Faults::one(
+                    format_args!("boundaries.u{i}"),
+                    format_args!("borders u{i} and v{j} are {gap} apart at their corner, more than {tolerance}"),
+                ));
             }
             // what is equal stays the same to the bit
             found.corners[i][j] = if on_u == on_v { on_u } else { (on_u + on_v) * 0.5 };

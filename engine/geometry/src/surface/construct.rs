@@ -2,8 +2,7 @@
 
 pub use super::method::{Given, Method, Net};
 use super::{
-    BSplineSurface, BezierSurface, Boundaries, CoonsPatch, GregoryPatch, GridFault, NodeGrid, Surface, SurfaceShape,
-    construct_fault::SurfaceFault,
+    BSplineSurface, BezierSurface, Boundaries, CoonsPatch, GregoryPatch, NodeGrid, Surface, SurfaceShape, check,
     continuity::{Joint, Worst, joints},
     coons::{Twists, corner_twists},
     gregory::GregoryNet,
@@ -18,6 +17,10 @@ use crate::{
     BSplineBasis,
     curve::{CurveShape, KnotChoice, interpolate::interpolate as interpolated_curve},
     space::{Dimension, Vector},
+};
+use flankfit_numerics::{
+    check::{Fault, Faults},
+    fault::words::counted,
 };
 
 /// Places between two crossing lines at which the continuity across a line is looked at.
@@ -55,7 +58,7 @@ pub struct Built {
 /// assert_eq!(built.shape.surface().value(0.5, 1.5).x, 3.5);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub fn build(given: Given, method: Method) -> Result<Built, SurfaceFault> {
+pub fn build(given: Given, method: Method) -> Result<Built, Faults> {
     let mut built = match given {
         Given::Grid { u, v, z } => on_grid(heights(u, v, &z)?, method)?,
         Given::Points { rows, parametrization } => on_grid(NodeGrid::rows(&rows, parametrization)?, method)?,
@@ -92,21 +95,24 @@ fn extent(shape: &SurfaceShape) -> f64 {
     corners.iter().flat_map(|p| [(p - middle).norm(), (p - corners[0]).norm()]).fold(0.0, f64::max)
 }
 
-fn heights(u: Vec<f64>, v: Vec<f64>, z: &[Vec<f64>]) -> Result<NodeGrid, SurfaceFault> {
-    if let Some(row) = z.iter().position(|row| row.len() != v.len()) {
-        return Err(GridFault::Ragged { row, given: z[row].len(), wanted: v.len() }.into());
-    }
-    Ok(NodeGrid::heights(u, v, &z.concat())?)
+/// A method that does not apply to what is given.
+fn no_method(given: &str, method: &str) -> Faults {
+    Faults::one("method", format_args!("of {given} no surface is made by the method {method}"))
 }
 
-fn on_grid(grid: NodeGrid, method: Method) -> Result<Built, SurfaceFault> {
+fn heights(u: Vec<f64>, v: Vec<f64>, z: &[Vec<f64>]) -> Result<NodeGrid, Faults> {
+    check::even_rows(z.iter().map(Vec::len), v.len())?;
+    NodeGrid::heights(u, v, &z.concat())
+}
+
+fn on_grid(grid: NodeGrid, method: Method) -> Result<Built, Faults> {
     let mut built = match method {
         Method::BSpline { degrees, knots } => Built::of(SurfaceShape::BSpline(interpolate(&grid, degrees, knots)?)),
         Method::BSplineLeastSquares { degrees, knots } => {
             let (surface, sum) = least_squares(&grid, degrees, knots)?;
             Built { residual_sum_of_squares: Some(sum), ..Built::of(SurfaceShape::BSpline(surface)) }
         }
-        Method::Nurbs { .. } => return Err(SurfaceFault::Combination { given: "a grid", method: "nurbs" }),
+        Method::Nurbs { .. } => return Err(no_method("a grid", "nurbs")),
         patches => {
             let (mesh, tolerance) = network(&grid)?;
             in_mesh(&mesh, tolerance, &patches, "a grid")?
@@ -118,15 +124,18 @@ fn on_grid(grid: NodeGrid, method: Method) -> Result<Built, SurfaceFault> {
 
 /// Cubic splines (not-a-knot) through the rows and columns of nodes, and the rounding that their
 /// crossings may differ by.
-fn network(grid: &NodeGrid) -> Result<(CurveMesh, f64), SurfaceFault> {
+fn network(grid: &NodeGrid) -> Result<(CurveMesh, f64), Faults> {
     let [us, vs] = grid.parameters();
     let columns = vs.len();
-    let through = |axis: usize, places: &[f64], nodes: Vec<Vector>| -> Result<Option<CurveShape>, SurfaceFault> {
+    let through = |axis: usize, places: &[f64], nodes: Vec<Vector>| -> Result<Option<CurveShape>, Faults> {
         let degree = 3.min(places.len() - 1);
         let curve = interpolated_curve(grid.dimension(), places, &nodes, degree, &KnotChoice::NotAKnot);
         match curve {
             Ok(curve) => Ok(Some(CurveShape::BSpline(curve))),
-            Err(fault) => Err(SurfaceFault::Network { axis, fault }),
+            Err(faults) => Err(faults.map(|Fault { message, .. }| Fault {
+                path: format!("nodes.{}", check::AXES[axis]),
+                message: format!("no curve goes through a line of nodes: {message}"),
+            })),
         }
     };
     let nodes = grid.values();
@@ -137,15 +146,17 @@ fn network(grid: &NodeGrid) -> Result<(CurveMesh, f64), SurfaceFault> {
     Ok((CurveMesh { us: us.clone(), vs: vs.clone(), over_v, over_u }, 1e-12 * size))
 }
 
-fn in_mesh(mesh: &CurveMesh, tolerance: f64, method: &Method, given: &'static str) -> Result<Built, SurfaceFault> {
+fn in_mesh(mesh: &CurveMesh, tolerance: f64, method: &Method, given: &'static str) -> Result<Built, Faults> {
     let fill = match method {
         Method::CoonsBilinear => Fill::CoonsBilinear,
         Method::CoonsBicubic { twists: Twists::Zero } => Fill::CoonsBicubicFlat,
         Method::CoonsBicubic { twists: Twists::Adini } => Fill::CoonsBicubic,
-        Method::CoonsBicubic { twists: Twists::Given(_) } => return Err(SurfaceFault::OwnTwists { given }),
+        Method::CoonsBicubic { twists: Twists::Given(_) } => {
+            return Err(Faults::one("method", format_args!("twists are given for one patch, not for {given}")));
+        }
         Method::Gregory => Fill::Gregory,
         Method::Bezier => Fill::Bezier,
-        other => return Err(SurfaceFault::Combination { given, method: other.name() }),
+        other => return Err(no_method(given, other.name())),
     };
     let filled = mesh.fill(fill, tolerance)?;
     Ok(Built {
@@ -160,10 +171,10 @@ fn in_boundaries(
     cross: [Option<CurveShape>; 4],
     tolerance: f64,
     method: Method,
-) -> Result<Built, SurfaceFault> {
+) -> Result<Built, Faults> {
     let takes_cross = matches!(method, Method::CoonsBicubic { .. } | Method::Gregory);
     if !takes_cross && cross.iter().any(Option::is_some) {
-        return Err(SurfaceFault::Combination { given: "derivatives across the borders", method: method.name() });
+        return Err(no_method("derivatives across the borders", method.name()));
     }
     let boundaries = Boundaries::three_sided(curves, tolerance)?;
     match method {
@@ -179,7 +190,7 @@ fn in_boundaries(
             let off = deviation(&boundaries, &patch);
             Ok(Built { deviation: Some(off), ..Built::of(SurfaceShape::Bezier(patch)) })
         }
-        other => Err(SurfaceFault::Combination { given: "boundary curves", method: other.name() }),
+        other => Err(no_method("boundary curves", other.name())),
     }
 }
 
@@ -189,51 +200,66 @@ fn coons(patch: CoonsPatch) -> Built {
     Built { deviation: Some(off), ..Built::of(SurfaceShape::Coons(Box::new(patch))) }
 }
 
-fn of_net(net: Net, method: Method) -> Result<Built, SurfaceFault> {
+fn of_net(net: Net, method: Method) -> Result<Built, Faults> {
     let columns = net.rows.first().map_or(0, Vec::len);
     let shape = [net.rows.len(), columns];
     if let Some(row) = net.rows.iter().position(|row| row.len() != columns) {
-        return Err(SurfaceFault::RaggedNet { row, given: net.rows[row].len(), wanted: columns });
+        let given = counted(net.rows[row].len(), "point", "points");
+        return Err(Faults::one(
+            format_args!("control_points[{row}]"),
+            format_args!("row {row} of the net has {given}, the first one {columns}"),
+        ));
     }
     if net.dimension == Dimension::Plane {
-        return Err(SurfaceFault::PlaneNet);
+        let message = "control points of a surface are heights or points of space, not of a plane";
+        return Err(Faults::one("control_points", message));
     }
     let weights = match &net.weights {
         Some(rows) => {
             if rows.len() != shape[0] {
-                return Err(SurfaceFault::WeightRows { given: rows.len(), wanted: shape[0] });
+                let [given, wanted] = [rows.len(), shape[0]].map(|count| counted(count, "row", "rows"));
+                let message = format_args!("{given} of weights for {wanted} of control points");
+                return Err(Faults::one("weights", message));
             }
             if let Some(row) = rows.iter().position(|row| row.len() != columns) {
-                return Err(SurfaceFault::RaggedWeights { row, given: rows[row].len(), wanted: columns });
+                let (given, wanted) =
+                    (counted(rows[row].len(), "number", "numbers"), counted(columns, "point", "points"));
+                return Err(Faults::one(
+                    format_args!("weights[{row}]"),
+                    format_args!("row {row} of the weights has {given}, a row of the net {wanted}"),
+                ));
             }
             Some(rows.concat())
         }
         None => None,
     };
     let domain = net.domain.unwrap_or([[0.0, 1.0]; 2]);
-    let control = |fault| SurfaceFault::Control { fault, columns };
     let surface = match method {
-        Method::Bezier => SurfaceShape::Bezier(
-            BezierSurface::new(shape, domain, net.dimension, net.rows.concat(), weights)
-                .map_err(|fault| SurfaceFault::Bezier { fault, columns })?,
-        ),
+        Method::Bezier => {
+            SurfaceShape::Bezier(BezierSurface::new(shape, domain, net.dimension, net.rows.concat(), weights)?)
+        }
         Method::BSpline { degrees, knots } | Method::Nurbs { degrees, knots } => {
             let [knots_u, knots_v] = knots;
             let basis = |axis: usize, knots| net_basis(axis, degrees[axis], shape[axis], knots, domain[axis]);
             let bases = [basis(0, knots_u)?, basis(1, knots_v)?];
-            let surface = BSplineSurface::new(bases, net.dimension, net.rows.concat(), weights).map_err(control)?;
+            let surface = BSplineSurface::new(bases, net.dimension, net.rows.concat(), weights)?;
             SurfaceShape::BSpline(surface)
         }
         Method::Gregory => {
             let flat = net.rows.concat();
             let (Some(b), [4, 4], None) = (net.inner, shape, &weights) else {
-                return Err(SurfaceFault::GregoryNet { rows: shape[0], columns });
+                let message = format_args!(
+                    "a Gregory patch has a net of 4 × 4 points, 2 × 2 further inner points and no weights; the net is \
+                     {} × {columns}",
+                    shape[0]
+                );
+                return Err(Faults::one("control_points", message));
             };
             let points = std::array::from_fn(|i| std::array::from_fn(|j| flat[4 * i + j]));
             let patch = GregoryPatch::new(domain, net.dimension, GregoryNet { net: points, b })?;
             SurfaceShape::Gregory(Box::new(patch))
         }
-        other => return Err(SurfaceFault::Combination { given: "a net of control points", method: other.name() }),
+        other => return Err(no_method("a net of control points", other.name())),
     };
     Ok(Built::of(surface))
 }
@@ -245,15 +271,16 @@ fn net_basis(
     controls: usize,
     knots: Option<Vec<f64>>,
     [low, high]: [f64; 2],
-) -> Result<BSplineBasis, SurfaceFault> {
+) -> Result<BSplineBasis, Faults> {
     check_degree(axis, degree, controls)?;
     let basis = match knots {
         Some(knots) => BSplineBasis::new(degree, knots),
         None => BSplineBasis::uniform(degree, controls - degree, low, high),
     };
-    let basis = basis.map_err(|fault| GridFault::Knots { axis, fault })?;
+    let basis = basis.map_err(check::knots(axis))?;
     if basis.size() == controls {
         return Ok(basis);
     }
-    Err(SurfaceFault::KnotCount { axis, given: basis.knots().len(), wanted: controls + degree + 1 })
+    let (given, wanted) = (counted(basis.knots().len(), "knot", "knots"), controls + degree + 1);
+    Err(Faults::one(format_args!("knots[{axis}]"), format_args!("{given}; degree and control points ask for {wanted}")))
 }

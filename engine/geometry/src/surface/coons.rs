@@ -14,7 +14,8 @@
 use super::{
     Surface, SurfaceJet,
     bezier::one_span,
-    boundaries::{Border, Boundaries, BoundaryFault, CORNERS, breaks_over, jet_over, merged},
+    boundaries::{Border, Boundaries, CORNERS, breaks_over, jet_over, merged},
+    check,
     corner::twist_share_at,
     jets::Blend,
 };
@@ -22,6 +23,7 @@ use crate::{
     curve::{BSplineCurve, Curve, CurveShape},
     space::{Dimension, Vector},
 };
+use flankfit_numerics::check::Faults;
 
 /// How the twists at the corners are found for cross derivatives that are not given.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -69,7 +71,7 @@ impl CoonsPatch {
         cross: [Option<CurveShape>; 4],
         twists: &Twists,
         tolerance: f64,
-    ) -> Result<Self, BoundaryFault> {
+    ) -> Result<Self, Faults> {
         let cross = Cross::new(&boundaries, cross, twists, tolerance)?;
         Ok(CoonsPatch { boundaries, cross: Some(cross) })
     }
@@ -209,10 +211,8 @@ impl Cross {
         given: [Option<CurveShape>; 4],
         twists: &Twists,
         tolerance: f64,
-    ) -> Result<Self, BoundaryFault> {
-        if !(tolerance >= 0.0 && tolerance.is_finite()) {
-            return Err(BoundaryFault::Tolerance { tolerance });
-        }
+    ) -> Result<Self, Faults> {
+        check::tolerance(tolerance)?;
         let domain = boundaries.domain();
         let tangents: [[[Vector; 2]; 2]; 2] =
             std::array::from_fn(|i| std::array::from_fn(|j| [boundaries.tangent(2 + j, i), boundaries.tangent(i, j)]));
@@ -220,7 +220,7 @@ impl Cross {
         for border in Border::ALL {
             let Some(curve) = &given[border as usize] else { continue };
             if curve.dimension() != boundaries.dimension() {
-                return Err(BoundaryFault::Dimension { border, given: curve.dimension().count(), like: Border::U0 });
+                return Err(check::border_dimension(border, curve.dimension()));
             }
             let (along, across) = (border.axis(), border.axis() ^ 1);
             for end in 0..2 {
@@ -228,7 +228,7 @@ impl Cross {
                 let [i, j] = if along == 1 { [border.end(), end] } else { [end, border.end()] };
                 let gap = (value - tangents[i][j][across]).norm() * (domain[across][1] - domain[across][0]);
                 if !(gap <= tolerance) {
-                    return Err(BoundaryFault::Cross { border, corner: [i, j], gap, tolerance });
+                    return Err(check::cross_off(border, [i, j], gap, tolerance));
                 }
                 corner_twists[i][j][across] = slope;
                 // a neighbour that is estimated takes the twist over
@@ -248,23 +248,23 @@ impl Cross {
             let curve = match given {
                 Some(curve) => curve,
                 None => cubic(domain[along], boundaries.dimension(), [end(0), end(1)])
-                    .ok_or(BoundaryFault::Twist { corner: [0, 0] })?,
+                    .ok_or_else(|| check::twist_not_finite([0, 0]))?,
             };
             curves.push(curve);
         }
         match <[CurveShape; 4]>::try_from(curves) {
             Ok(curves) => Ok(Cross { curves, tangents, twists: corner_twists }),
-            Err(_) => Err(BoundaryFault::Missing { border: Border::V1 }),
+            Err(_) => Err(check::border_missing(Border::V1)),
         }
     }
 }
 
 /// The twists by the rule asked for.
-pub(super) fn corner_twists(boundaries: &Boundaries, twists: &Twists) -> Result<[[Vector; 2]; 2], BoundaryFault> {
+pub(super) fn corner_twists(boundaries: &Boundaries, twists: &Twists) -> Result<[[Vector; 2]; 2], Faults> {
     match twists {
         Twists::Zero => Ok(Default::default()),
         Twists::Given(given) => match CORNERS.into_iter().find(|&(i, j)| !given[i][j].iter().all(|x| x.is_finite())) {
-            Some((i, j)) => Err(BoundaryFault::Twist { corner: [i, j] }),
+            Some((i, j)) => Err(check::twist_not_finite([i, j])),
             None => Ok(*given),
         },
         Twists::Adini => {

@@ -11,11 +11,12 @@
 use super::{
     Surface, SurfaceJet,
     bezier::one_span,
+    check,
     corner::twist_share_at,
     jets::{Blend, product},
 };
-use crate::space::{ControlFault, Dimension, Vector};
-use flankfit_numerics::fault::words::Shown;
+use crate::space::{Dimension, Vector, control_not_finite, in_rows};
+use flankfit_numerics::check::Faults;
 
 /// The control points: a 4 × 4 net (i along u, j along v) whose inner four are the `a` points, and
 /// the `b` points of these four.
@@ -37,35 +38,21 @@ pub struct GregoryPatch {
     middle: [[Vector; 4]; 4],
 }
 
-/// Why a Gregory net is refused.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum GregoryFault {
-    /// A domain without width.
-    #[error("the domain [{}, {}] has no width", Shown(*.low), Shown(*.high))]
-    Domain {
-        /// The axis: 0 for u, 1 for v.
-        axis: usize,
-        /// Lower end of the domain.
-        low: f64,
-        /// Upper end of the domain.
-        high: f64,
-    },
-    /// Indices 0..16 count the net by rows, 16..20 the b points.
-    #[error(transparent)]
-    Control(#[from] ControlFault),
-}
-
 impl GregoryPatch {
     /// Checks that every number is finite and that the domain has a width.
-    pub fn new(domain: [[f64; 2]; 2], dimension: Dimension, points: GregoryNet) -> Result<Self, GregoryFault> {
+    pub fn new(domain: [[f64; 2]; 2], dimension: Dimension, points: GregoryNet) -> Result<Self, Faults> {
         for (axis, [low, high]) in domain.into_iter().enumerate() {
             if one_span(1, [low, high]).is_err() {
-                return Err(GregoryFault::Domain { axis, low, high });
+                return Err(check::no_width(axis, [low, high]));
             }
         }
         let mut all = points.net.iter().flatten().chain(points.b.iter().flatten());
         if let Some(index) = all.position(|p| !p.iter().all(|x| x.is_finite())) {
-            return Err(ControlFault::NotFinite { index }.into());
+            let path = match index.checked_sub(16) {
+                Some(inner) => format!("inner_points{}", in_rows(2)(inner)),
+                None => format!("control_points{}", in_rows(4)(index)),
+            };
+            return Err(control_not_finite(index, &path));
         }
         let mut middle = points.net;
         for (i, j) in CORNERS {
@@ -194,9 +181,10 @@ mod tests {
     fn refused_nets() {
         let bad = |domain, points| GregoryPatch::new(domain, Dimension::Space, points).unwrap_err();
         let domain = [[0.0, 1.0], [1.0, 0.0]];
-        assert_eq!(bad(domain, net()), GregoryFault::Domain { axis: 1, low: 1.0, high: 0.0 });
+        assert_eq!(bad(domain, net()).to_string(), "domain[1]: the domain [1, 0] has no width");
         let mut points = net();
         points.b[1][0].y = f64::INFINITY;
-        assert_eq!(bad([[0.0, 1.0]; 2], points), ControlFault::NotFinite { index: 18 }.into());
+        let told = bad([[0.0, 1.0]; 2], points).to_string();
+        assert_eq!(told, "inner_points[1][0]: control point 18 is not finite");
     }
 }

@@ -8,7 +8,8 @@
 
 use super::{
     GregoryPatch, Surface,
-    boundaries::{Border, Boundaries, BoundaryFault, CORNERS, jet_over},
+    boundaries::{Border, Boundaries, CORNERS, jet_over},
+    check,
     continuity::Worst,
     gregory::GregoryNet,
 };
@@ -16,6 +17,7 @@ use crate::{
     curve::{Curve, CurveShape},
     space::Vector,
 };
+use flankfit_numerics::check::Faults;
 
 /// Places of a border between two breaks where patch and curve are compared.
 const LOOKS: usize = 16;
@@ -27,10 +29,8 @@ pub fn gregory(
     boundaries: &Boundaries,
     cross: &[Option<CurveShape>; 4],
     tolerance: f64,
-) -> Result<(GregoryPatch, Worst), BoundaryFault> {
-    if !(tolerance >= 0.0 && tolerance.is_finite()) {
-        return Err(BoundaryFault::Tolerance { tolerance });
-    }
+) -> Result<(GregoryPatch, Worst), Faults> {
+    check::tolerance(tolerance)?;
     let domain = boundaries.domain();
     let thirds = domain.map(|[low, high]| (high - low) / 3.0);
     let sign = |end: usize| if end == 0 { 1.0 } else { -1.0 };
@@ -53,7 +53,7 @@ pub fn gregory(
         b_points[i][j] = flat + by_u * area;
     }
     let patch = GregoryPatch::new(domain, boundaries.dimension(), GregoryNet { net, b: b_points })
-        .map_err(|_| BoundaryFault::Twist { corner: [0, 0] })?;
+        .map_err(|_| check::twist_not_finite([0, 0]))?;
     let worst = deviation(boundaries, &patch);
     Ok((patch, worst))
 }
@@ -65,7 +65,7 @@ fn twist(
     border: Border,
     end: usize,
     tolerance: f64,
-) -> Result<Vector, BoundaryFault> {
+) -> Result<Vector, Faults> {
     let domain = boundaries.domain();
     let (along, across) = (border.axis(), 1 - border.axis());
     let [low, high] = domain[along];
@@ -73,13 +73,13 @@ fn twist(
     let runs = |end: usize| boundaries.tangent(if along == 1 { 2 + end } else { end }, border.end());
     let Some(curve) = &cross[border as usize] else { return Ok((runs(1) - runs(0)) / (high - low)) };
     if curve.dimension() != boundaries.dimension() {
-        return Err(BoundaryFault::Dimension { border, given: curve.dimension().count(), like: Border::U0 });
+        return Err(check::border_dimension(border, curve.dimension()));
     }
     let [value, slope, _] = jet_over(curve, domain[along], domain[along][end]);
     let gap = (value - runs(end)).norm() * (domain[across][1] - domain[across][0]);
     if !(gap <= tolerance) {
         let corner = if along == 1 { [border.end(), end] } else { [end, border.end()] };
-        return Err(BoundaryFault::Cross { border, corner, gap, tolerance });
+        return Err(check::cross_off(border, corner, gap, tolerance));
     }
     Ok(slope)
 }

@@ -5,15 +5,18 @@
 //! double-double and is rounded once.
 
 use super::{
-    BSplineSurface, GridFault,
+    BSplineSurface, check,
     grid::{NodeGrid, basis_of, check_degree},
 };
 use crate::{
     BSplineBasis,
-    curve::{CurveFault, interpolate::Collocation, knots},
+    curve::{
+        interpolate::{Collocation, NoCollocation},
+        knots,
+    },
     space::Vector,
 };
-use flankfit_numerics::{Dd, cancel::Asking};
+use flankfit_numerics::{Dd, cancel::Asking, check::Faults};
 
 /// The surface of these degrees through all nodes of `grid`. Knots of an axis that are not given
 /// are means of neighbouring parameters (Piegl and Tiller, Eq. 9.8); given ones number nodes +
@@ -33,49 +36,41 @@ pub fn interpolate(
     grid: &NodeGrid,
     degrees: [usize; 2],
     given: [Option<Vec<f64>>; 2],
-) -> Result<BSplineSurface, GridFault> {
+) -> Result<BSplineSurface, Faults> {
     let mut systems = Vec::with_capacity(2);
     for (axis, given) in given.into_iter().enumerate() {
         let nodes = &grid.parameters()[axis];
         check_degree(axis, degrees[axis], nodes.len())?;
         let knots = match given {
             Some(knots) => knots,
-            None => knots::averaging(degrees[axis], nodes).map_err(|_| GridFault::TooFew {
-                axis,
-                given: nodes.len(),
-                least: degrees[axis] + 1,
-            })?,
+            None => knots::averaging(degrees[axis], nodes)
+                .map_err(|_| check::too_few(axis, nodes.len(), degrees[axis] + 1))?,
         };
         let basis = basis_of(axis, degrees[axis], knots, nodes)?;
         if basis.size() != nodes.len() {
-            return Err(GridFault::Functions { axis, functions: basis.size(), nodes: nodes.len() });
+            return Err(check::functions(axis, basis.size(), nodes.len()));
         }
         systems.push(equations(axis, basis, nodes)?);
     }
     let points = solved(grid, &systems)?;
     let bases = [systems[0].basis().clone(), systems[1].basis().clone()];
-    BSplineSurface::new(bases, grid.dimension(), points, None).map_err(|_| GridFault::NotRepresentable { index: 0 })
+    BSplineSurface::new(bases, grid.dimension(), points, None).map_err(|_| check::not_representable(0))
 }
 
 /// The equations of one axis.
-fn equations(axis: usize, basis: BSplineBasis, nodes: &[f64]) -> Result<Collocation, GridFault> {
+fn equations(axis: usize, basis: BSplineBasis, nodes: &[f64]) -> Result<Collocation, Faults> {
     let knots = basis.knots().to_vec();
     let p = basis.degree();
-    let support = |function: usize| (knots[function], knots[function + p + 1]);
-    Collocation::new(basis, nodes).map_err(|fault| match fault {
-        CurveFault::SchoenbergWhitney { node: function, low, high, .. } => {
-            GridFault::SchoenbergWhitney { axis, function, low, high }
-        }
-        CurveFault::Singular { index: function } => {
-            let (low, high) = support(function);
-            GridFault::Rank { axis, function, low, high }
-        }
-        _ => GridFault::Functions { axis, functions: knots.len() - p - 1, nodes: nodes.len() },
+    let support = |function: usize| [knots[function], knots[function + p + 1]];
+    Collocation::new(basis, nodes).map_err(|none| match none {
+        NoCollocation::Unsupported { node, low, high, .. } => check::no_node(axis, node, [low, high]),
+        NoCollocation::Singular { index } => check::undetermined(axis, index, support(index)),
+        NoCollocation::Invalid(_) => check::functions(axis, knots.len() - p - 1, nodes.len()),
     })
 }
 
 /// Solves along u for every v, then along v for every function of u.
-fn solved(grid: &NodeGrid, systems: &[Collocation]) -> Result<Vec<Vector>, GridFault> {
+fn solved(grid: &NodeGrid, systems: &[Collocation]) -> Result<Vec<Vector>, Faults> {
     let [rows, columns] = grid.parameters().each_ref().map(Vec::len);
     let mut points = vec![Vector::zeros(); rows * columns];
     for c in 0..grid.dimension().count() {
@@ -93,7 +88,7 @@ fn solved(grid: &NodeGrid, systems: &[Collocation]) -> Result<Vec<Vector>, GridF
         plane.chunks_exact_mut(columns).for_each(|row| systems[1].solve(row));
         for (index, (point, x)) in points.iter_mut().zip(plane).enumerate() {
             if !x.is_finite() {
-                return Err(GridFault::NotRepresentable { index });
+                return Err(check::not_representable(index));
             }
             point[c] = x.to_f64();
         }

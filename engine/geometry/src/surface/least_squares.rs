@@ -11,11 +11,12 @@
 //! rounding of the largest.
 
 use super::{
-    BSplineSurface, GridFault,
+    BSplineSurface, check,
     grid::{NodeGrid, basis_of, check_degree},
     least_squares_axis::{AxisFit, Lines},
 };
 use crate::{BSplineBasis, curve::knots, space::Vector};
+use flankfit_numerics::check::Faults;
 
 /// Grids of more nodes are fitted in plain double.
 pub const FINE: usize = 4096;
@@ -54,7 +55,7 @@ pub fn least_squares(
     grid: &NodeGrid,
     degrees: [usize; 2],
     knots: [AxisKnots; 2],
-) -> Result<(BSplineSurface, f64), GridFault> {
+) -> Result<(BSplineSurface, f64), Faults> {
     let [knots_u, knots_v] = knots;
     let bases = [basis(grid, 0, degrees[0], knots_u)?, basis(grid, 1, degrees[1], knots_v)?];
     let [rows, columns] = grid.parameters().each_ref().map(Vec::len);
@@ -69,21 +70,21 @@ pub fn least_squares(
         let whole = along_v.solve(&half).transposed();
         for (index, (point, x)) in points.iter_mut().zip(whole.entries()).enumerate() {
             if !x.is_finite() {
-                return Err(GridFault::NotRepresentable { index });
+                return Err(check::not_representable(index));
             }
             point[c] = x;
         }
     }
     let sum = residual_sum(grid, &[&along_u, &along_v], &points, bases[1].size());
     let surface = BSplineSurface::new(bases, grid.dimension(), points, None);
-    Ok((surface.map_err(|_| GridFault::NotRepresentable { index: 0 })?, sum))
+    Ok((surface.map_err(|_| check::not_representable(0))?, sum))
 }
 
-fn basis(grid: &NodeGrid, axis: usize, degree: usize, knots: AxisKnots) -> Result<BSplineBasis, GridFault> {
+fn basis(grid: &NodeGrid, axis: usize, degree: usize, knots: AxisKnots) -> Result<BSplineBasis, Faults> {
     let nodes = &grid.parameters()[axis];
     check_degree(axis, degree, nodes.len())?;
     let (low, high) = (nodes[0], nodes[nodes.len() - 1]);
-    let spans_fault = |spans| GridFault::Spans { axis, spans, nodes: nodes.len(), degree };
+    let spans_fault = |spans| check::spans(axis, spans, nodes.len(), degree);
     let checked = |spans: usize| {
         let fits = spans >= 1 && spans.saturating_add(degree) <= nodes.len();
         if fits { Ok(spans) } else { Err(spans_fault(spans)) }
@@ -94,11 +95,12 @@ fn basis(grid: &NodeGrid, axis: usize, degree: usize, knots: AxisKnots) -> Resul
             let knots = knots::averaging_least_squares(degree, nodes, checked(spans)? + degree);
             basis_of(axis, degree, knots.map_err(|_| spans_fault(spans))?, nodes)?
         }
-        AxisKnots::Uniform(spans) => BSplineBasis::uniform(degree, checked(spans)?, low, high)
-            .map_err(|fault| GridFault::Knots { axis, fault })?,
+        AxisKnots::Uniform(spans) => {
+            BSplineBasis::uniform(degree, checked(spans)?, low, high).map_err(check::knots(axis))?
+        }
     };
     if basis.size() > nodes.len() {
-        return Err(GridFault::Functions { axis, functions: basis.size(), nodes: nodes.len() });
+        return Err(check::functions(axis, basis.size(), nodes.len()));
     }
     Ok(basis)
 }

@@ -4,11 +4,12 @@
 //! Lines lie eight abreast, so that one step of the elimination is a few operations on whole
 //! registers.
 
-use super::GridFault;
+use super::check;
 use crate::BSplineBasis;
 use flankfit_numerics::{
     Dd, Real,
     cancel::Asking,
+    check::Faults,
     dd::{two_prod, two_sum},
     fma,
 };
@@ -100,9 +101,9 @@ enum Factor {
 impl AxisFit {
     /// Checks that the nodes determine every function and factors the matrix; `fine` for residuals
     /// in double-double.
-    pub(super) fn new(axis: usize, basis: &BSplineBasis, nodes: &[f64], fine: bool) -> Result<Self, GridFault> {
+    pub(super) fn new(axis: usize, basis: &BSplineBasis, nodes: &[f64], fine: bool) -> Result<Self, Faults> {
         let (band, functions) = (basis.degree() + 1, basis.size());
-        let support = |j: usize| (basis.knots()[j], basis.knots()[j + band]);
+        let support = |j: usize| [basis.knots()[j], basis.knots()[j + band]];
         let mut first = Vec::with_capacity(nodes.len());
         let (mut hi, mut lo) = (vec![0.0; nodes.len() * band], Vec::new());
         if fine {
@@ -126,16 +127,10 @@ impl AxisFit {
                 |i: usize| (first[i]..first[i] + band).contains(&function) && hi[i * band + function - first[i]] > 0.0;
             match (node..nodes.len()).find(|i| sees(*i)) {
                 Some(found) => node = found + 1,
-                None => {
-                    let (low, high) = support(function);
-                    return Err(GridFault::SchoenbergWhitney { axis, function, low, high });
-                }
+                None => return Err(check::no_node(axis, function, support(function))),
             }
         }
-        let rank = |function: usize| {
-            let (low, high) = support(function);
-            GridFault::Rank { axis, function, low, high }
-        };
+        let rank = |function: usize| check::undetermined(axis, function, support(function));
         let mut fit = AxisFit { band, functions, first, hi, lo, factor: Factor::Double(Vec::new()) };
         fit.factor = match triangle(&fit, |k| fit.hi[k], RANK) {
             Ok(r) => Factor::Double(r),

@@ -9,18 +9,22 @@
 //! patches there have three sides.
 
 use super::{
-    BezierSurface, CoonsPatch, GridFault, MeshFault, Patchwork, SurfaceShape,
-    boundaries::{Boundaries, BoundaryFault, CORNERS},
+    BezierSurface, CoonsPatch, Patchwork, SurfaceShape,
+    boundaries::{Boundaries, CORNERS},
+    check,
     continuity::Worst,
     coons::{Twists, corner_twists},
     gregory_fill::{deviation, gregory},
-    grid::ascending,
 };
 use crate::{
     curve::{BSplineCurve, Curve, CurveShape},
     space::{Dimension, Vector},
 };
-use flankfit_numerics::cancel;
+use flankfit_numerics::{
+    cancel,
+    check::{Fault, Faults},
+    fault::words::{Shown, counted},
+};
 
 /// The curves of a mesh.
 #[derive(Clone, Debug, PartialEq)]
@@ -68,10 +72,8 @@ type Family<'a> = (&'a [f64], &'a [Option<CurveShape>], &'a [f64]);
 
 impl CurveMesh {
     /// Fills every mesh; curves that cross agree to `tolerance` in their coordinates.
-    pub fn fill(&self, fill: Fill, tolerance: f64) -> Result<Filled, MeshFault> {
-        if !(tolerance >= 0.0 && tolerance.is_finite()) {
-            return Err(MeshFault::Patch { i: 0, j: 0, fault: BoundaryFault::Tolerance { tolerance } });
-        }
+    pub fn fill(&self, fill: Fill, tolerance: f64) -> Result<Filled, Faults> {
+        check::tolerance(tolerance).map_err(of_patch(0, 0))?;
         self.check()?;
         let gap = self.crossings(tolerance)?;
         let [rows, columns] = [self.us.len() - 1, self.vs.len() - 1];
@@ -91,7 +93,6 @@ impl CurveMesh {
         for (k, mesh) in meshes.into_iter().enumerate() {
             cancel::checkpoint();
             let (i, j) = (k / columns, k % columns);
-            let fault = |fault| MeshFault::Patch { i, j, fault };
             let twists = || -> [[Vector; 2]; 2] {
                 let at =
                     |a: usize, b: usize| nodes.as_ref().map_or(Vector::zeros(), |n| n[(i + a) * self.vs.len() + j + b]);
@@ -105,16 +106,17 @@ impl CurveMesh {
                     (SurfaceShape::Coons(Box::new(patch)), off)
                 }
                 Fill::CoonsBicubic | Fill::CoonsBicubicFlat => {
-                    let patch = CoonsPatch::bicubic(mesh, none, &Twists::Given(twists()), tolerance).map_err(fault)?;
+                    let patch =
+                        CoonsPatch::bicubic(mesh, none, &Twists::Given(twists()), tolerance).map_err(of_patch(i, j))?;
                     let off = deviation(patch.boundaries(), &patch);
                     (SurfaceShape::Coons(Box::new(patch)), off)
                 }
                 Fill::Gregory => {
-                    let (patch, off) = gregory(&mesh, &none, tolerance).map_err(fault)?;
+                    let (patch, off) = gregory(&mesh, &none, tolerance).map_err(of_patch(i, j))?;
                     (SurfaceShape::Gregory(Box::new(patch)), off)
                 }
                 Fill::Bezier => {
-                    let patch = bicubic(&mesh, &twists()).map_err(fault)?;
+                    let patch = bicubic(&mesh, &twists()).map_err(of_patch(i, j))?;
                     let off = deviation(&mesh, &patch);
                     (SurfaceShape::Bezier(patch), off)
                 }
@@ -131,26 +133,26 @@ impl CurveMesh {
     }
 
     /// Topology: places ascend, every place has its curve, every curve covers the mesh.
-    fn check(&self) -> Result<(), MeshFault> {
+    fn check(&self) -> Result<(), Faults> {
         let mut dimension = None;
         let mut missing = Vec::new();
         // both axes first: the curves of one family run over the places of the other
         for (axis, places) in [&self.us, &self.vs].into_iter().enumerate() {
-            if places.len() < 2 {
-                return Err(GridFault::TooFew { axis, given: places.len(), least: 2 }.into());
-            }
-            ascending(axis, places)?;
+            check::at_least(axis, places.len(), 2)?;
+            check::ascending(axis, places)?;
         }
         for (family, (places, curves, along)) in self.families().into_iter().enumerate() {
             if curves.len() != places.len() {
-                return Err(MeshFault::Count { family, given: curves.len(), wanted: places.len() });
+                let (given, wanted) =
+                    (counted(curves.len(), "curve", "curves"), counted(places.len(), "place", "places"));
+                return Err(Faults::one(FAMILIES[family], format_args!("{given} for {wanted}")));
             }
             for (index, curve) in curves.iter().enumerate() {
                 cancel::checkpoint();
                 let Some(curve) = curve else {
                     missing.push((family, index));
                     if index != 0 && index + 1 != curves.len() {
-                        return Err(MeshFault::Missing { family, index });
+                        return Err(missing_curve(family, index));
                     }
                     continue;
                 };
@@ -158,26 +160,30 @@ impl CurveMesh {
                 let wanted = *dimension.get_or_insert(given);
                 if given != wanted || given == Dimension::Plane {
                     let wanted = if wanted == Dimension::Plane { Dimension::Space } else { wanted };
-                    return Err(MeshFault::Dimension { family, index, given: given.count(), wanted: wanted.count() });
+                    let (given, wanted) = (counted(given.count(), "coordinate", "coordinates"), wanted.count());
+                    let message = format_args!("the curve has values of {given}, where {wanted} are wanted");
+                    return Err(Faults::one(curve_at(family, index), message));
                 }
                 let ([low, high], [wanted_low, wanted_high]) = (curve.domain(), [along[0], along[along.len() - 1]]);
                 if !(low <= wanted_low && wanted_high <= high) {
-                    return Err(MeshFault::Domain { family, index, low, high, wanted_low, wanted_high });
+                    let [low, high, from, to] = [low, high, wanted_low, wanted_high].map(Shown);
+                    let message = format_args!("the curve runs over [{low}, {high}], the mesh over [{from}, {to}]");
+                    return Err(Faults::one(curve_at(family, index), message));
                 }
             }
         }
         let dimension = dimension.unwrap_or(Dimension::Graph);
         match missing[..] {
             [] => Ok(()),
-            [(family, index)] if dimension == Dimension::Graph => Err(MeshFault::Missing { family, index }),
+            [(family, index)] if dimension == Dimension::Graph => Err(missing_curve(family, index)),
             // both ends of one family may be points, but not ends of both
-            [(family, index), .., (other, _)] if family != other => Err(MeshFault::Missing { family, index }),
+            [(family, index), .., (other, _)] if family != other => Err(missing_curve(family, index)),
             _ => Ok(()),
         }
     }
 
     /// Nodes: the largest gap between curves that cross.
-    fn crossings(&self, tolerance: f64) -> Result<Worst, MeshFault> {
+    fn crossings(&self, tolerance: f64) -> Result<Worst, Faults> {
         let mut worst = Worst::default();
         for (i, (u, over_v)) in self.us.iter().zip(&self.over_v).enumerate() {
             for (j, (v, over_u)) in self.vs.iter().zip(&self.over_u).enumerate() {
@@ -185,7 +191,14 @@ impl CurveMesh {
                 let (Some(one), Some(other)) = (over_v, over_u) else { continue };
                 let gap = (one.value(*v) - other.value(*u)).norm();
                 if !(gap <= tolerance) {
-                    return Err(MeshFault::Crossing { i, j, gap, tolerance });
+                    let [gap, tolerance] = [gap, tolerance].map(Shown);
+                    return Err(Faults::one(
+                        curve_at(0, i),
+                        format_args!(
+                            "curve {i} over v and curve {j} over u are {gap} apart where they cross, more than \
+                             {tolerance}"
+                        ),
+                    ));
                 }
                 worst.see(gap, [*u, *v]);
             }
@@ -200,13 +213,13 @@ impl CurveMesh {
         i: usize,
         j: usize,
         tolerance: f64,
-    ) -> Result<Boundaries, MeshFault> {
+    ) -> Result<Boundaries, Faults> {
         let piece = |curve: &Option<Vec<BSplineCurve>>, k: usize| {
             curve.as_ref().map(|pieces| CurveShape::BSpline(pieces[k].clone()))
         };
         let curves = [piece(&over_v[i], j), piece(&over_v[i + 1], j), piece(&over_u[j], i), piece(&over_u[j + 1], i)];
         let tolerance = tolerance.max(rounding(&curves));
-        Boundaries::three_sided(curves, tolerance).map_err(|fault| MeshFault::Patch { i, j, fault })
+        Boundaries::three_sided(curves, tolerance).map_err(of_patch(i, j))
     }
 
     /// At every node the mean of the twists that the bilinear fills around it have there.
@@ -227,6 +240,29 @@ impl CurveMesh {
     }
 }
 
+/// The curves at given u, which run over v, and those at given v.
+const FAMILIES: [&str; 2] = ["mesh.u_curves", "mesh.v_curves"];
+
+fn curve_at(family: usize, index: usize) -> String {
+    format!("{}[{index}]", FAMILIES[family])
+}
+
+/// A curve that is missing and is neither the first nor the last of one family.
+fn missing_curve(family: usize, index: usize) -> Faults {
+    let message = "the curve is missing; only the first or last of one family of points in space may be";
+    Faults::one(curve_at(family, index), message)
+}
+
+/// Says faults of the borders of patch (i, j) of a mesh, whose curves these are.
+fn of_patch(i: usize, j: usize) -> impl Fn(Faults) -> Faults {
+    move |faults| {
+        faults.map(|Fault { path, message }| Fault {
+            path: if path == "tolerance" { path } else { curve_at(0, i) },
+            message: format!("patch ({i}, {j}): {message}"),
+        })
+    }
+}
+
 /// How far ends of pieces that were cut out may be off by rounding alone.
 fn rounding(curves: &[Option<CurveShape>; 4]) -> f64 {
     let size = |curve: &CurveShape| curve.domain().map(|t| curve.value(t).norm()).into_iter().fold(0.0, f64::max);
@@ -234,23 +270,24 @@ fn rounding(curves: &[Option<CurveShape>; 4]) -> f64 {
 }
 
 /// Every curve of a family cut at `places`.
-fn cut(
-    family: usize,
-    curves: &[Option<CurveShape>],
-    places: &[f64],
-) -> Result<Vec<Option<Vec<BSplineCurve>>>, MeshFault> {
+fn cut(family: usize, curves: &[Option<CurveShape>], places: &[f64]) -> Result<Vec<Option<Vec<BSplineCurve>>>, Faults> {
     let pieces = |(index, curve): (usize, &Option<CurveShape>)| {
         let Some(curve) = curve else { return Ok(None) };
-        let fault = |fault| MeshFault::Curve { family, index, fault };
-        let spline = curve.to_b_spline().map_err(fault)?;
-        let pieces = places.windows(2).map(|pair| spline.restrict(pair[0], pair[1]).map_err(fault));
+        let refused = |faults: Faults| {
+            faults.map(|Fault { message, .. }| Fault {
+                path: curve_at(family, index),
+                message: format!("the curve is no B-spline: {message}"),
+            })
+        };
+        let spline = curve.to_b_spline().map_err(refused)?;
+        let pieces = places.windows(2).map(|pair| spline.restrict(pair[0], pair[1]).map_err(refused));
         pieces.collect::<Result<Vec<_>, _>>().map(Some)
     };
     curves.iter().enumerate().map(pieces).collect()
 }
 
 /// The bicubic patch with the corners, tangents and twists of the borders.
-pub(super) fn bicubic(mesh: &Boundaries, twists: &[[Vector; 2]; 2]) -> Result<BezierSurface, BoundaryFault> {
+pub(super) fn bicubic(mesh: &Boundaries, twists: &[[Vector; 2]; 2]) -> Result<BezierSurface, Faults> {
     let domain = mesh.domain();
     let [third_u, third_v] = domain.map(|[low, high]| (high - low) / 3.0);
     let mut net = [Vector::zeros(); 16];
@@ -266,5 +303,5 @@ pub(super) fn bicubic(mesh: &Boundaries, twists: &[[Vector; 2]; 2]) -> Result<Be
         net[at(1 + i, 1 + j)] = corner + du + dv + twist;
     }
     BezierSurface::new([4, 4], domain, mesh.dimension(), net.to_vec(), None)
-        .map_err(|_| BoundaryFault::Twist { corner: [0, 0] })
+        .map_err(|_| check::twist_not_finite([0, 0]))
 }

@@ -1,9 +1,9 @@
 //! Surfaces of several patches on a grid of parameters, as a mesh of boundary curves divides them
 //! (section 2.1 of the paper).
 
-use super::{GridFault, Surface, SurfaceJet, SurfaceShape, boundaries::merged, grid::ascending};
+use super::{Surface, SurfaceJet, SurfaceShape, boundaries::merged, check};
 use crate::space::{Dimension, Vector};
-use flankfit_numerics::{cancel, fault::words::counted};
+use flankfit_numerics::{cancel, check::Faults, fault::words::counted};
 
 /// Patches over the rectangles between given u and given v. Some may have three sides.
 #[derive(Clone, Debug, PartialEq)]
@@ -13,90 +13,38 @@ pub struct Patchwork {
     patches: Vec<SurfaceShape>,
 }
 
-/// Why patches are refused.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum PatchworkFault {
-    /// The lines between the patches are refused.
-    #[error(transparent)]
-    Lines(#[from] GridFault),
-    /// Patches that are not one for each rectangle.
-    #[error("{} for {rows} × {columns} rectangles", counted(*.given, "patch", "patches"))]
-    Count {
-        /// Patches given.
-        given: usize,
-        /// Rectangles along u.
-        rows: usize,
-        /// Rectangles along v.
-        columns: usize,
-    },
-    /// A patch over another domain than its rectangle.
-    #[error("patch {index} lives over {given:?}, not over its rectangle {wanted:?}")]
-    Domain {
-        /// Index of the patch, counted by rows from 0.
-        index: usize,
-        /// Its domain, along u and v.
-        given: [[f64; 2]; 2],
-        /// Its rectangle, along u and v.
-        wanted: [[f64; 2]; 2],
-    },
-    /// A patch with values of another dimension than the first.
-    #[error("patch {index} has values of {}, the first one of {wanted}", counted(*.given, "coordinate", "coordinates"))]
-    Dimension {
-        /// Index of the patch, counted by rows from 0.
-        index: usize,
-        /// Coordinates of its values.
-        given: usize,
-        /// Coordinates of the values of the first.
-        wanted: usize,
-    },
-    /// A patch that is a patchwork itself.
-    #[error("patch {index} is a patchwork itself")]
-    Nested {
-        /// Index of the patch, counted by rows from 0.
-        index: usize,
-    },
-}
-
-impl PatchworkFault {
-    /// Which patch is at fault, where it is one.
-    pub fn index(&self) -> Option<usize> {
-        match self {
-            PatchworkFault::Domain { index, .. }
-            | PatchworkFault::Dimension { index, .. }
-            | PatchworkFault::Nested { index } => Some(*index),
-            PatchworkFault::Lines(_) | PatchworkFault::Count { .. } => None,
-        }
-    }
-}
-
 impl Patchwork {
     /// Patches between the lines `us` and `vs` (2 or more each, ascending), v running fastest, each
     /// over its own rectangle.
-    pub fn new(us: Vec<f64>, vs: Vec<f64>, patches: Vec<SurfaceShape>) -> Result<Self, PatchworkFault> {
+    pub fn new(us: Vec<f64>, vs: Vec<f64>, patches: Vec<SurfaceShape>) -> Result<Self, Faults> {
         let lines = [us, vs];
         for (axis, places) in lines.iter().enumerate() {
-            if places.len() < 2 {
-                return Err(GridFault::TooFew { axis, given: places.len(), least: 2 }.into());
-            }
-            ascending(axis, places)?;
+            check::at_least(axis, places.len(), 2)?;
+            check::ascending(axis, places)?;
         }
         let [rows, columns] = lines.each_ref().map(|places| places.len() - 1);
         if patches.len() != rows * columns {
-            return Err(PatchworkFault::Count { given: patches.len(), rows, columns });
+            let given = counted(patches.len(), "patch", "patches");
+            return Err(Faults::one("patches", format_args!("{given} for {rows} × {columns} rectangles")));
         }
         let work = Patchwork { lines, patches };
         for (index, patch) in work.patches.iter().enumerate() {
             cancel::checkpoint();
-            let (given, wanted) = (patch.domain(), work.rectangle(index / columns, index % columns));
+            let (row, column) = (index / columns, index % columns);
+            let at = format_args!("patches[{row}][{column}]");
+            let (given, wanted) = (patch.domain(), work.rectangle(row, column));
             if given != wanted {
-                return Err(PatchworkFault::Domain { index, given, wanted });
+                let message = format_args!("patch {index} lives over {given:?}, not over its rectangle {wanted:?}");
+                return Err(Faults::one(at, message));
             }
             let (given, wanted) = (patch.dimension().count(), work.patches[0].dimension().count());
             if given != wanted {
-                return Err(PatchworkFault::Dimension { index, given, wanted });
+                let given = counted(given, "coordinate", "coordinates");
+                let message = format_args!("patch {index} has values of {given}, the first one of {wanted}");
+                return Err(Faults::one(at, message));
             }
             if matches!(patch, SurfaceShape::Patchwork(_)) {
-                return Err(PatchworkFault::Nested { index });
+                return Err(Faults::one(at, format_args!("patch {index} is a patchwork itself")));
             }
         }
         Ok(work)

@@ -4,13 +4,13 @@
 //! Every line of control points along an axis is a curve, changed by polar forms in double-double
 //! and rounded once; rational surfaces in homogeneous coordinates.
 
-use super::{BSplineSurface, BezierSurface, GridFault, Surface};
+use super::{BSplineSurface, BezierSurface, Surface, check};
 use crate::{
     BSplineBasis,
     polar::{change_knots, raise_degree},
     space::{HIGHEST_DEGREE, Vector},
 };
-use flankfit_numerics::{Dd, cancel};
+use flankfit_numerics::{Dd, cancel, check::Faults};
 
 /// (w x, w y, w z, w).
 type Homogeneous = [Dd; 4];
@@ -19,10 +19,10 @@ impl BSplineSurface {
     /// Inserts knots along an axis (0 for u), in any order, each as often as it stands; the surface
     /// stays. Refused outside of the domain and where a knot would stand more than degree + 1
     /// times.
-    pub fn refine(&self, axis: usize, inserted: &[f64]) -> Result<Self, GridFault> {
+    pub fn refine(&self, axis: usize, inserted: &[f64]) -> Result<Self, Faults> {
         let (low, high) = self.bases()[axis].domain();
         if let Some((index, &value)) = inserted.iter().enumerate().find(|(_, x)| !(low <= **x && **x <= high)) {
-            return Err(GridFault::OutOfDomain { axis, index, value, low, high });
+            return Err(check::out_of_domain(axis, index, value, [low, high]));
         }
         let mut knots = [self.bases()[axis].knots(), inserted].concat();
         knots.sort_by(f64::total_cmp);
@@ -30,12 +30,12 @@ impl BSplineSurface {
     }
 
     /// The part between `low` and `high` along an axis, clamped there.
-    pub fn restrict(&self, axis: usize, low: f64, high: f64) -> Result<Self, GridFault> {
+    pub fn restrict(&self, axis: usize, low: f64, high: f64) -> Result<Self, Faults> {
         let basis = &self.bases()[axis];
         let (first, last) = basis.domain();
         for (index, value) in [low, high].into_iter().enumerate() {
             if !(first <= value && value <= last) {
-                return Err(GridFault::OutOfDomain { axis, index, value, low: first, high: last });
+                return Err(check::out_of_domain(axis, index, value, [first, last]));
             }
         }
         let end = |value| std::iter::repeat_n(value, basis.degree() + 1);
@@ -45,26 +45,25 @@ impl BSplineSurface {
 
     /// The same surface of a degree higher by `times` along an axis, clamped there. Refused above
     /// [`HIGHEST_DEGREE`].
-    pub fn elevate(&self, axis: usize, times: usize) -> Result<Self, GridFault> {
+    pub fn elevate(&self, axis: usize, times: usize) -> Result<Self, Faults> {
         let (low, high) = self.bases()[axis].domain();
         let mut surface = self.restrict(axis, low, high)?;
         let target = self.bases()[axis].degree().saturating_add(times);
         if target > HIGHEST_DEGREE {
-            return Err(GridFault::Degree { axis, degree: target, most: HIGHEST_DEGREE });
+            return Err(check::degree(axis, target, HIGHEST_DEGREE));
         }
         while surface.bases()[axis].degree() < target {
             let basis = &surface.bases()[axis];
             let mut knots = [basis.knots(), &basis.distinct_knots()].concat();
             knots.sort_by(f64::total_cmp);
-            let raised =
-                BSplineBasis::new(basis.degree() + 1, knots).map_err(|fault| GridFault::Knots { axis, fault })?;
+            let raised = BSplineBasis::new(basis.degree() + 1, knots).map_err(check::knots(axis))?;
             surface = surface.along(axis, raised, raise_degree)?;
         }
         Ok(surface)
     }
 
     /// The Bézier patches between the distinct knots, v running fastest.
-    pub fn bezier_patches(&self) -> Result<Vec<BezierSurface>, GridFault> {
+    pub fn bezier_patches(&self) -> Result<Vec<BezierSurface>, Faults> {
         let [us, vs] = self.breaks();
         let mut patches = Vec::with_capacity((us.len() - 1) * (vs.len() - 1));
         for u in us.windows(2) {
@@ -75,15 +74,15 @@ impl BSplineSurface {
                 let weights = piece.weights().map(<[f64]>::to_vec);
                 let points = piece.control_points().to_vec();
                 let patch = BezierSurface::new(shape, piece.domain(), piece.dimension(), points, weights);
-                patches.push(patch.map_err(|_| GridFault::NotRepresentable { index: 0 })?);
+                patches.push(patch.map_err(|_| check::not_representable(0))?);
             }
         }
         Ok(patches)
     }
 
-    fn over(&self, axis: usize, knots: Vec<f64>) -> Result<Self, GridFault> {
+    fn over(&self, axis: usize, knots: Vec<f64>) -> Result<Self, Faults> {
         let basis = BSplineBasis::new(self.bases()[axis].degree(), knots);
-        self.along(axis, basis.map_err(|fault| GridFault::Knots { axis, fault })?, change_knots)
+        self.along(axis, basis.map_err(check::knots(axis))?, change_knots)
     }
 
     /// Every line of control points along `axis` changed from its basis to another one.
@@ -92,7 +91,7 @@ impl BSplineSurface {
         axis: usize,
         basis: BSplineBasis,
         change: fn(&BSplineBasis, &[Homogeneous], &BSplineBasis) -> Vec<Homogeneous>,
-    ) -> Result<Self, GridFault> {
+    ) -> Result<Self, Faults> {
         let [rows, columns] = self.bases().each_ref().map(BSplineBasis::size);
         let lines = if axis == 0 { columns } else { rows };
         let number = |line: usize, k: usize| if axis == 0 { k * columns + line } else { line * columns + k };
@@ -119,7 +118,6 @@ impl BSplineSurface {
                 }
             }
         }
-        BSplineSurface::new(bases, self.dimension(), points, weights)
-            .map_err(|fault| GridFault::NotRepresentable { index: fault.index().unwrap_or(0) })
+        BSplineSurface::new(bases, self.dimension(), points, weights).map_err(|_| check::not_representable(0))
     }
 }

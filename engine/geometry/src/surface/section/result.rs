@@ -2,9 +2,10 @@
 
 use super::line::SectionPoint;
 use crate::{
-    curve::{CurveFault, CurveShape, PiecewisePolynomial, Tangents, cubic_hermite},
+    curve::{CurveShape, PiecewisePolynomial, Tangents, cubic_hermite},
     space::{Dimension, Vector},
 };
+use flankfit_numerics::check::Faults;
 
 /// The section of a surface by a plane.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -37,7 +38,7 @@ pub struct SectionCurve {
 
 impl SectionCurve {
     /// The curve of cubics over the length, in space.
-    pub fn shape(&self) -> Result<CurveShape, CurveFault> {
+    pub fn shape(&self) -> Result<CurveShape, Faults> {
         let lengths: Vec<f64> = self.points.iter().map(|point| point.length).collect();
         let points: Vec<Vector> = self.points.iter().map(|point| point.point).collect();
         let tangents = Tangents::Given(self.points.iter().map(|point| point.tangent).collect());
