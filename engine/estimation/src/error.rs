@@ -2,8 +2,7 @@
 
 use std::fmt;
 
-use super::fault::{Faults, Field, Reason};
-use flankfit_numerics::fault;
+use flankfit_numerics::{check::Faults, fault};
 
 /// Why no fit could be given.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -74,26 +73,16 @@ pub enum Unconverged {
 }
 
 impl Unconverged {
-    /// The part of the request to be changed, where it is one.
-    pub fn field(self) -> Option<Field> {
+    /// Path to the part of the request to be changed, where it is one.
+    pub fn path(self) -> Option<&'static str> {
         match self {
-            Unconverged::SingularValues | Unconverged::SecondOrder | Unconverged::KnotPlacement => Some(Field::Model),
-            Unconverged::PenaltyPair | Unconverged::Refinement => Some(Field::Regularization),
-            Unconverged::AbsoluteDeviations | Unconverged::RankDispersion => Some(Field::Estimator),
-            Unconverged::Positions => Some(Field::NodeUncertainty),
+            Unconverged::SingularValues | Unconverged::SecondOrder | Unconverged::KnotPlacement => Some("model"),
+            Unconverged::PenaltyPair | Unconverged::Refinement => Some("regularization"),
+            Unconverged::AbsoluteDeviations | Unconverged::RankDispersion => Some("estimator"),
+            Unconverged::Positions => Some("node_uncertainty"),
             Unconverged::Registration | Unconverged::Sensitivity | Unconverged::Limits | Unconverged::Comparison => {
                 None
             }
-        }
-    }
-}
-
-impl FitError {
-    /// The first reason of an impossible fit, for those whose fields are others.
-    pub fn first(&self) -> Option<&Reason> {
-        match self {
-            FitError::Invalid(faults) => faults.list().first().map(|fault| &fault.reason),
-            _ => None,
         }
     }
 }

@@ -4,6 +4,7 @@
 //! A curve has one row of weights along u and the single function 1 along v. Who fits with given
 //! weights computes in `NᵢNⱼ / W`, from which `Rᵢⱼ` differs by the factor wᵢⱼ alone.
 
+use crate::space::in_rows;
 use flankfit_numerics::{Real, check::Faults, fault::words::Shown};
 
 /// Largest ratio of two weights.
@@ -17,16 +18,17 @@ pub struct WeightNet {
 }
 
 impl WeightNet {
-    /// Checks weights for `rows × columns` control points; a fault is placed from their list, which
-    /// counts them by rows.
-    pub fn new(weights: Vec<f64>, rows: usize, columns: usize) -> Result<Self, Faults> {
+    /// Checks weights for `rows × columns` control points; a fault is placed in their list, or in
+    /// their rows of a `surface`.
+    pub fn new(weights: Vec<f64>, rows: usize, columns: usize, surface: bool) -> Result<Self, Faults> {
         let wanted = rows * columns;
         if weights.len() != wanted {
             return Err(Faults::one("", format_args!("{} weights for {wanted} control points", weights.len())));
         }
         if let Some(index) = weights.iter().position(|w| !(w.is_finite() && *w > 0.0)) {
+            let place = if surface { in_rows(columns)(index) } else { format!("[{index}]") };
             return Err(Faults::one(
-                format_args!("[{index}]"),
+                place,
                 format_args!(
                     "the weight {} is not a finite number greater than 0, so its control point is undetermined",
                     Shown(weights[index])
@@ -54,7 +56,7 @@ impl WeightNet {
     /// use flankfit_geometry::WeightNet;
     ///
     /// // Two rows (u) of two columns (v): weights differ along u alone.
-    /// let net = WeightNet::new(vec![1.0, 1.0, 2.0, 2.0], 2, 2)?;
+    /// let net = WeightNet::new(vec![1.0, 1.0, 2.0, 2.0], 2, 2, true)?;
     /// assert_eq!(net.varies(), [true, false]);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
@@ -134,8 +136,9 @@ mod tests {
 
     #[test]
     fn refused_weights() {
-        let told =
-            |weights: &[f64], rows, columns| WeightNet::new(weights.to_vec(), rows, columns).unwrap_err().to_string();
+        let told = |weights: &[f64], rows, columns| {
+            WeightNet::new(weights.to_vec(), rows, columns, false).unwrap_err().to_string()
+        };
         assert_eq!(told(&[1.0; 3], 2, 2), "3 weights for 4 control points");
         assert!(told(&[1.0, 0.0], 2, 1).starts_with("[1]: the weight 0 is not"));
         assert!(told(&[1.0, f64::NAN], 1, 2).starts_with("[1]: the weight NaN is not"));
@@ -153,7 +156,7 @@ mod tests {
 
     #[test]
     fn slopes_agree_with_differences() {
-        let net = WeightNet::new(vec![1.0, 2.0, 0.5, 3.0], 2, 2).unwrap();
+        let net = WeightNet::new(vec![1.0, 2.0, 0.5, 3.0], 2, 2, true).unwrap();
         let hat = |x: f64| [1.0 - x, x];
         let value = |x: f64, y: f64, k: usize| hat(x)[k / 2] * hat(y)[k % 2] / net.sum(&hat(x), &hat(y));
         let (x, y, h) = (0.3, 0.6, 1e-6);

@@ -10,8 +10,8 @@ use rand_chacha::{
 };
 
 use super::system::{Penalty, Solved, System};
-use crate::smoothing::choice::{Figures, Found, NoParameter, Problem, Smoothing, find};
-use flankfit_numerics::band_cholesky::SymmetricBand;
+use crate::smoothing::choice::{Figures, Found, Problem, Smoothing, find, unsolved};
+use flankfit_numerics::{band_cholesky::SymmetricBand, check::Faults};
 
 /// From how many operations (n · bandwidth²) on the trace is estimated.
 const EXACT: f64 = 4e9;
@@ -53,18 +53,18 @@ pub(crate) fn choose(
     matrix: &SymmetricBand<f64>,
     asked: Smoothing,
     variance: Option<f64>,
-) -> Result<Found, NoParameter> {
+) -> Result<Found, Faults> {
     if let Smoothing::Parameter(crate::spec::Parameter::Fixed(_)) = asked {
         let problem = Problem { count: 1, coordinates: 1, variance, range: [0.0, 1.0] };
         return find(asked, &problem, |_| None);
     }
     let unit = alike(system, matrix);
     if !(unit > 0.0 && unit.is_finite()) {
-        return Err(NoParameter::Unsolved);
+        return Err(unsolved());
     }
     // sums about one solution of a medium λ, so that RSS of another is no difference of large
     // numbers
-    let reference = system.solve(Some(Penalty { lambda: 1e-4 * unit, matrix })).map_err(|_| NoParameter::Unsolved)?;
+    let reference = system.solve(Some(Penalty { lambda: 1e-4 * unit, matrix })).map_err(|_| unsolved())?;
     let about = Reference::new(&reference);
     let problem = Problem {
         count: system.cells.count(),

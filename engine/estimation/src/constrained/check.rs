@@ -1,12 +1,19 @@
 //! Which constraints a model can meet, before a node is seen.
 
-use super::reason::ConstraintReason;
 use crate::{
-    design::{Axis, Basis, Design},
-    fault::{Faults, Field},
+    design::{Axis, Basis, Design, no_range},
     spec::{Constraint, Domain, Estimator, FilterAxis, FitSpec, Regularization, Variance},
 };
 use flankfit_geometry::BSplineBasis;
+use flankfit_numerics::{
+    check::Faults,
+    fault::words::{Shown, counted},
+};
+
+/// Constraints on a measurement matrix.
+pub(super) fn of_matrix() -> Faults {
+    Faults::one("constraints", "a measurement matrix is no function of a place: it neither rises nor bends")
+}
 
 /// Coefficients at most: some seconds of work.
 pub(super) const MOST_COEFFICIENTS: usize = 400;
@@ -18,38 +25,54 @@ pub(crate) fn check(design: &Design, spec: &FitSpec) -> Result<(), Faults> {
     }
     let mut faults = Faults::default();
     if spec.regularization != Regularization::None {
-        faults.push(Field::Regularization, ConstraintReason::Regularized);
+        faults
+            .push("regularization", "`constraints` exclude regularisation: leave `regularization` out, or take `none`");
     }
     if spec.estimator != Estimator::LeastSquares {
-        faults.push(Field::Estimator, ConstraintReason::LeastSquaresOnly);
+        faults.push("estimator", "`constraints` are for the estimator `least_squares`");
     }
     if spec.prior.is_some() {
-        faults.push(Field::Constraints, ConstraintReason::WithPrior);
+        faults.push(
+            "constraints",
+            "`prior` and `constraints` exclude each other: the posterior would be that of a truncated distribution",
+        );
     }
     if spec.errors.is_some() || spec.variance != Variance::Constant {
-        faults.push(Field::Constraints, ConstraintReason::WithErrors);
+        faults.push(
+            "constraints",
+            "`constraints` are for independent errors of one variance: leave `errors` and `variance` out",
+        );
     }
     let (Basis::Product { u, v }, Some(domain)) = (&design.basis, design.domain) else {
-        faults.push(Field::Constraints, ConstraintReason::OfMatrix);
-        return faults.into_result(());
+        faults.append(of_matrix());
+        return Err(faults);
     };
     if design.rational.is_some() {
-        faults.push(Field::Constraints, ConstraintReason::Rational);
+        faults.push(
+            "constraints",
+            "derivatives of NURBS are not polynomials in pieces: constraints are for models without weights",
+        );
     }
     let coefficients = design.size();
     if coefficients > MOST_COEFFICIENTS {
-        faults.push(Field::Constraints, ConstraintReason::TooMany { coefficients, most: MOST_COEFFICIENTS });
+        faults.push(
+            "constraints",
+            format_args!("constraints are for at most {MOST_COEFFICIENTS} coefficients, this model has {coefficients}"),
+        );
     }
     let mut sound: Vec<(usize, &Constraint, Domain)> = Vec::new();
     for (index, constraint) in spec.constraints.iter().enumerate() {
         let before = faults.list().len();
         let along = match (constraint.along, domain.v) {
             (Some(FilterAxis::V), None) => {
-                faults.push(Field::ConstraintAlong(index), ConstraintReason::NoV);
+                faults.push(format_args!("constraints[{index}].along"), "a curve has no v; its x is u");
                 continue;
             }
             (None, Some(_)) => {
-                faults.push(Field::ConstraintAlong(index), ConstraintReason::AxisMissing);
+                faults.push(
+                    format_args!("constraints[{index}].along"),
+                    "missing: a surface rises or bends along u or along v",
+                );
                 continue;
             }
             (along, _) => along.unwrap_or(FilterAxis::U),
@@ -69,7 +92,10 @@ pub(crate) fn check(design: &Design, spec: &FitSpec) -> Result<(), Faults> {
         });
         match opposite {
             Some((other, ..)) => {
-                faults.push(Field::Constraint(index), ConstraintReason::Opposite { other: *other });
+                faults.push(
+                    format_args!("constraints[{index}]"),
+                    format_args!("this is the opposite of constraint {other} (from 0), and the places of both touch"),
+                );
             }
             None => sound.push((index, constraint, place)),
         }
@@ -81,14 +107,23 @@ pub(crate) fn check(design: &Design, spec: &FitSpec) -> Result<(), Faults> {
 fn checked_domain(index: usize, own: Option<Domain>, whole: Domain, faults: &mut Faults) -> Domain {
     let own = own.unwrap_or_default();
     if own.v.is_some() && whole.v.is_none() {
-        faults.push(Field::ConstraintRange(index, 1), ConstraintReason::NoV);
+        faults.push(format_args!("constraints[{index}].domain.v"), "a curve has no v; its x is u");
     }
-    for (axis, range, whole) in [(0, own.u, whole.u), (1, own.v, whole.v)] {
+    for (name, range, whole) in [("u", own.u, whole.u), ("v", own.v, whole.v)] {
         let (Some(range), Some(domain)) = (range, whole) else { continue };
         if !(range[0] < range[1]) {
-            faults.push(Field::ConstraintRange(index, axis), ConstraintReason::Range(range));
+            faults.push(format_args!("constraints[{index}].domain.{name}"), no_range(range));
         } else if range[0] < domain[0] || range[1] > domain[1] {
-            faults.push(Field::ConstraintRange(index, axis), ConstraintReason::Outside { range, domain });
+            faults.push(
+                format_args!("constraints[{index}].domain.{name}"),
+                format_args!(
+                    "[{}, {}] reaches beyond the domain of the fit, [{}, {}]",
+                    Shown(range[0]),
+                    Shown(range[1]),
+                    Shown(domain[0]),
+                    Shown(domain[1])
+                ),
+            );
         }
     }
     Domain { u: own.u.or(whole.u), v: own.v.or(whole.v) }
@@ -101,14 +136,27 @@ fn check_axis(index: usize, axis: &Axis, name: &'static str, order: usize, range
         Axis::Spline(basis) => basis.degree(),
     };
     if degree < order {
-        faults.push(Field::Constraint(index), ConstraintReason::Degree { axis: name, degree, order });
+        faults.push(
+            format_args!("constraints[{index}]"),
+            format_args!(
+                "along {name} the model has the degree {degree}: derivatives of order {order} are 0 in any case"
+            ),
+        );
         return;
     }
     if let Axis::Spline(basis) = axis {
         // the derivative below the constrained one has to be continuous
         let most = degree + 1 - order;
         if let Some((knot, given)) = repeated(basis, range).find(|(_, given)| *given > most) {
-            faults.push(Field::Constraint(index), ConstraintReason::Knot { knot, given, most });
+            faults.push(
+                format_args!("constraints[{index}]"),
+                format_args!(
+                    "the knot {} stands {}: the derivative below it may jump there, so that the pieces do not say it \
+                     all; it may stand {most}",
+                    Shown(knot),
+                    counted(given, "time", "times")
+                ),
+            );
         }
     }
 }

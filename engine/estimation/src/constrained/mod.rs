@@ -5,7 +5,6 @@ mod check;
 mod field;
 mod patch;
 mod pieces;
-pub(super) mod reason;
 mod solve;
 
 use nalgebra::DMatrix;
@@ -19,10 +18,9 @@ use super::{
     result::{ActivePlace, ConstraintReport, ConstraintsReport},
     spec::Constraint,
 };
-use flankfit_numerics::Dd;
+use flankfit_numerics::{Dd, check::Faults};
 
 pub(crate) use check::check;
-pub(crate) use reason::ConstraintReason;
 
 /// The constrained estimate.
 pub(crate) struct Constrained {
@@ -40,9 +38,9 @@ pub(crate) fn constrained(
     qty: &[Dd],
     rss: f64,
     constraints: &[Constraint],
-) -> Result<Constrained, ConstraintReason> {
+) -> Result<Constrained, Faults> {
     let fields: Option<Vec<Field>> = constraints.iter().map(|one| Field::new(design, one)).collect();
-    let mut problem = Problem { design, r, qty, fields: fields.ok_or(ConstraintReason::OfMatrix)? };
+    let mut problem = Problem { design, r, qty, fields: fields.ok_or_else(check::of_matrix)? };
     problem.scale();
     let solution = problem.solve()?;
     let report = report(&problem, &solution, rss, constraints);

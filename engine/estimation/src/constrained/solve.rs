@@ -13,13 +13,11 @@
 
 use nalgebra::DMatrix;
 
-use super::{
-    field::{Field, Spot, net},
-    reason::ConstraintReason,
-};
+use super::field::{Field, Spot, net};
 use crate::design::Design;
 use flankfit_numerics::{
     Dd, cancel,
+    check::Faults,
     polyhedron::{Empty, NearestPoint},
     triangular,
 };
@@ -78,6 +76,12 @@ struct Search {
     rounds: usize,
 }
 
+/// Constraints that exclude each other.
+fn exclusive() -> Faults {
+    let message = "no function of the model does all of this and more than just: the constraints exclude each other";
+    Faults::one("constraints", message)
+}
+
 impl Problem<'_> {
     /// Scales the fields by the derivatives of least squares.
     pub(super) fn scale(&mut self) {
@@ -90,7 +94,7 @@ impl Problem<'_> {
         }
     }
 
-    pub(super) fn solve(&self) -> Result<Solution, ConstraintReason> {
+    pub(super) fn solve(&self) -> Result<Solution, Faults> {
         let before = self.bounds(self.qty);
         if before.iter().all(|bound| *bound >= 0.0) {
             return Ok(Solution {
@@ -105,7 +109,7 @@ impl Problem<'_> {
             });
         }
         let start: Vec<f64> = self.qty.iter().map(|b| b.to_f64()).collect();
-        let found = self.search(start, 0.0, -TOLERANCE).map_err(|Empty| ConstraintReason::Exclusive)?;
+        let found = self.search(start, 0.0, -TOLERANCE).map_err(|Empty| exclusive())?;
         let (multipliers, nearest) = self.refined(&found);
         let way: Vec<Dd> = nearest.iter().zip(self.qty).map(|(&x, &b)| x - b).collect();
         let (point, bounds) = self.moved_inside(nearest)?;
@@ -214,16 +218,16 @@ impl Problem<'_> {
     }
 
     /// The point moved until all derivatives are certain not to be below 0, and their bounds.
-    fn moved_inside(&self, nearest: Vec<Dd>) -> Result<(Vec<Dd>, Vec<f64>), ConstraintReason> {
+    fn moved_inside(&self, nearest: Vec<Dd>) -> Result<(Vec<Dd>, Vec<f64>), Faults> {
         let mut bounds = self.bounds(&nearest);
         let least = |bounds: &[f64]| bounds.iter().copied().fold(f64::INFINITY, f64::min);
         if least(&bounds) >= FLOOR {
             return Ok((nearest, bounds));
         }
-        let inside = self.search(vec![0.0; nearest.len()], 1.0, INSIDE).map_err(|Empty| ConstraintReason::Exclusive)?;
+        let inside = self.search(vec![0.0; nearest.len()], 1.0, INSIDE).map_err(|Empty| exclusive())?;
         let inside: Vec<Dd> = inside.nearest.at().iter().map(|&x| Dd::from(x)).collect();
         if least(&self.bounds(&inside)) < 0.25 * INSIDE {
-            return Err(ConstraintReason::Exclusive);
+            return Err(exclusive());
         }
         let mut step = 0.0;
         // each step goes at least as far as the bounds say that it has to, and further each time
@@ -235,7 +239,7 @@ impl Problem<'_> {
                 return Ok((point, bounds));
             }
         }
-        Err(ConstraintReason::Exclusive)
+        Err(exclusive())
     }
 
     /// Σ multiplier · normal.

@@ -2,8 +2,7 @@
 //! node set.
 
 use super::nodes::{Curve, Grid, Matrix, Nodes, Scattered};
-use super::reason::NodesReason;
-use crate::fault::{Faults, Field, NodeList};
+use flankfit_numerics::{check::Faults, fault::words};
 
 /// What every block of a stream is.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -38,20 +37,22 @@ impl Form {
             (Form::Matrix { columns, names }, Form::Matrix { columns: here, names: given }) => {
                 let mut faults = Faults::default();
                 if here != *columns {
-                    faults
-                        .push(Field::List(NodeList::X), NodesReason::ColumnsOfStream { given: here, stream: *columns });
+                    faults.push(
+                        "nodes.x",
+                        format_args!("{}, but the stream has {columns}", words::counted(here, "column", "columns")),
+                    );
                 }
                 if given.is_some() && given != *names {
-                    faults.push(Field::List(NodeList::Names), NodesReason::NamesOfStream);
+                    faults.push("nodes.names", "not the names of the stream's first block");
                 }
                 faults.into_result(())
             }
             (form, _) => Err(Faults::one(
-                Field::NodesType,
+                "nodes.type",
                 match form {
-                    Form::Curve => NodesReason::BlocksAreCurves,
-                    Form::Surface => NodesReason::BlocksAreSurfaces,
-                    Form::Matrix { .. } => NodesReason::BlocksAreRows,
+                    Form::Curve => "the stream's blocks are curves",
+                    Form::Surface => "the stream's blocks are nodes of a surface (scattered or grid)",
+                    Form::Matrix { .. } => "the stream's blocks are rows of a measurement matrix",
                 },
             )),
         }
@@ -213,7 +214,7 @@ mod tests {
         let curve = Nodes::curve(vec![1.0], vec![2.0], None).unwrap();
         assert!(Form::of(&first).check(&curve).is_err() && Form::of(&curve).check(&first).is_err());
         let wider = Nodes::matrix(vec![1.0, 2.0], 2, vec![2.0], None, None).unwrap();
-        assert_eq!(Form::of(&first).check(&wider).unwrap_err().list()[0].field, Field::List(NodeList::X));
+        assert_eq!(Form::of(&first).check(&wider).unwrap_err().list()[0].path, "nodes.x");
         assert_eq!(join(Vec::new()), None);
     }
 }

@@ -2,11 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use super::{nodes::Nodes, reason::NodesReason};
-use crate::{
-    fault::{Faults, Field},
-    spec::NodeAt,
-};
+use super::nodes::Nodes;
+use crate::spec::NodeAt;
+use flankfit_numerics::check::Faults;
 
 impl Nodes {
     /// Returns the nodes with those listed in `exclude` marked as missing, or of weight 0 where
@@ -23,12 +21,14 @@ pub(crate) fn without(nodes: &Nodes, exclude: &[NodeAt]) -> Result<Nodes, Faults
     let mut first: BTreeMap<usize, usize> = BTreeMap::new();
     for (entry, at) in exclude.iter().enumerate() {
         let found = posted(nodes, *at).and_then(|k| match first.insert(k, entry) {
-            Some(before) => Err(NodesReason::ExcludedTwice(before)),
-            None if !counts(nodes, k) => Err(NodesReason::CountsNot),
+            Some(before) => Err(format!("this node is already excluded by entry {before}: name it once")),
+            None if !counts(nodes, k) => {
+                Err("this node is missing or of weight 0 already: leave it out of the list".to_owned())
+            }
             None => Ok(()),
         });
-        if let Err(reason) = found {
-            faults.push(Field::Excluded(entry), reason);
+        if let Err(message) = found {
+            faults.push(format_args!("exclude[{entry}]"), message);
         }
     }
     let left_out: Vec<usize> = first.into_keys().collect();
@@ -54,17 +54,25 @@ pub(crate) fn masked(nodes: &Nodes, posted: &[usize]) -> Nodes {
     nodes
 }
 
-/// Returns the index of a node among the posted ones.
-fn posted(nodes: &Nodes, at: NodeAt) -> Result<usize, NodesReason> {
+/// Returns the index of a node among the posted ones, or why there is none.
+fn posted(nodes: &Nodes, at: NodeAt) -> Result<usize, String> {
     match (at, nodes) {
         (NodeAt::Index(k), _) if k < nodes.posted() => Ok(k),
-        (NodeAt::Index(_), _) => Err(NodesReason::NoSuchNode { posted: nodes.posted() }),
+        (NodeAt::Index(_), _) => {
+            Err(format!("there is no such node: {} were posted, numbers count from 0", nodes.posted()))
+        }
         (NodeAt::Cell { row, column }, Nodes::Grid(grid)) => {
             let (rows, columns) = (grid.u.len(), grid.v.len());
             let inside = row < rows && column < columns;
-            if inside { Ok(row * columns + column) } else { Err(NodesReason::NoSuchCell { rows, columns }) }
+            if inside {
+                Ok(row * columns + column)
+            } else {
+                Err(format!("the grid has {rows} rows and {columns} columns, which count from 0"))
+            }
         }
-        (NodeAt::Cell { .. }, _) => Err(NodesReason::NoCells),
+        (NodeAt::Cell { .. }, _) => {
+            Err("only the nodes of a grid have a row and a column: give the node's index".to_owned())
+        }
     }
 }
 

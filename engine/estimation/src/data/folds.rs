@@ -3,59 +3,14 @@
 use std::cmp::Ordering;
 
 use super::{Nodes, Sample};
-use crate::{
-    fault::{Faults, Field},
-    spec::{Folds, FoldsBy},
-};
+use crate::spec::{Folds, FoldsBy};
+use flankfit_numerics::check::Faults;
+
+/// Message for blocks that nothing is done with.
+pub(crate) const UNUSED: &str = "nothing is cross-validated here: ask for the criterion blocked_cv, or for a selection";
 
 /// Blocks where no number of them is told.
 const DEFAULT_COUNT: usize = 10;
-
-/// Why blocks of nodes are refused.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum FoldsReason {
-    /// Columns of nodes that have no v.
-    #[error("only the nodes of a surface lie in columns")]
-    NoColumns,
-    /// Scan lines that do not fit the nodes.
-    #[error("{given} numbers of lines for {nodes} nodes: give one for each node posted")]
-    LineLength {
-        /// Numbers.
-        given: usize,
-        /// Posted nodes.
-        nodes: usize,
-    },
-    /// More blocks than rows, or fewer than two.
-    #[error("{count} is no number of blocks for {rows} {of}: at least 2, at most one for each")]
-    Count {
-        /// Blocks asked for.
-        count: usize,
-        /// Rows, columns or lines that hold a counted node.
-        rows: usize,
-        /// What they are called.
-        of: &'static str,
-    },
-    /// Nodes that make no two blocks, where no number of them is told.
-    #[error("the counted nodes lie in fewer than two {of}, of which the blocks of a cross-validation are made")]
-    OneOf {
-        /// What they are called.
-        of: &'static str,
-    },
-    /// Blocks that nothing is done with.
-    #[error("nothing is cross-validated here: ask for the criterion blocked_cv, or for a selection")]
-    Unused,
-    /// More work than a request may ask for.
-    #[error("{folds} blocks are too much work for {coefficients} coefficients: at most {most}")]
-    TooMany {
-        /// Blocks.
-        folds: usize,
-        /// n.
-        coefficients: usize,
-        /// At most.
-        most: usize,
-    },
-}
 
 /// The block of every counted node.
 #[derive(Clone, Debug, PartialEq)]
@@ -80,11 +35,13 @@ impl Partition {
             // −0 and 0 are one place
             (FoldsBy::Rows, _) => places(&|k| sample.place(k).0 + 0.0),
             (FoldsBy::Columns, Nodes::Grid(_) | Nodes::Scattered(_)) => places(&|k| sample.place(k).1 + 0.0),
-            (FoldsBy::Columns, _) => return Err(Faults::one(Field::FoldsBy, FoldsReason::NoColumns)),
+            (FoldsBy::Columns, _) => return Err(Faults::one("folds.by", "only the nodes of a surface lie in columns")),
             (FoldsBy::Lines(line), _) => {
                 if line.len() != nodes.posted() {
-                    let reason = FoldsReason::LineLength { given: line.len(), nodes: nodes.posted() };
-                    return Err(Faults::one(Field::FoldsLine, reason));
+                    let (given, nodes) = (line.len(), nodes.posted());
+                    let message =
+                        format_args!("{given} numbers of lines for {nodes} nodes: give one for each node posted");
+                    return Err(Faults::one("folds.line", message));
                 }
                 let of = |k: usize| line[sample.posted(k)];
                 ranks(m, |a, b| of(a).cmp(&of(b)))
@@ -94,8 +51,17 @@ impl Partition {
         if count < 2 || count > rows {
             let of = folds.by.name();
             return Err(match folds.count {
-                Some(_) => Faults::one(Field::FoldsCount, FoldsReason::Count { count, rows, of }),
-                None => Faults::one(Field::FoldsBy, FoldsReason::OneOf { of }),
+                Some(_) => Faults::one(
+                    "folds.count",
+                    format_args!("{count} is no number of blocks for {rows} {of}: at least 2, at most one for each"),
+                ),
+                None => Faults::one(
+                    "folds.by",
+                    format_args!(
+                        "the counted nodes lie in fewer than two {of}, of which the blocks of a cross-validation are \
+                         made"
+                    ),
+                ),
             });
         }
         Ok(Partition { block: row.into_iter().map(|row| row * count / rows).collect(), count })
@@ -121,10 +87,10 @@ fn ranks(m: usize, compare: impl Fn(usize, usize) -> Ordering) -> (Vec<usize>, u
 mod tests {
     use super::*;
 
-    fn blocks(nodes: &Nodes, by: FoldsBy, count: Option<usize>) -> Result<Vec<usize>, Field> {
+    fn blocks(nodes: &Nodes, by: FoldsBy, count: Option<usize>) -> Result<Vec<usize>, String> {
         match Partition::new(nodes, &Sample::new(nodes), &Folds { by, count }) {
             Ok(partition) => Ok(partition.block),
-            Err(faults) => Err(faults.list()[0].field),
+            Err(faults) => Err(faults.list()[0].path.clone()),
         }
     }
 
@@ -135,10 +101,10 @@ mod tests {
         assert_eq!(blocks(&grid, FoldsBy::Rows, None), Ok(vec![0, 0, 1, 1, 1]));
         assert_eq!(blocks(&grid, FoldsBy::Columns, None), Ok(vec![0, 2, 0, 1, 2]));
         assert_eq!(blocks(&grid, FoldsBy::Columns, Some(2)), Ok(vec![0, 1, 0, 0, 1]));
-        assert_eq!(blocks(&grid, FoldsBy::Rows, Some(3)), Err(Field::FoldsCount));
-        assert_eq!(blocks(&grid, FoldsBy::Columns, Some(1)), Err(Field::FoldsCount));
-        assert_eq!(blocks(&grid, FoldsBy::Lines(vec![7, 7, 7, 7, 7, 7]), None), Err(Field::FoldsBy));
-        assert_eq!(blocks(&grid, FoldsBy::Lines(vec![7; 5]), None), Err(Field::FoldsLine));
+        assert_eq!(blocks(&grid, FoldsBy::Rows, Some(3)), Err("folds.count".to_owned()));
+        assert_eq!(blocks(&grid, FoldsBy::Columns, Some(1)), Err("folds.count".to_owned()));
+        assert_eq!(blocks(&grid, FoldsBy::Lines(vec![7, 7, 7, 7, 7, 7]), None), Err("folds.by".to_owned()));
+        assert_eq!(blocks(&grid, FoldsBy::Lines(vec![7; 5]), None), Err("folds.line".to_owned()));
         // the second node does not count, but has a line
         assert_eq!(blocks(&grid, FoldsBy::Lines(vec![7, 7, 7, -1, 7, -1]), None), Ok(vec![1, 1, 0, 1, 0]));
     }
@@ -148,7 +114,7 @@ mod tests {
         let x = vec![3.0, -0.0, 0.0, 7.0, 3.0];
         let curve = Nodes::curve(x, vec![0.0; 5], None).unwrap();
         assert_eq!(blocks(&curve, FoldsBy::Rows, None), Ok(vec![1, 0, 0, 2, 1]));
-        assert_eq!(blocks(&curve, FoldsBy::Columns, None), Err(Field::FoldsBy));
+        assert_eq!(blocks(&curve, FoldsBy::Columns, None), Err("folds.by".to_owned()));
         let matrix = Nodes::matrix(vec![1.0; 25], 1, vec![0.0; 25], None, None).unwrap();
         let ten = blocks(&matrix, FoldsBy::Rows, None).unwrap();
         assert_eq!((ten[0], ten[2], ten[3], ten[24]), (0, 0, 1, 9));

@@ -5,7 +5,6 @@ mod excluded;
 pub(super) mod folds;
 mod heights;
 mod nodes;
-pub(super) mod reason;
 mod sample;
 mod white_rows;
 
@@ -13,6 +12,7 @@ pub use blocks::{Form, join};
 pub(crate) use excluded::{masked, without};
 pub(crate) use folds::Partition;
 pub(crate) use heights::Heights;
+pub(crate) use nodes::negative_weight;
 pub use nodes::{Curve, Grid, Matrix, Nodes, Scattered};
 pub(crate) use sample::Sample;
 pub(crate) use white_rows::WhiteRows;

@@ -4,14 +4,15 @@
 //! every one that is wrong by its list and index. Inside the crate nothing is checked a second
 //! time.
 
-use super::reason::{Extent, NodesReason};
-use crate::fault::{Faults, Field, NodeList, Reason};
-use flankfit_numerics::fault::Common;
+use flankfit_numerics::{
+    check::{self, Faults},
+    fault::words::{Shown, entries},
+};
 
 /// The four forms in which nodes arrive. Lengths are in the caller's own unit.
 ///
 /// ```
-/// use flankfit_estimation::{Field, NodeList, Nodes};
+/// use flankfit_estimation::Nodes;
 ///
 /// // Two profiles of three nodes each; one node is missing.
 /// let grid = Nodes::grid(
@@ -26,8 +27,8 @@ use flankfit_numerics::fault::Common;
 /// // Every number that is wrong is named.
 /// let faults =
 ///     Nodes::curve(vec![0.0, 1.0, 2.0], vec![0.5, f64::NAN, f64::INFINITY], None).unwrap_err();
-/// let fields: Vec<Field> = faults.list().iter().map(|fault| fault.field).collect();
-/// assert_eq!(fields, [Field::Entry(NodeList::Y, 1), Field::Entry(NodeList::Y, 2)]);
+/// let paths: Vec<&str> = faults.list().iter().map(|fault| &*fault.path).collect();
+/// assert_eq!(paths, ["y[1]", "y[2]"]);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
@@ -179,12 +180,12 @@ impl Nodes {
     pub fn curve(x: Vec<f64>, y: Vec<f64>, weight: Option<Vec<f64>>) -> Result<Self, Faults> {
         let mut faults = Faults::default();
         if x.is_empty() {
-            faults.push(Field::List(NodeList::X), NodesReason::Empty);
+            faults.push("x", "there are no nodes");
         }
-        check_length(&mut faults, NodeList::Y, y.len(), x.len(), Extent::X);
-        check_finite(&mut faults, NodeList::X, &x);
-        check_finite(&mut faults, NodeList::Y, &y);
-        check_weight(&mut faults, &weight, x.len(), Extent::X);
+        check_length(&mut faults, "y", y.len(), x.len(), "x");
+        check_finite(&mut faults, "x", &x);
+        check_finite(&mut faults, "y", &y);
+        check_weight(&mut faults, &weight, x.len(), "x");
         faults.into_result(Nodes::Curve(Curve { x, y, weight }))
     }
 
@@ -192,14 +193,14 @@ impl Nodes {
     pub fn scattered(u: Vec<f64>, v: Vec<f64>, z: Vec<f64>, weight: Option<Vec<f64>>) -> Result<Self, Faults> {
         let mut faults = Faults::default();
         if u.is_empty() {
-            faults.push(Field::List(NodeList::U), NodesReason::Empty);
+            faults.push("u", "there are no nodes");
         }
-        check_length(&mut faults, NodeList::V, v.len(), u.len(), Extent::U);
-        check_length(&mut faults, NodeList::Z, z.len(), u.len(), Extent::U);
-        check_finite(&mut faults, NodeList::U, &u);
-        check_finite(&mut faults, NodeList::V, &v);
-        check_finite(&mut faults, NodeList::Z, &z);
-        check_weight(&mut faults, &weight, u.len(), Extent::U);
+        check_length(&mut faults, "v", v.len(), u.len(), "u");
+        check_length(&mut faults, "z", z.len(), u.len(), "u");
+        check_finite(&mut faults, "u", &u);
+        check_finite(&mut faults, "v", &v);
+        check_finite(&mut faults, "z", &z);
+        check_weight(&mut faults, &weight, u.len(), "u");
         faults.into_result(Nodes::Scattered(Scattered { u, v, z, weight }))
     }
 
@@ -215,33 +216,32 @@ impl Nodes {
     ) -> Result<Self, Faults> {
         let mut faults = Faults::default();
         let count = u.len() * v.len();
-        for (name, axis) in [(NodeList::U, &u), (NodeList::V, &v)] {
+        for (name, axis) in [("u", &u), ("v", &v)] {
             if axis.is_empty() {
-                faults.push(Field::List(name), NodesReason::EmptyAxis);
+                faults.push(format_args!("{name}"), "the axis has no positions");
             }
             check_finite(&mut faults, name, axis);
             for (i, pair) in axis.windows(2).enumerate() {
                 if pair[1] <= pair[0] && pair[0].is_finite() {
-                    let reason = Common::NotAscending { value: pair[1], before: pair[0] };
-                    faults.push(Field::Entry(name, i + 1), reason);
+                    faults.push(format_args!("{name}[{}]", i + 1), check::not_ascending(pair[1], pair[0]));
                 }
             }
         }
-        check_length(&mut faults, NodeList::Z, z.len(), count, Extent::Grid);
-        let cell = |list, i: usize| Field::Cell(list, i / v.len().max(1), i % v.len().max(1));
+        check_length(&mut faults, "z", z.len(), count, "u times v");
+        let cell = |list, i: usize| format!("{list}[{}][{}]", i / v.len().max(1), i % v.len().max(1));
         for (i, value) in z.iter().enumerate() {
             if value.is_infinite() {
-                faults.push(cell(NodeList::Z, i), Common::NotFinite);
+                faults.push(cell("z", i), check::not_finite());
             }
         }
         if let Some(valid) = &valid {
-            check_length(&mut faults, NodeList::Valid, valid.len(), count, Extent::Grid);
+            check_length(&mut faults, "valid", valid.len(), count, "u times v");
         }
         if let Some(weight) = &weight {
-            check_length(&mut faults, NodeList::Weight, weight.len(), count, Extent::Grid);
+            check_length(&mut faults, "weight", weight.len(), count, "u times v");
             for (i, w) in weight.iter().enumerate() {
                 if let Some(why) = weight_fault(*w) {
-                    faults.push(cell(NodeList::Weight, i), why);
+                    faults.push(cell("weight", i), why);
                 }
             }
         }
@@ -258,28 +258,28 @@ impl Nodes {
     ) -> Result<Self, Faults> {
         let mut faults = Faults::default();
         if columns == 0 || x.is_empty() {
-            faults.push(Field::List(NodeList::X), NodesReason::EmptyMatrix);
+            faults.push("x", "the matrix is empty");
         }
         let rows = x.len().checked_div(columns).unwrap_or(0);
-        check_length(&mut faults, NodeList::Y, y.len(), rows, Extent::Rows);
+        check_length(&mut faults, "y", y.len(), rows, "the rows of x");
         for (i, value) in x.iter().enumerate() {
             if !value.is_finite() {
-                faults.push(Field::Cell(NodeList::X, i / columns.max(1), i % columns.max(1)), Common::NotFinite);
+                faults.push(format_args!("x[{}][{}]", i / columns.max(1), i % columns.max(1)), check::not_finite());
             }
         }
-        check_finite(&mut faults, NodeList::Y, &y);
+        check_finite(&mut faults, "y", &y);
         if let Some(names) = &names {
-            check_length(&mut faults, NodeList::Names, names.len(), columns, Extent::Columns);
+            check_length(&mut faults, "names", names.len(), columns, "the columns of x");
             for (i, name) in names.iter().enumerate() {
                 if name.is_empty() {
-                    faults.push(Field::Entry(NodeList::Names, i), NodesReason::EmptyName);
+                    faults.push(format_args!("names[{i}]"), "a column name is empty");
                 }
                 if names[..i].contains(name) {
-                    faults.push(Field::Entry(NodeList::Names, i), NodesReason::RepeatedName { name: name.clone() });
+                    faults.push(format_args!("names[{i}]"), format_args!("the name `{name}` occurs twice"));
                 }
             }
         }
-        check_weight(&mut faults, &weight, rows, Extent::Rows);
+        check_weight(&mut faults, &weight, rows, "the rows of x");
         faults.into_result(Nodes::Matrix(Matrix { x, columns, y, names, weight }))
     }
 
@@ -295,11 +295,11 @@ impl Nodes {
         Ok(self)
     }
 
-    /// Which list the heights are.
-    pub fn heights(&self) -> NodeList {
+    /// The name of the list that the heights are.
+    pub fn heights(&self) -> &'static str {
         match self {
-            Nodes::Curve(_) | Nodes::Matrix(_) => NodeList::Y,
-            Nodes::Scattered(_) | Nodes::Grid(_) => NodeList::Z,
+            Nodes::Curve(_) | Nodes::Matrix(_) => "y",
+            Nodes::Scattered(_) | Nodes::Grid(_) => "z",
         }
     }
 
@@ -323,36 +323,41 @@ impl Grid {
     }
 }
 
-fn check_length(faults: &mut Faults, list: NodeList, given: usize, wanted: usize, of: Extent) {
+fn check_length(faults: &mut Faults, list: &str, given: usize, wanted: usize, of: &str) {
     if given != wanted {
-        faults.push(Field::List(list), NodesReason::Count { given, wanted, of });
+        faults.push(format_args!("{list}"), format_args!("{}, but {wanted} would match {of}", entries(given)));
     }
 }
 
-fn check_finite(faults: &mut Faults, list: NodeList, values: &[f64]) {
+fn check_finite(faults: &mut Faults, list: &str, values: &[f64]) {
     for (i, value) in values.iter().enumerate() {
         if !value.is_finite() {
-            faults.push(Field::Entry(list, i), Common::NotFinite);
+            faults.push(format_args!("{list}[{i}]"), check::not_finite());
         }
     }
 }
 
-fn check_weight(faults: &mut Faults, weight: &Option<Vec<f64>>, want: usize, of: Extent) {
+fn check_weight(faults: &mut Faults, weight: &Option<Vec<f64>>, want: usize, of: &str) {
     let Some(weight) = weight else { return };
-    check_length(faults, NodeList::Weight, weight.len(), want, of);
+    check_length(faults, "weight", weight.len(), want, of);
     for (i, w) in weight.iter().enumerate() {
         if let Some(why) = weight_fault(*w) {
-            faults.push(Field::Entry(NodeList::Weight, i), why);
+            faults.push(format_args!("weight[{i}]"), why);
         }
     }
 }
 
-fn weight_fault(w: f64) -> Option<Reason> {
+fn weight_fault(w: f64) -> Option<String> {
     if !w.is_finite() {
-        Some(Common::NotFinite.into())
+        Some(check::not_finite())
     } else if w < 0.0 {
-        Some(NodesReason::NegativeWeight(w).into())
+        Some(negative_weight(w))
     } else {
         None
     }
+}
+
+/// A weight below 0.
+pub(crate) fn negative_weight(w: f64) -> String {
+    format!("the weight {} is negative; 0 leaves a node out", Shown(w))
 }

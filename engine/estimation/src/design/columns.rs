@@ -1,12 +1,11 @@
 //! The posted columns of a linear model.
 
 use super::measurement_matrix::{Basis, Design, too_many};
-use crate::fault::{Faults, Field, NodeList};
 use crate::{data::Sample, result::TermKey};
-use flankfit_numerics::cancel::Asking;
+use flankfit_numerics::{cancel::Asking, check::Faults};
 
 pub(crate) fn columns(sample: &Sample, n: usize, names: Option<&[String]>) -> Result<Design, Faults> {
-    too_many(n, Field::List(NodeList::X))?;
+    too_many(n, "nodes.x")?;
     let mut largest = vec![0.0f64; n];
     let mut same = vec![true; n];
     let first = sample.matrix_row(0);

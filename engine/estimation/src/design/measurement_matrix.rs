@@ -6,14 +6,12 @@
 //! one to the other, `X = W · T`. A curve is a surface whose second axis carries the single
 //! function 1.
 
-use super::reason::ModelReason;
-use crate::fault::{Faults, Field};
 use nalgebra::DMatrix;
 
 use super::axis::Axis;
 use crate::{result::TermKey, spec::Domain};
 use flankfit_geometry::WeightNet;
-use flankfit_numerics::Dd;
+use flankfit_numerics::{Dd, check::Faults};
 
 /// The largest number of coefficients: the n×n analysis must stay within seconds.
 pub(crate) const MOST_COEFFICIENTS: usize = 600;
@@ -85,10 +83,16 @@ impl Design {
     }
 }
 
-pub(super) fn too_many(n: usize, field: Field) -> Result<(), Faults> {
+pub(super) fn too_many(n: usize, path: &str) -> Result<(), Faults> {
     if n <= MOST_COEFFICIENTS {
         return Ok(());
     }
     let count = (n < usize::MAX).then_some(n);
-    Err(Faults::one(field, ModelReason::TooManyCoefficients { count, most: MOST_COEFFICIENTS }))
+    Err(Faults::one(
+        path,
+        format_args!(
+            "{} coefficients are more than the {MOST_COEFFICIENTS} that a fit may have: take fewer",
+            count.map_or("so many".to_owned(), |count| count.to_string())
+        ),
+    ))
 }

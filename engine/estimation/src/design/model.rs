@@ -8,44 +8,66 @@ use super::{
     domain::{Boxes, bounding_box, checked_domain},
     label::label,
     measurement_matrix::{Basis, Design, MOST_COEFFICIENTS, too_many},
-    reason::ModelReason,
     splines::{splines, weight_net, within_knots},
 };
-use crate::fault::{Faults, Field, NodeList, NodesReason};
 use crate::{
     data::{Nodes, Sample},
     result::TermKey,
     spec::{Degree, Domain, FitSpec, Knots, Model, PolynomialBasis, Terms},
 };
 use flankfit_geometry::{Mapping, polynomial::Family};
+use flankfit_numerics::check::Faults;
+
+/// Messages for a matrix with another model, and for other nodes with a linear one.
+pub(crate) const MATRIX_TAKES_LINEAR: &str = "nodes of type `matrix` take the model `linear`";
+const LINEAR_IS_FOR_MATRIX: &str = "`linear` is for nodes of type `matrix`";
+
+/// Nodes of which none counts.
+pub(crate) fn none_counts(nodes: &Nodes) -> Faults {
+    Faults::one(format_args!("nodes.{}", nodes.heights()), "every node is missing or of weight 0")
+}
+
+/// Fewer nodes than coefficients.
+pub(crate) fn too_few_nodes(coefficients: usize, nodes: usize) -> String {
+    format!(
+        "{coefficients} coefficients cannot be determined from {nodes} counted nodes: lower the degree or measure more \
+         nodes"
+    )
+}
 
 impl Design {
     /// Checks `spec` against the nodes.
     pub(crate) fn new(nodes: &Nodes, sample: &Sample, spec: &FitSpec) -> Result<Self, Faults> {
         if sample.count() == 0 {
-            return Err(Faults::one(Field::List(nodes.heights()), NodesReason::NoneCounts));
+            return Err(match spec.exclude.is_empty() {
+                true => none_counts(nodes),
+                false => Faults::one("exclude", "no node is left: leave fewer out"),
+            });
         }
         let design = match (&spec.model, nodes) {
             (Model::Linear, Nodes::Matrix(matrix)) => {
                 if spec.domain.is_some() {
-                    return Err(Faults::one(Field::Domain, ModelReason::MatrixHasNoDomain));
+                    return Err(Faults::one("domain", "a measurement matrix has no domain"));
                 }
                 columns(sample, matrix.columns, matrix.names.as_deref())?
             }
             (Model::Linear, _) => {
-                return Err(Faults::one(Field::ModelType, ModelReason::LinearIsForMatrix));
+                return Err(Faults::one("model.type", LINEAR_IS_FOR_MATRIX));
             }
             (_, Nodes::Matrix(_)) => {
-                return Err(Faults::one(Field::ModelType, ModelReason::MatrixTakesLinear));
+                return Err(Faults::one("model.type", MATRIX_TAKES_LINEAR));
             }
             (model, _) => product(nodes, sample, model, spec.domain)?,
         };
         let (n, m) = (design.size(), sample.count());
         if n > m {
-            return Err(Faults::one(
-                if matches!(spec.model, Model::Linear) { Field::List(NodeList::X) } else { Field::Degree },
-                ModelReason::TooFewNodes { coefficients: n, nodes: m },
-            ));
+            if !spec.exclude.is_empty() {
+                let message =
+                    format_args!("{m} nodes are left for {n} coefficients: leave fewer out, or lower the degree");
+                return Err(Faults::one("exclude", message));
+            }
+            let path = if matches!(spec.model, Model::Linear) { "nodes.x" } else { "model.degree" };
+            return Err(Faults::one(path, too_few_nodes(n, m)));
         }
         Ok(design)
     }
@@ -77,17 +99,17 @@ pub(crate) fn product_on(
         (Degree::Both(p), false) => (p, 0),
         (Degree::Each(p, q), true) => (p, q),
         (Degree::Each(..), false) => {
-            return Err(Faults::one(Field::Degree, ModelReason::OneDegree));
+            return Err(Faults::one("model.degree", "a curve has one degree, not one for each of two axes"));
         }
     };
     if p.saturating_add(1).saturating_mul(q.saturating_add(1)) > 4 * MOST_COEFFICIENTS * MOST_COEFFICIENTS {
-        too_many(usize::MAX, Field::Degree)?;
+        too_many(usize::MAX, "model.degree")?;
     }
-    let (mut rational, mut crowded) = (None, Field::Degree);
+    let (mut rational, mut crowded) = (None, "model.degree");
     let (u, v, part, letter) = match model {
         Model::Polynomial { basis, terms, .. } => {
             if *terms == Terms::Total && surface && p != q {
-                return Err(Faults::one(Field::Degree, ModelReason::OneTotalDegree));
+                return Err(Faults::one("model.degree", "total degree wants one degree, not two different ones"));
             }
             let axis = |domain: [f64; 2], bounds: [f64; 2], degree: usize| Axis::Polynomial {
                 family: match basis {
@@ -110,14 +132,15 @@ pub(crate) fn product_on(
         }
         Model::BSpline { knots, weights, .. } => {
             let (u, v) = splines(knots, (p, q), surface, (domain_u, domain_v))?;
-            crowded = if matches!(knots, Knots::Spans(_) | Knots::SpansEach(..)) { Field::Spans } else { Field::Knots };
+            crowded =
+                if matches!(knots, Knots::Spans(_) | Knots::SpansEach(..)) { "model.spans" } else { "model.knots" };
             too_many(u.size().saturating_mul(v.size()), crowded)?;
             if let Some(weights) = weights {
                 rational = Some(weight_net(weights, (u.size(), v.size()), surface)?);
             }
             (u, v, Part::All, Some(if rational.is_some() { 'R' } else { 'B' }))
         }
-        Model::Linear => return Err(Faults::one(Field::ModelType, ModelReason::LinearIsForMatrix)),
+        Model::Linear => return Err(Faults::one("model.type", LINEAR_IS_FOR_MATRIX)),
     };
     let count = match &part {
         Part::UpTo(d) if surface => d.saturating_add(1).saturating_mul(d.saturating_add(2)) / 2,
@@ -175,12 +198,15 @@ impl<'a> Part<'a> {
 /// Every product once, within the degrees, with those that divide it.
 fn check_terms(listed: &[[usize; 2]], (p, q): (usize, usize), surface: bool) -> Result<(), Faults> {
     if !surface {
-        return Err(Faults::one(Field::Terms, ModelReason::TermsOfCurve));
+        return Err(Faults::one(
+            "model.terms",
+            "a curve has every power up to its degree: products are listed for surfaces",
+        ));
     }
     if listed.is_empty() {
-        return Err(Faults::one(Field::Terms, ModelReason::NoTerms));
+        return Err(Faults::one("model.terms", "at least one term"));
     }
-    too_many(listed.len(), Field::Terms)?;
+    too_many(listed.len(), "model.terms")?;
     let all: BTreeSet<[usize; 2]> = listed.iter().copied().collect();
     let mut seen = BTreeSet::new();
     let mut faults = Faults::default();
@@ -188,11 +214,17 @@ fn check_terms(listed: &[[usize; 2]], (p, q): (usize, usize), surface: bool) -> 
         let missing = [i.checked_sub(1).map(|i| [i, j]), j.checked_sub(1).map(|j| [i, j])];
         let missing = missing.into_iter().flatten().find(|divisor| !all.contains(divisor));
         if i > p || j > q {
-            faults.push(Field::Term(k), ModelReason::TermBeyondDegree { term: [i, j], degree: [p, q] });
+            faults.push(format_args!("model.terms[{k}]"), format_args!("[{i}, {j}] is beyond the degrees [{p}, {q}]"));
         } else if !seen.insert([i, j]) {
-            faults.push(Field::Term(k), ModelReason::RepeatedTerm([i, j]));
+            faults.push(format_args!("model.terms[{k}]"), format_args!("[{i}, {j}] is listed before"));
         } else if let Some(divisor) = missing {
-            faults.push(Field::Term(k), ModelReason::MissingDivisor { term: [i, j], divisor });
+            faults.push(
+                format_args!("model.terms[{k}]"),
+                format_args!(
+                    "[{i}, {j}] without [{}, {}], which divides it: the fit would depend on the origin of u and v",
+                    divisor[0], divisor[1]
+                ),
+            );
         }
     }
     faults.into_result(())

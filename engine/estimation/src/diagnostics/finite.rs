@@ -3,8 +3,6 @@
 //! A figure that may be absent is left out, with a warning; one that an answer cannot do without
 //! refuses the fit.
 
-use super::reason::RangeReason;
-use crate::fault::{Faults, Field};
 use crate::{
     error::FitError,
     result::{
@@ -13,6 +11,7 @@ use crate::{
         PriorReport, Selection, VarianceReport, Warning,
     },
 };
+use flankfit_numerics::check::Faults;
 
 /// Names of figures that were left out.
 #[derive(Default)]
@@ -41,7 +40,7 @@ impl Dropped {
 
 /// The refusal of a fit whose figures are beyond double.
 pub fn beyond() -> FitError {
-    Faults::one(Field::Nodes, RangeReason::Figures).into()
+    Faults::one("nodes", "figures of this fit leave the range of double precision: choose another unit or basis").into()
 }
 
 fn all(values: &[f64]) -> bool {
@@ -174,14 +173,18 @@ pub fn checked(mut result: FitResult) -> Result<FitResult, FitError> {
     look_at_parts(&mut result, &mut dropped);
     dropped.warn(&mut result.warnings);
     if !all(&result.spectrum.regularized.eigenvalues) {
-        return Err(Faults::one(Field::Regularization, RangeReason::Eigenvalue).into());
+        return Err(Faults::one("regularization", "λ* lifts an eigenvalue beyond the range of double precision").into());
     }
     if result
         .robust
         .as_ref()
         .is_some_and(|r| !(r.scale.is_none_or(f64::is_finite) && r.objective.is_finite() && all(&r.weights)))
     {
-        return Err(Faults::one(Field::Estimator, RangeReason::Estimator).into());
+        return Err(Faults::one(
+            "estimator",
+            "scale or sum of this estimator leave the range of double precision: choose another scale or unit",
+        )
+        .into());
     }
     let residuals = &result.residuals;
     let sound = result.coefficients.iter().all(|c| all(&[c.value, c.least_squares, c.bias_bound]))

@@ -8,7 +8,6 @@ pub mod finite;
 mod outliers;
 pub(crate) mod perturbation;
 mod range;
-pub(super) mod reason;
 
 pub(crate) use dependence::{constant_in_span, dependence, refuse_dependence};
 pub(crate) use outliers::outliers;

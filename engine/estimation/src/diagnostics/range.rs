@@ -1,11 +1,9 @@
 //! Numbers whose squares are doubles.
 
-use super::reason::RangeReason;
-use crate::fault::{Faults, Field};
 use nalgebra::DMatrix;
 
 use crate::{data::Heights, design::Design, error::FitError};
-use flankfit_numerics::Dd;
+use flankfit_numerics::{Dd, check::Faults};
 
 /// Lengths of columns are squared: they must neither overflow nor vanish.
 pub(crate) fn columns_within_range(design: &Design, caller: &DMatrix<Dd>) -> Result<(), FitError> {
@@ -14,19 +12,36 @@ pub(crate) fn columns_within_range(design: &Design, caller: &DMatrix<Dd>) -> Res
     for (label, column) in design.labels.iter().zip(caller.as_slice().chunks_exact(rows)) {
         let largest = column.iter().map(|x| x.to_f64().abs()).fold(0.0, f64::max);
         if largest != 0.0 && !RANGE.contains(&largest) {
-            return Err(Faults::one(Field::Nodes, RangeReason::Column { label: label.clone(), largest }).into());
+            return Err(Faults::one(
+                "nodes",
+                format_args!(
+                    "the column of {} (weights included) is about {largest:.0e} long, whose square leaves the range \
+                     of double precision: choose another unit or basis; weights are relative and may be divided by \
+                     their largest",
+                    label
+                ),
+            )
+            .into());
         }
     }
     Ok(())
 }
 
 /// Squares of heights are summed: they must neither overflow nor vanish.
-pub(crate) fn within_range(field: Field, heights: &Heights) -> Result<(), FitError> {
+pub(crate) fn within_range(list: &str, heights: &Heights) -> Result<(), FitError> {
     if !(heights.about_zero.is_finite() && heights.weight.is_finite()) {
-        return Err(Faults::one(field, RangeReason::GreatHeights).into());
+        return Err(Faults::one(
+            format_args!("nodes.{list}"),
+            "squares of these heights leave the range of double precision: choose a larger unit",
+        )
+        .into());
     }
     if heights.about_zero < 1e-280 && heights.largest_plain > 0.0 {
-        return Err(Faults::one(field, RangeReason::SmallHeights).into());
+        return Err(Faults::one(
+            format_args!("nodes.{list}"),
+            "squares of these heights vanish in double precision: choose a smaller unit",
+        )
+        .into());
     }
     Ok(())
 }

@@ -4,6 +4,7 @@ use crate::{
     data::{Nodes, Sample},
     spec::Along,
 };
+use flankfit_numerics::fault::words::counted;
 
 /// What a step along a line is measured in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -128,6 +129,33 @@ fn numbers_within(posted: usize, line_of: impl Fn(usize) -> i64) -> Vec<usize> {
             *next
         })
         .collect()
+}
+
+/// Message for lines with too few pairs of neighbours.
+pub(crate) fn few_neighbours(pairs: usize, least: usize) -> String {
+    let known = match pairs {
+        0 => "every line has a single node".to_owned(),
+        _ => format!(
+            "{} on one line, fewer than {least}",
+            counted(pairs, "pair of neighbours is", "pairs of neighbours are")
+        ),
+    };
+    format!("{known}, so nothing tells how neighbours correlate: take the other axis or order, or tell the parameters")
+}
+
+/// Message for lines too short for what two parameters differ in.
+pub(crate) fn short_lines(found: usize, least: usize) -> String {
+    let known = match found {
+        0 => "no line has three nodes".to_owned(),
+        _ => format!(
+            "{} two others before on the same line, fewer than {least}",
+            counted(found, "node has", "nodes have")
+        ),
+    };
+    format!(
+        "{known}, so nothing tells the two parameters of these errors apart: take ar1, the other axis or order, or \
+         tell the parameters"
+    )
 }
 
 #[cfg(test)]

@@ -10,7 +10,6 @@ pub(super) mod mixture;
 pub(super) mod position_spread;
 pub(super) mod positions;
 pub(super) mod process;
-pub(super) mod reason;
 pub(super) mod restricted;
 pub(super) mod sandwich;
 pub(super) mod serial;

@@ -11,7 +11,6 @@
 //! * else (near-dependent columns, rank deficiency) a Householder QR in double-double, block by
 //!   block.
 
-use crate::fault::{Faults, Field, RangeReason};
 use nalgebra::{DMatrix, DVector};
 
 use super::{
@@ -28,6 +27,7 @@ use crate::{
 use flankfit_numerics::{
     Dd, Real,
     cancel::{self, Asking},
+    check::Faults,
     qr, triangular,
 };
 
@@ -79,7 +79,10 @@ impl Factor {
         if self.r.as_slice().iter().chain(&self.qty).chain(self.change.as_slice()).all(|x| x.is_finite()) {
             Ok(self)
         } else {
-            Err(FitError::Invalid(Faults::one(Field::Nodes, RangeReason::Squares)))
+            Err(FitError::Invalid(Faults::one(
+                "nodes",
+                "powers or squares of these numbers leave the range of double precision: choose another unit or basis",
+            )))
         }
     }
 

@@ -17,7 +17,6 @@ mod fitted;
 mod gaussian;
 mod hampel;
 mod lines;
-pub(super) mod reason;
 mod spline;
 mod steps;
 mod windows;
@@ -26,7 +25,6 @@ use super::{
     data::{Nodes, masked, without},
     diagnostics::finite,
     error::FitError,
-    fault::{Faults, Field, ModelReason, NodesReason, Reason},
     fit::{Plans, fit_remembering as fit_nodes},
     prior::with_earlier,
     result::{Coefficient, FilteringReport, FitResult, MovedCoefficient, Warning},
@@ -97,7 +95,7 @@ pub fn fit_remembering(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<F
     if spec.exclude.is_empty() {
         return with_and_without(nodes, spec, plans);
     }
-    with_and_without(&without(nodes, &spec.exclude)?, spec, plans).map_err(too_few_left)
+    with_and_without(&without(nodes, &spec.exclude)?, spec, plans)
 }
 
 /// Returns the fit, and, if nodes are suspected of gross errors, the fit without them.
@@ -144,19 +142,6 @@ fn moved(one: &Coefficient, other: &FitResult) -> Option<MovedCoefficient> {
     let without = other.coefficients.iter().find(|other| other.key == one.key)?;
     let half_width = without.interval.as_ref().map(|interval| 0.5 * (interval.ends[1] - interval.ends[0]));
     Some(MovedCoefficient { term: one.term.clone(), value: one.value, without: without.value, half_width })
-}
-
-/// Turns a refusal for too few nodes into one that names the excluded nodes as its cause.
-fn too_few_left(error: FitError) -> FitError {
-    let FitError::Invalid(faults) = &error else { return error };
-    let few = faults.list().iter().find_map(|fault| match &fault.reason {
-        Reason::Model(ModelReason::TooFewNodes { coefficients, nodes }) => {
-            Some(NodesReason::TooFewLeft { left: *nodes, coefficients: *coefficients })
-        }
-        Reason::Nodes(NodesReason::NoneCounts) => Some(NodesReason::NoneLeft),
-        _ => None,
-    });
-    few.map_or(error, |reason| Faults::one(Field::Exclude, reason).into())
 }
 
 /// Fits the requested model, or the selected one.

@@ -11,13 +11,12 @@ use super::{
     lines::Lines,
     spline::SplineFilter,
 };
-use crate::fault::{Faults, Field, FilterReason, RangeReason};
 use crate::{
     data::{Grid, Nodes},
     result::{FilterReport, IterationReport, Warning},
     spec::{Action, Filter, FilterAxis, Gaussian, Hampel, Order, Spline},
 };
-use flankfit_numerics::cancel::Asking;
+use flankfit_numerics::{cancel::Asking, check::Faults, fault::words::Shown};
 
 /// Products of a weight and a height that a linear filter may take, and one round of a robust one.
 const MOST_PRODUCTS: usize = 1_000_000_000;
@@ -158,7 +157,10 @@ pub(super) fn apply(nodes: &Nodes, filters: &[Filter]) -> Result<Applied, Faults
         };
         steps.push(step);
         if (0..z.len()).any(|i| present[i] && !z[i].is_finite()) {
-            return Err(Faults::one(Field::Filter(at), RangeReason::FilteredHeights));
+            return Err(Faults::one(
+                format_args!("filters[{at}]"),
+                "the filtered heights leave the range of double precision: choose another unit",
+            ));
         }
         let moved = (0..z.len()).filter(|&i| present[i] && z[i] != before[i]).map(|i| (z[i] - before[i]).abs());
         distances.extend(moved);
@@ -245,30 +247,40 @@ fn check(nodes: &Nodes, filters: &[Filter]) -> Result<(), Faults> {
     let mut faults = Faults::default();
     for (k, filter) in filters.iter().enumerate() {
         match (nodes, filter) {
-            (Nodes::Scattered(_), _) => faults.push(Field::FilterType(k), FilterReason::Scattered(*filter)),
-            (Nodes::Matrix(_), Filter::Gaussian(_) | Filter::Spline(_)) => {
-                faults.push(Field::FilterType(k), FilterReason::MatrixHasNoAxis(*filter))
-            }
+            (Nodes::Scattered(_), _) => faults.push(
+                format_args!("filters[{k}].type"),
+                format_args!(
+                    "scattered nodes lie on no lines along which `{}` could run; send a grid or a curve",
+                    filter.name()
+                ),
+            ),
+            (Nodes::Matrix(_), Filter::Gaussian(_) | Filter::Spline(_)) => faults.push(
+                format_args!("filters[{k}].type"),
+                format_args!("a measurement matrix has no axis along which `{}` could run", filter.name()),
+            ),
             (Nodes::Matrix(_), Filter::Hampel(Hampel { axis: Some(_), .. })) => {
-                faults.push(Field::FilterAxis(k), FilterReason::WindowsLieAlongRows);
+                faults.push(
+                    format_args!("filters[{k}].axis"),
+                    "a measurement matrix has no axis: windows lie along its rows",
+                );
             }
             (
                 Nodes::Curve(_),
                 Filter::Hampel(Hampel { axis: Some(FilterAxis::V), .. })
                 | Filter::Gaussian(Gaussian { axis: Some(FilterAxis::V), .. })
                 | Filter::Spline(Spline { axis: Some(FilterAxis::V), .. }),
-            ) => faults.push(Field::FilterAxis(k), FilterReason::NoV),
+            ) => faults.push(format_args!("filters[{k}].axis"), "a curve has no v; its x is `u`"),
             (
                 Nodes::Grid(_),
                 Filter::Gaussian(Gaussian { axis: None, .. }) | Filter::Spline(Spline { axis: None, .. }),
-            ) => faults.push(Field::FilterAxis(k), FilterReason::AxisMissing),
-            (_, Filter::Hampel(hampel)) => check_window(nodes, hampel, Field::FilterWindow(k), &mut faults),
+            ) => faults.push(format_args!("filters[{k}].axis"), "missing; a grid needs `u` or `v`"),
+            (_, Filter::Hampel(hampel)) => check_window(nodes, hampel, &format!("filters[{k}].window"), &mut faults),
             (_, Filter::Gaussian(gaussian)) => {
-                check_gaussian(nodes, gaussian, Field::FilterCutoff(k), &mut faults);
+                check_gaussian(nodes, gaussian, &format!("filters[{k}].cutoff"), &mut faults);
             }
             (_, Filter::Spline(spline)) => {
                 if let Some((lines, _)) = lines_of(nodes, spline.axis) {
-                    check_cutoff(&lines, spline.cutoff, Field::FilterCutoff(k), &mut faults);
+                    check_cutoff(&lines, spline.cutoff, &format!("filters[{k}].cutoff"), &mut faults);
                 }
             }
         }
@@ -276,32 +288,46 @@ fn check(nodes: &Nodes, filters: &[Filter]) -> Result<(), Faults> {
     faults.into_result(())
 }
 
-fn check_window(nodes: &Nodes, hampel: &Hampel, field: Field, faults: &mut Faults) {
+fn check_window(nodes: &Nodes, hampel: &Hampel, path: &str, faults: &mut Faults) {
     let square = matches!(nodes, Nodes::Grid(_)) && hampel.axis.is_none();
     let window = if square { hampel.window.saturating_mul(hampel.window) } else { hampel.window };
     if nodes.posted().saturating_mul(window.min(nodes.posted())) > MOST_WINDOWED {
-        faults.push(field, FilterReason::Windows { window, nodes: nodes.posted() });
+        faults.push(path, format_args!("windows of {window} nodes around {} nodes are too much work", nodes.posted()));
     }
 }
 
-fn check_gaussian(nodes: &Nodes, gaussian: &Gaussian, field: Field, faults: &mut Faults) {
+fn check_gaussian(nodes: &Nodes, gaussian: &Gaussian, path: &str, faults: &mut Faults) {
     let Some((lines, _)) = lines_of(nodes, gaussian.axis) else { return };
-    if !check_cutoff(&lines, gaussian.cutoff, field, faults) {
+    if !check_cutoff(&lines, gaussian.cutoff, path, faults) {
         return;
     }
     let kernel = GaussianFilter::new(gaussian.cutoff, gaussian.robust.unwrap_or(Order::Zero));
     let products = kernel.pairs(&lines).saturating_mul(lines.count);
     let most = if gaussian.robust.is_some() { MOST_ROBUST_PRODUCTS } else { MOST_PRODUCTS };
     if products > most {
-        faults.push(field, FilterReason::Products { products, most });
+        faults.push(
+            path,
+            format_args!(
+                "the windows hold {products} nodes all together, more than the {most} that this filter may have; \
+                 choose a shorter cut-off, thin the nodes out, or take `spline`, whose work does not grow with the \
+                 cut-off"
+            ),
+        );
     }
 }
 
-fn check_cutoff(lines: &Lines, cutoff: f64, field: Field, faults: &mut Faults) -> bool {
+fn check_cutoff(lines: &Lines, cutoff: f64, path: &str, faults: &mut Faults) -> bool {
     let closest = lines.closest();
     let fine = closest.is_infinite() || cutoff > 2.0 * closest;
     if !fine {
-        faults.push(field, FilterReason::Cutoff { cutoff, closest });
+        faults.push(
+            path,
+            format_args!(
+                "{} is not longer than twice the closest spacing {}: no wave so short can be seen there",
+                Shown(cutoff),
+                Shown(closest)
+            ),
+        );
     }
     fine
 }

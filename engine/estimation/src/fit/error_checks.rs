@@ -3,81 +3,109 @@
 use crate::{
     data::Nodes,
     error_model::{lines::Lines, mixture::Family, process::Process},
-    fault::{ErrorsReason, Faults, Field},
-    regularized::criterion_field,
+    regularized::criterion_path,
     spec::{Along, Correlation, Criterion, Errors, Estimator, FitSpec, Matern, Prior, Scaling, Variance},
 };
+use flankfit_numerics::{
+    check::Faults,
+    fault::words::{Shown, entries},
+};
+
+/// Messages for an estimator beside a model of the errors, and for earlier iterations.
+pub(super) const OWN_MODEL: &str = "a model of the errors is for least squares: this estimator has one of its own";
+pub(super) const CHAIN: &str = "earlier iterations are weighed with independent errors of one variance";
+
+/// A list with another number of entries than posted nodes.
+fn per_node(given: usize, nodes: &Nodes) -> String {
+    format!("{}, but there are {} nodes", entries(given), nodes.posted())
+}
+
+/// Nodes without the coordinate that the variance is to be a power of.
+fn no_coordinate(nodes: &str) -> String {
+    format!("{nodes} have no such coordinate, of which the variance could be a power: take groups or hc3")
+}
 
 /// What does not go together, or does not suit the nodes.
 pub(super) fn check(nodes: &Nodes, spec: &FitSpec) -> Result<(), Faults> {
     let mut faults = Faults::default();
     if spec.estimator != Estimator::LeastSquares {
-        faults.push(Field::EstimatorType, ErrorsReason::Robust);
+        faults.push("estimator.type", OWN_MODEL);
     }
     if spec.node_uncertainty.is_some() {
-        faults.push(Field::NodeUncertainty, ErrorsReason::Uncertainty);
+        faults.push("node_uncertainty", "perturbation bounds are those of independent errors of equal variance");
     }
     if let Some(errors) = &spec.errors {
         if spec.regularization.criterion().is_some_and(Criterion::is_nodewise) {
-            faults.push(criterion_field(spec), ErrorsReason::Press);
+            faults.push(criterion_path(spec), "press and blocked_cv need independent nodes: take another criterion");
         }
         if spec.scaling == Scaling::Standardized {
-            faults.push(Field::Scaling, ErrorsReason::Standardized);
+            faults.push("scaling", "white rows have no means to be centred by");
         }
         if spec.variance != Variance::Constant {
-            faults.push(Field::Variance, ErrorsReason::Both);
+            faults.push("variance", "either correlated errors or unequal variances, not both");
         }
         check_lines(nodes, errors, &mut faults);
         check_parameters(&errors.correlation, &mut faults);
     }
     if spec.variance != Variance::Constant && spec.noise_sigma.is_some() {
-        faults.push(Field::NoiseSigma, ErrorsReason::Sigma);
+        faults.push("noise_sigma", "variances are estimated from the residuals: leave out the given σ");
     }
     if let Variance::Groups(groups) = &spec.variance
         && groups.len() != nodes.posted()
     {
-        faults.push(Field::VarianceGroups, ErrorsReason::Count { given: groups.len(), nodes: nodes.posted() });
+        faults.push("variance.groups", per_node(groups.len(), nodes));
     }
     if let Variance::Power { of, .. } = spec.variance {
         match (nodes, of) {
             (Nodes::Matrix(_), _) => {
-                faults.push(Field::VariancePowerOf, ErrorsReason::NoCoordinate("rows of a matrix"));
+                faults.push("variance.power_of", no_coordinate("rows of a matrix"));
             }
             (Nodes::Curve(_), Along::V) => {
-                faults.push(Field::VariancePowerOf, ErrorsReason::NoCoordinate("nodes of a curve"));
+                faults.push("variance.power_of", no_coordinate("nodes of a curve"));
             }
             _ => {}
         }
     }
     let estimated = spec.errors.as_ref().is_some_and(|errors| given(errors.correlation).is_none());
     match &spec.prior {
-        Some(Prior::Iterations(_)) => faults.push(Field::Prior, ErrorsReason::Chain),
+        Some(Prior::Iterations(_)) => faults.push("prior", CHAIN),
         Some(Prior::Given { .. }) if estimated || spec.variance == Variance::Hc3 => {
-            faults.push(Field::Prior, ErrorsReason::Prior);
+            faults.push(
+                "prior",
+                "a prior needs errors with given correlations or variances: they cannot be estimated with it",
+            );
         }
         _ => {}
     }
     faults.into_result(())
 }
 
-/// The fields that ask for errors which are not white.
-pub fn asked_models(spec: &FitSpec) -> impl Iterator<Item = Field> {
+/// Paths to what asks for errors which are not white.
+pub fn asked_models(spec: &FitSpec) -> impl Iterator<Item = &'static str> {
     let unequal = spec.variance != Variance::Constant;
-    spec.errors.is_some().then_some(Field::Errors).into_iter().chain(unequal.then_some(Field::Variance))
+    spec.errors.is_some().then_some("errors").into_iter().chain(unequal.then_some("variance"))
 }
 
 fn check_lines(nodes: &Nodes, errors: &Errors, faults: &mut Faults) {
     match (nodes, errors.along) {
-        (Nodes::Grid(_), Along::Order) => faults.push(Field::ErrorsAlong, ErrorsReason::WhichWay),
+        (Nodes::Grid(_), Along::Order) => faults.push(
+            "errors.along",
+            "the nodes of a grid lie on lines along u and along v: say which of them were scanned",
+        ),
         (Nodes::Curve(_) | Nodes::Scattered(_) | Nodes::Matrix(_), along @ (Along::U | Along::V)) => {
-            faults.push(Field::ErrorsAlong, ErrorsReason::NoLines(along));
+            faults.push(
+                "errors.along",
+                format_args!("only the nodes of a grid lie on lines along {}: take the order", along.name()),
+            );
         }
         _ => {}
     }
     match (nodes, &errors.lines) {
-        (Nodes::Grid(_) | Nodes::Curve(_), Some(_)) => faults.push(Field::ErrorsLine, ErrorsReason::LinesGiven),
+        (Nodes::Grid(_) | Nodes::Curve(_), Some(_)) => {
+            faults.push("errors.line", "curves and grids already define their lines")
+        }
         (_, Some(lines)) if lines.len() != nodes.posted() => {
-            faults.push(Field::ErrorsLine, ErrorsReason::Count { given: lines.len(), nodes: nodes.posted() });
+            faults.push("errors.line", per_node(lines.len(), nodes));
         }
         _ => {}
     }
@@ -86,17 +114,29 @@ fn check_lines(nodes: &Nodes, errors: &Errors, faults: &mut Faults) {
 fn check_parameters(correlation: &Correlation, faults: &mut Faults) {
     match *correlation {
         Correlation::Ar1 { rho: Some(rho) } if !(rho.abs() < 1.0) => {
-            faults.push(Field::ErrorsRho, ErrorsReason::Correlation(rho));
+            faults.push(
+                "errors.parameters.rho",
+                format_args!("{} is no correlation of neighbours: above -1 and below 1", Shown(rho)),
+            );
         }
         Correlation::Ar2 { phi: Some([a, b]) } if !(b > -1.0 && b < 1.0 - a.abs()) => {
-            faults.push(Field::ErrorsPhi, ErrorsReason::NotStationary([a, b]));
+            faults.push(
+                "errors.parameters.phi",
+                format_args!("no stationary process has φ₁ = {} and φ₂ = {}: -1 < φ₂ < 1 - |φ₁|", Shown(a), Shown(b)),
+            );
         }
         Correlation::Matern { parameters: Some(Matern { length, nugget }) } => {
             if !(length > 0.0 && length.is_finite()) {
-                faults.push(Field::ErrorsLength, ErrorsReason::Length(length));
+                faults.push(
+                    "errors.parameters.length",
+                    format_args!("{} is no length: above 0 and finite", Shown(length)),
+                );
             }
             if !(0.0..1.0).contains(&nugget) {
-                faults.push(Field::ErrorsNugget, ErrorsReason::Nugget(nugget));
+                faults.push(
+                    "errors.parameters.nugget",
+                    format_args!("{} is no share: at least 0 and below 1", Shown(nugget)),
+                );
             }
         }
         _ => {}

@@ -13,7 +13,7 @@ use crate::{
     diagnostics::{dependence, outliers, within_range},
     error::FitError,
     error_model::{
-        lines::{Lines, Measure},
+        lines::{Lines, Measure, few_neighbours, short_lines},
         mixture::{Family, Mixture},
         process::Whitening,
         restricted::PlainRows,
@@ -25,12 +25,11 @@ use crate::{
     },
     estimate::Frame,
     factor::{Factor, orthonormal_rows},
-    fault::{ErrorsReason, Faults, Field, InferenceReason},
     problem::{Evidence, LinearProblem},
     result::{ErrorsReport, FitResult, VarianceReport, Warning, Whiteness},
     spec::{Along, Correlation, Errors, FitSpec, Include, Variance},
 };
-use flankfit_numerics::{Dd, triangular};
+use flankfit_numerics::{Dd, check::Faults, triangular};
 
 /// Numbers that rows may hold: 128 MB.
 const MOST: usize = 8_000_000;
@@ -48,6 +47,21 @@ const LEAST_PAIRS: usize = 3;
 /// Logarithms of a coordinate that differ by no more are of one place: over them standard
 /// deviations of no power that is looked at differ by what residuals could tell.
 const LEVEL: f64 = 1e-9;
+
+/// Messages for what residuals leave open.
+const OPEN_GROUP: &str = "the residuals do not determine the variance of every group: join small groups";
+const OPEN_POWER: &str = "the residuals determine no power between -6 and 6";
+
+/// More nodes or coefficients than a model of the errors takes.
+pub(super) fn too_large(nodes: usize, coefficients: usize) -> String {
+    format!("{nodes} nodes with {coefficients} coefficients are too much work for this model of the errors")
+}
+
+/// Residuals that tell no correlation.
+fn undetermined() -> Faults {
+    let message = "the residuals determine no correlation: give its parameters, or take the errors as independent";
+    Faults::one("errors", message)
+}
 
 /// Fits nodes whose errors are as `spec` says.
 pub(super) fn fit_errors(nodes: &Nodes, sample: &Sample, spec: &FitSpec) -> Result<FitResult, FitError> {
@@ -85,17 +99,21 @@ fn with_what_exists(spec: &FitSpec) -> (FitSpec, Vec<Warning>) {
 fn fit_checked(nodes: &Nodes, sample: &Sample, spec: &FitSpec) -> Result<FitResult, FitError> {
     let design = Design::new(nodes, sample, spec)?;
     let heights = Heights::new(sample);
-    within_range(Field::List(nodes.heights()), &heights)?;
+    within_range(nodes.heights(), &heights)?;
     let (m, n) = (sample.count(), design.size());
-    let field = if spec.errors.is_some() { Field::Errors } else { Field::Variance };
+    let field = if spec.errors.is_some() { "errors" } else { "variance" };
     if m.saturating_mul(n + 2) > MOST {
-        return Err(Faults::one(field, ErrorsReason::TooLarge { nodes: m, coefficients: n }).into());
+        return Err(Faults::one(field, too_large(m, n)).into());
     }
     // where nothing is said of variances every place looks at every node
     let places = spec.predict.as_ref().filter(|_| spec.variance == Variance::Hc3).map_or(0, |asked| asked.at.count());
     let most = MOST_PRODUCTS / m.saturating_mul(n).max(1);
     if places > most {
-        return Err(Faults::one(Field::PredictAt, InferenceReason::ManyPlaces { places, most }).into());
+        return Err(Faults::one(
+            "predict.at",
+            format_args!("{places} places, more than the {most} that a fit of this size may be asked for"),
+        )
+        .into());
     }
     // what is told of the errors needs no residuals
     let told = match &spec.errors {
@@ -104,14 +122,22 @@ fn fit_checked(nodes: &Nodes, sample: &Sample, spec: &FitSpec) -> Result<FitResu
     };
     let least = if told && spec.noise_sigma.is_some() { 0 } else { LEAST_FREEDOM };
     if m < n + least {
-        return Err(Faults::one(field, ErrorsReason::FewNodes { nodes: m, coefficients: n }).into());
+        return Err(Faults::one(
+            field,
+            format_args!("{m} nodes for {n} coefficients leave too little to estimate the errors from"),
+        )
+        .into());
     }
     let factor = Factor::new(&design, sample)?;
     if factor.working.is_none() {
         return Err(dependence(&design, &factor, heights.weight));
     }
     if !told && factor.rss == 0.0 {
-        return Err(Faults::one(field, ErrorsReason::NoResiduals).into());
+        return Err(Faults::one(
+            field,
+            "the model fits every height exactly, so the errors cannot be estimated: leave this out",
+        )
+        .into());
     }
     let plain = Plain { nodes, sample, spec, design: &design, heights: &heights, factor: &factor };
     match (&spec.errors, &spec.variance) {
@@ -163,8 +189,11 @@ impl Plain<'_> {
         let refused = || {
             let told = given(errors.correlation).is_some();
             FitError::from(match told {
-                true => Faults::one(Field::ErrorsParameters, ErrorsReason::Singular),
-                false => Faults::one(Field::Errors, ErrorsReason::Undetermined),
+                true => Faults::one(
+                    "errors.parameters",
+                    "with these parameters heights determine their neighbours to rounding: give a weaker correlation",
+                ),
+                false => undetermined(),
             })
         };
         let measure = match errors.correlation {
@@ -229,7 +258,7 @@ impl Plain<'_> {
     /// second one by what lies further apart, or by neighbours at other distances.
     fn check_neighbours(&self, correlation: &Correlation, lines: &Lines) -> Result<(), Faults> {
         let lines_are_named = matches!(self.nodes, Nodes::Scattered(_) | Nodes::Matrix(_));
-        let field = if lines_are_named { Field::ErrorsLine } else { Field::ErrorsAlong };
+        let field = if lines_are_named { "errors.line" } else { "errors.along" };
         let (pairs, thirds) = (lines.pairs(), lines.thirds());
         let alike = match correlation {
             Correlation::Ar1 { .. } => false,
@@ -237,10 +266,10 @@ impl Plain<'_> {
             Correlation::Matern { .. } => lines.is_even(),
         };
         if pairs < LEAST_PAIRS {
-            return Err(Faults::one(field, ErrorsReason::FewNeighbours { pairs, least: LEAST_PAIRS }));
+            return Err(Faults::one(field, few_neighbours(pairs, LEAST_PAIRS)));
         }
         if alike && thirds < LEAST_PAIRS {
-            return Err(Faults::one(field, ErrorsReason::ShortLines { found: thirds, least: LEAST_PAIRS }));
+            return Err(Faults::one(field, short_lines(thirds, LEAST_PAIRS)));
         }
         Ok(())
     }
@@ -249,11 +278,9 @@ impl Plain<'_> {
         let (m, n) = (self.sample.count(), self.design.size());
         let rows = PlainRows::new(&self.orthonormal(), residuals, lines);
         if rows.work().saturating_mul(family.points()) > MOST_PRODUCTS {
-            let reason = ErrorsReason::TooLarge { nodes: m, coefficients: n };
-            return Err(Faults::one(Field::Errors, reason).into());
+            return Err(Faults::one("errors", too_large(m, n)).into());
         }
-        Mixture::new(&rows, family, self.spec.noise_sigma)
-            .ok_or_else(|| Faults::one(Field::Errors, ErrorsReason::Undetermined).into())
+        Mixture::new(&rows, family, self.spec.noise_sigma).ok_or_else(|| undetermined().into())
     }
 
     /// The white problem with the mean of the mixture as its solution.
@@ -292,7 +319,11 @@ impl Plain<'_> {
     fn sandwich(&self) -> Result<FitResult, FitError> {
         let found = Sandwich::new(self.design.size(), self.orthonormal(), &self.residuals());
         let Some(spread) = found.and_then(ErrorSpread::of_sandwich) else {
-            return Err(Faults::one(Field::Variance, ErrorsReason::Alone).into());
+            return Err(Faults::one(
+                "variance",
+                "a coefficient depends on one node alone: its residual does not show its variance",
+            )
+            .into());
         };
         let frame = Frame::new(self.design, self.factor, self.spec, self.heights.weight)?;
         conclude_with(&self.linear(), self.heights, self.spec, &frame, None, Some(&spread))
@@ -304,10 +335,16 @@ impl Plain<'_> {
         let group: Vec<i64> = (0..residuals.len()).map(|k| groups[self.sample.posted(k)]).collect();
         let (count, most) = (group.iter().collect::<BTreeSet<_>>().len(), VarianceSpread::most(self.design.size()));
         if count > most {
-            return Err(Faults::one(Field::Variance, ErrorsReason::ManyGroups { groups: count, most }).into());
+            return Err(Faults::one(
+                "variance",
+                format_args!(
+                    "{count} groups, but a fit with so many coefficients estimates the variances of up to {most}"
+                ),
+            )
+            .into());
         }
         let Some(weights) = unequal::groups(&rows, &group) else {
-            return Err(Faults::one(Field::Variance, ErrorsReason::Group).into());
+            return Err(Faults::one("variance", OPEN_GROUP).into());
         };
         let omega: Vec<f64> = group.iter().map(|g| weights[g]).collect();
         let places: BTreeMap<i64, usize> = weights.keys().enumerate().map(|(place, &g)| (g, place)).collect();
@@ -326,12 +363,15 @@ impl Plain<'_> {
     }
 
     fn power(&self, of: Along, exponent: Option<f64>) -> Result<FitResult, FitError> {
-        let refused = |reason: ErrorsReason| FitError::from(Faults::one(Field::Variance, reason));
         let places: Vec<f64> = (0..self.sample.count())
             .map(|k| if of == Along::V { self.sample.place(k).1.abs() } else { self.sample.place(k).0.abs() })
             .collect();
         if places.contains(&0.0) {
-            return Err(Faults::one(Field::VariancePowerOf, ErrorsReason::Zero).into());
+            return Err(Faults::one(
+                "variance.power_of",
+                "a node lies at 0, where a power of the coordinate gives no variance",
+            )
+            .into());
         }
         let middle = libm::exp(places.iter().map(|x| libm::log(*x)).sum::<f64>() / places.len() as f64);
         let x: Vec<f64> = places.iter().map(|x| x / middle).collect();
@@ -343,11 +383,16 @@ impl Plain<'_> {
             None => {
                 let ends = logs.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], &x| [a.min(x), b.max(x)]);
                 if ends[1] - ends[0] <= LEVEL {
-                    return Err(Faults::one(Field::VariancePowerOf, ErrorsReason::Level).into());
+                    return Err(Faults::one(
+                        "variance.power_of",
+                        "the coordinate is the same at every node, so no power of it can be estimated: take another, \
+                         groups or hc3",
+                    )
+                    .into());
                 }
                 let (q, residuals) = (self.orthonormal(), self.residuals());
                 let rows = Rows { n: self.design.size(), q: &q, residuals: &residuals };
-                unequal::exponent(&rows, &logs).ok_or_else(|| refused(ErrorsReason::Power))?
+                unequal::exponent(&rows, &logs).ok_or_else(|| Faults::one("variance", OPEN_POWER))?
             }
         };
         let omega: Vec<f64> = x.iter().map(|x| libm::pow(*x, -2.0 * exponent)).collect();
@@ -377,7 +422,7 @@ impl Plain<'_> {
         }
         let sample = self.sample.reweighted(&weights);
         let heights = Heights::new(&sample);
-        within_range(Field::List(self.nodes.heights()), &heights)?;
+        within_range(self.nodes.heights(), &heights)?;
         let factor = Factor::new(self.design, &sample)?;
         if factor.working.is_none() {
             return Err(dependence(self.design, &factor, heights.weight));
@@ -388,7 +433,7 @@ impl Plain<'_> {
         let Some(estimated) = estimated else {
             return Ok((conclude(&linear, &heights, self.spec, &frame, None)?, None));
         };
-        let undetermined = || FitError::from(Faults::one(Field::Variance, estimated.reason()));
+        let undetermined = || FitError::from(Faults::one("variance", estimated.open()));
         let (m, n) = (sample.count(), self.design.size());
         let rows = orthonormal_rows(self.design, &factor, &sample);
         let (found, few) = match estimated {
@@ -416,10 +461,10 @@ enum Estimated<'a> {
 
 impl Estimated<'_> {
     /// Why there is no answer where the residuals do not determine it.
-    fn reason(self) -> ErrorsReason {
+    fn open(self) -> &'static str {
         match self {
-            Estimated::Groups { .. } => ErrorsReason::Group,
-            Estimated::Power { .. } => ErrorsReason::Power,
+            Estimated::Groups { .. } => OPEN_GROUP,
+            Estimated::Power { .. } => OPEN_POWER,
         }
     }
 }

@@ -1,7 +1,11 @@
 //! Fits of nodes whose positions are off: as weighted least squares at the positions that are
 //! likeliest, and on as any fit.
 
-use super::conclude::conclude_with;
+use super::{
+    conclude::conclude_with,
+    error_checks::{CHAIN, OWN_MODEL},
+    error_models::too_large,
+};
 use crate::{
     data::{Heights, Nodes, Sample},
     design::Design,
@@ -14,27 +18,26 @@ use crate::{
     },
     estimate::Frame,
     factor::Factor,
-    fault::{ErrorsReason, Faults, Field},
     problem::{Evidence, LinearProblem},
     result::{Contradiction, FitResult, HOLDING, PositionsReport, Warning},
     spec::{Estimator, FitSpec, Model, NodeUncertainty, PositionKind, Prior},
 };
-use flankfit_numerics::distribution::chi_squared;
+use flankfit_numerics::{check::Faults, distribution::chi_squared};
 
 /// Why the positions of these nodes are taken as exact.
-fn unsuited(nodes: &Nodes, spec: &FitSpec, uncertainty: NodeUncertainty) -> Option<ErrorsReason> {
+fn unsuited(nodes: &Nodes, spec: &FitSpec, uncertainty: NodeUncertainty) -> Option<&'static str> {
     if matches!(nodes, Nodes::Matrix(_)) {
-        Some(ErrorsReason::PositionsOfMatrix)
+        Some("the columns of a measurement matrix have no positions that could be off")
     } else if !(uncertainty.height > 0.0) {
-        Some(ErrorsReason::HeightsExact)
+        Some("where the surface is level positions explain no height: give the uncertainty of the heights too")
     } else if spec.estimator != Estimator::LeastSquares {
-        Some(ErrorsReason::Robust)
+        Some(OWN_MODEL)
     } else if matches!(spec.prior, Some(Prior::Iterations(_))) {
-        Some(ErrorsReason::Chain)
+        Some(CHAIN)
     } else if spec.folds.is_some() {
-        Some(ErrorsReason::PositionsFolds)
+        Some("a fit that leaves out blocks of nodes takes positions as exact: leave one of both out")
     } else if !spec.constraints.is_empty() {
-        Some(ErrorsReason::PositionsConstrained)
+        Some("a fit with constraints takes positions as exact: leave one of both out")
     } else {
         None
     }
@@ -46,21 +49,26 @@ pub(super) fn fit_positions(nodes: &Nodes, sample: &Sample, spec: &FitSpec) -> R
     let Some(uncertainty) = spec.node_uncertainty.filter(|uncertainty| uncertainty.position > 0.0) else {
         return Ok(None);
     };
-    let refused = |reason| match uncertainty.kind {
-        Some(_) => Err(Faults::one(Field::PositionKind, reason).into()),
+    let refused = |message: &str| match uncertainty.kind {
+        Some(_) => Err(Faults::one("node_uncertainty.position_kind", message).into()),
         None => Ok(None),
     };
-    if let Some(reason) = unsuited(nodes, spec, uncertainty) {
-        return refused(reason);
+    if let Some(message) = unsuited(nodes, spec, uncertainty) {
+        return refused(message);
     }
     let design = Design::new(nodes, sample, spec)?;
     if rounds(sample.count(), design.size()).is_none() {
-        return refused(ErrorsReason::TooLarge { nodes: sample.count(), coefficients: design.size() });
+        return refused(&too_large(sample.count(), design.size()));
     }
     let heights = Heights::new(sample);
-    within_range(Field::List(nodes.heights()), &heights)?;
+    within_range(nodes.heights(), &heights)?;
     let factor = Factor::new(&design, sample)?;
-    let Some(working) = &factor.working else { return refused(ErrorsReason::PositionsDependent) };
+    let Some(working) = &factor.working else {
+        return refused(
+            "the columns depend on each other over these nodes, and positions are then taken as exact: take fewer \
+             terms, or leave this out",
+        );
+    };
     let kind = uncertainty.kind.unwrap_or_default();
     let positions = Positions {
         design: &design,
@@ -153,8 +161,9 @@ fn moved(nodes: &Nodes, sample: &Sample, settled: &Settled) -> Result<Nodes, Fau
         (places[at], heights[at], weights[at]) = (settled.places[k], settled.heights[k], settled.weights[k]);
     }
     let (u, v) = places.into_iter().map(|[u, v]| (u, v)).unzip();
-    match nodes {
+    let moved = match nodes {
         Nodes::Curve(_) => Nodes::curve(u, heights, Some(weights)),
         _ => Nodes::scattered(u, v, heights, Some(weights)),
-    }
+    };
+    moved.map_err(|faults| faults.within("nodes"))
 }

@@ -5,13 +5,18 @@ use std::collections::BTreeMap;
 use super::forms::{Estimated, Forms};
 use crate::{
     design::{Along, Design},
-    fault::{Faults, Field, InferenceReason},
     inference::{Among, Noise, SimultaneousMethod, Tube, path_length, scheffe, sheet, simultaneous_factor},
     regularized::LinearMap,
     result::{Predictions, Simultaneous, Slopes},
     spec::{Domain, FitSpec, Places, Predict},
 };
-use flankfit_numerics::{cancel::Asking, distribution::Student, length, triangular};
+use flankfit_numerics::{
+    cancel::Asking,
+    check::Faults,
+    distribution::Student,
+    fault::words::{Shown, counted},
+    length, triangular,
+};
 
 /// Products of places and coefficients at most: some seconds, and 100 MB.
 const MOST_PRODUCTS: usize = 2_000_000;
@@ -23,18 +28,18 @@ const CHOSEN: usize = 16;
 /// Refuses levels and places that the fit of `design` does not have.
 pub(crate) fn check(design: &Design, spec: &FitSpec) -> Result<(), Faults> {
     let mut faults = Faults::default();
-    let mut level = |field: Field, level: f64| {
+    let mut level = |path: &str, level: f64| {
         if !(level > 0.5 && level < 1.0) {
-            faults.push(field, InferenceReason::Level(level));
+            faults.push(path, format_args!("{} is not a level: above 0.5 and below 1", Shown(level)));
         }
     };
-    level(Field::Level, spec.level);
+    level("level", spec.level);
     if let Some(Predict { level: Some(own), .. }) = spec.predict {
-        level(Field::PredictLevel, own);
+        level("predict.level", own);
     }
     if let Some(asked) = &spec.predict {
         match (unsuited(design, spec, asked), &asked.at) {
-            (Some(reason), _) => faults.push(Field::PredictAt, reason),
+            (Some(message), _) => faults.push("predict.at", message),
             (None, Places::Rows(rows)) => check_rows(design.size(), rows, asked.slopes, &mut faults),
             (None, _) => {}
         }
@@ -44,25 +49,41 @@ pub(crate) fn check(design: &Design, spec: &FitSpec) -> Result<(), Faults> {
 
 fn check_rows(columns: usize, rows: &[Vec<f64>], slopes: bool, faults: &mut Faults) {
     if slopes {
-        faults.push(Field::PredictSlopes, InferenceReason::NoSlopes);
+        faults.push("predict.slopes", "columns have no slopes");
     }
     for (k, row) in rows.iter().enumerate().filter(|(_, row)| row.len() != columns) {
-        faults.push(Field::PredictRow(k), InferenceReason::RowLength { given: row.len(), columns });
+        faults.push(
+            format_args!("predict.at.x[{k}]"),
+            format_args!("{} in a row, where the matrix has {columns}", counted(row.len(), "number", "numbers")),
+        );
     }
 }
 
-fn unsuited(design: &Design, spec: &FitSpec, asked: &Predict) -> Option<InferenceReason> {
+fn unsuited(design: &Design, spec: &FitSpec, asked: &Predict) -> Option<String> {
     let (at, places) = (&asked.at, asked.at.count());
     let each = if spec.coefficient_norm_limit.is_some() { CHOSEN } else { 1 };
     let most = MOST_PRODUCTS / design.size().max(LEAST_COEFFICIENTS) / each;
+    let said = |message: &str| Some(message.to_owned());
     match (design.domain, at) {
-        (None, Places::Curve(_) | Places::Points { .. } | Places::Grid { .. }) => Some(InferenceReason::OfMatrix),
-        (Some(_), Places::Rows(_)) => Some(InferenceReason::OfFunction),
-        (Some(Domain { v: None, .. }), Places::Points { .. } | Places::Grid { .. }) => Some(InferenceReason::OfCurve),
-        (Some(Domain { v: Some(_), .. }), Places::Curve(_)) => Some(InferenceReason::OfSurface),
-        (_, Places::Points { u, v }) if u.len() != v.len() => Some(InferenceReason::Unequal { u: u.len(), v: v.len() }),
-        _ if places == 0 => Some(InferenceReason::NoPlaces),
-        _ if places > most => Some(InferenceReason::ManyPlaces { places, most }),
+        (None, Places::Curve(_) | Places::Points { .. } | Places::Grid { .. }) => {
+            said("a measurement matrix has no places: it is asked for at rows of its columns")
+        }
+        (Some(_), Places::Rows(_)) => {
+            said("rows of columns are those of a measurement matrix: a curve or a surface is asked for at places")
+        }
+        (Some(Domain { v: None, .. }), Places::Points { .. } | Places::Grid { .. }) => {
+            said("a curve is asked for at abscissae, not at points of a surface")
+        }
+        (Some(Domain { v: Some(_), .. }), Places::Curve(_)) => {
+            said("a surface is asked for at points or on a grid, not at abscissae of a curve")
+        }
+        (_, Places::Points { u, v }) if u.len() != v.len() => {
+            Some(format!("{} abscissae along u and {} along v make no points: give as many of each", u.len(), v.len()))
+        }
+        _ if places == 0 => said("there are no places"),
+        _ if places > most => {
+            Some(format!("{places} places, more than the {most} that a fit of this size may be asked for"))
+        }
         _ => None,
     }
 }

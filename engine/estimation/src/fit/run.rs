@@ -6,7 +6,6 @@ use super::{
     plan::Plans,
     position_errors::fit_positions,
 };
-use crate::fault::Field;
 use crate::{
     data::{Heights, Nodes, Sample},
     design::Design,
@@ -47,7 +46,7 @@ pub(crate) fn fit_remembering(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> R
     let heights = Heights::new(&sample);
     let evidence = Evidence::Posted { sample: &sample, nodes };
     if let Some((grid, plan)) = plans.of(nodes, &sample, spec)? {
-        within_range(Field::List(nodes.heights()), &heights)?;
+        within_range(nodes.heights(), &heights)?;
         let stages = parts(STAGES);
         let factor = stages.run(FACTOR, || plan.factor(grid))?;
         let frame = plan.frame(&factor, spec, heights.weight)?;
@@ -60,7 +59,7 @@ pub(crate) fn fit_remembering(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> R
         });
     }
     let design = Design::new(nodes, &sample, spec)?;
-    within_range(Field::List(nodes.heights()), &heights)?;
+    within_range(nodes.heights(), &heights)?;
     let stages = parts(STAGES);
     let factor = stages.run(FACTOR, || Factor::new(&design, &sample))?;
     let linear = LinearProblem { design: &design, factor: &factor, heights: heights.about_zero, evidence };
@@ -88,7 +87,7 @@ pub(crate) fn fit_together(nodes: &[Nodes], spec: &FitSpec) -> Result<Vec<FitRes
             Some((design, frame)) => (design, Some(frame)),
             None => (Design::new(nodes, &sample, spec)?, None),
         };
-        within_range(Field::List(nodes.heights()), &heights)?;
+        within_range(nodes.heights(), &heights)?;
         let factor = Factor::new(&given.0, &sample)?;
         let (design, frame) = match given {
             (design, Some(frame)) => (design, frame),

@@ -11,7 +11,6 @@ mod bias_aware;
 mod conformity;
 mod noise;
 mod quantile;
-pub(super) mod reason;
 mod simultaneous;
 
 pub use bias_aware::{BiasAware, LinearForm, bias_aware};

@@ -12,8 +12,6 @@
 //! by least is answered.
 
 use super::{
-    fault::{CurveFaults, CurveField, CurveRefused},
-    reason::NearReason,
     settings::Adaptive,
     swing::{Swing, WILD},
     trial::{Fitted, Trial, summary, uniform},
@@ -24,7 +22,10 @@ use crate::{
     spec::Knots,
 };
 use flankfit_geometry::BSplineBasis;
-use flankfit_numerics::cancel::{self, Asking};
+use flankfit_numerics::{
+    cancel::{self, Asking},
+    check::Faults,
+};
 
 /// Rounds at most.
 const MOST_STEPS: usize = 64;
@@ -61,20 +62,16 @@ pub enum Stop {
 }
 
 /// Places knots over `domain`; the best fit found, the rounds up to it, and why they ended.
-pub(super) fn place(
-    trial: &Trial,
-    asked: &Adaptive,
-    domain: [f64; 2],
-) -> Result<(Fitted, Vec<Step>, Stop), CurveRefused> {
+pub(super) fn place(trial: &Trial, asked: &Adaptive, domain: [f64; 2]) -> Result<(Fitted, Vec<Step>, Stop), FitError> {
     let degree = trial.asked.degree;
-    let mut faults = CurveFaults::default();
+    let mut faults = Faults::default();
     if !(asked.tolerance > 0.0 && asked.tolerance.is_finite()) {
-        faults.push(CurveField::Tolerance, NearReason::Tolerance);
+        faults.push("method.tolerance", "a finite length greater than 0");
     }
     if asked.most_controls > MOST_COEFFICIENTS || asked.most_controls < asked.spans.saturating_add(degree) {
         faults.push(
-            CurveField::MostControls,
-            NearReason::MostControls { least: asked.spans.saturating_add(degree), most: MOST_COEFFICIENTS },
+            "method.most_control_points",
+            format_args!("not within {} (the first knots) and {MOST_COEFFICIENTS}", asked.spans.saturating_add(degree)),
         );
     }
     faults.into_result(())?;
@@ -135,7 +132,7 @@ pub(super) fn place(
             steps.truncate(at + 1);
             Ok((fitted, steps, stop))
         }
-        None => Err(FitError::NotConverged(Unconverged::KnotPlacement).into()),
+        None => Err(FitError::NotConverged(Unconverged::KnotPlacement)),
     }
 }
 

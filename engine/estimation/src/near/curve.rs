@@ -8,24 +8,26 @@
 
 use super::{
     adaptive::{self, Step, Stop},
-    fault::{CurveFaults, CurveField, CurveRefused},
-    points::{CurvePoints, Parameters, curve_fault, place},
-    reason::NearReason,
-    settings::{CurveSettings, KnotPlacement},
+    points::{CurvePoints, Parameters, of_knots, of_parameters, place},
+    settings::{CurveSettings, KnotPlacement, POSITIONS_EXACT, WHITE_ONLY},
     swing::Swing,
     trial::{Fitted, Trial, summary, uniform},
 };
 use crate::{
-    fault::{ErrorsReason, Field},
+    error::FitError,
     fit::asked_models,
     result::FitResult,
     spec::{FitSpec, Knots},
 };
 use flankfit_geometry::{
     curve::{BSplineCurve, knots::averaging_least_squares},
-    space::{ControlFault, Dimension, HIGHEST_DEGREE, Vector},
+    space::{Dimension, HIGHEST_DEGREE, Vector, degree_too_high},
 };
-use flankfit_numerics::cancel;
+use flankfit_numerics::{
+    cancel,
+    check::Faults,
+    fault::words::{counted, entries},
+};
 
 /// A curve near points.
 #[derive(Clone, Debug, PartialEq)]
@@ -96,14 +98,14 @@ impl CurveFit {
 /// assert!((middle.x.hypot(middle.y) - 20.0).abs() < 1e-3);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub fn curve(points: &CurvePoints, asked: &CurveSettings) -> Result<CurveFit, CurveRefused> {
+pub fn curve(points: &CurvePoints, asked: &CurveSettings) -> Result<CurveFit, FitError> {
     let dimension = check(points, asked)?;
     let parameters = parameters(points)?;
     let trial = Trial { points, asked, dimension, parameters: &parameters };
     // points of weight 0 say nothing, of the knots neither
     let counted: Vec<f64> = parameters.iter().enumerate().filter(|(k, _)| points.counts(*k)).map(|(_, &t)| t).collect();
     if counted.is_empty() && !parameters.is_empty() && points.weight.is_some_and(|w| w.iter().all(|w| *w == 0.0)) {
-        return Err(CurveFaults::one(CurveField::Weights, NearReason::NoPointCounts).into());
+        return Err(Faults::one("method.weight", "every point is of weight 0").into());
     }
     let (low, high) = counted.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &t| (a.min(t), b.max(t)));
     let (fitted, steps, stop) = match &asked.knots {
@@ -115,11 +117,13 @@ pub fn curve(points: &CurvePoints, asked: &CurveSettings) -> Result<CurveFit, Cu
         }
         KnotPlacement::Averaged { controls } => {
             if *controls > counted.len() {
-                let reason = NearReason::FewPoints { controls: *controls, points: counted.len() };
-                return Err(CurveFaults::one(CurveField::ControlCount, reason).into());
+                let points = counted.len();
+                let message =
+                    format_args!("{controls} control points cannot be determined from so few points, {points}");
+                return Err(Faults::one("method.control_count", message).into());
             }
             let knots = averaging_least_squares(asked.degree, &counted, *controls)
-                .map_err(|fault| curve_fault(points, &fault))?;
+                .map_err(|faults| of_knots(points, faults))?;
             (trial.fit(Knots::Curve(knots))?, Vec::new(), None)
         }
         KnotPlacement::Adaptive(adaptive) => {
@@ -139,57 +143,59 @@ pub fn curve(points: &CurvePoints, asked: &CurveSettings) -> Result<CurveFit, Cu
     Ok(CurveFit { curve, parameters, results, spec, max_error, rms_error, steps, stop })
 }
 
-fn check(points: &CurvePoints, asked: &CurveSettings) -> Result<Dimension, CurveFaults> {
+fn check(points: &CurvePoints, asked: &CurveSettings) -> Result<Dimension, Faults> {
     let Some(dimension) = Dimension::of(points.coordinates.len()) else {
-        return Err(CurveFaults::one(CurveField::Points, NearReason::CurveCoordinates));
+        return Err(Faults::one("points", "one, two or three coordinates make a curve"));
     };
-    let mut faults = CurveFaults::default();
+    let mut faults = Faults::default();
     let count = points.coordinates[0].len();
     for (c, y) in points.coordinates.iter().enumerate() {
         if y.len() != count {
-            faults
-                .push(CurveField::Points, NearReason::CoordinateCount { coordinate: c, given: y.len(), first: count });
+            faults.push("points", format_args!("coordinate {c} has {}, the first one {count}", entries(y.len())));
         }
         for (k, x) in y.iter().enumerate().filter(|(_, x)| !x.is_finite()) {
-            faults.push(place(points, k, Some(c)), NearReason::NotFinite(*x));
+            faults.push(place(points, k, c), format_args!("{x} is not a finite number"));
         }
     }
     if dimension == Dimension::Graph && matches!(points.parameters, Parameters::By(_)) {
-        faults.push(CurveField::Parametrization, NearReason::GraphHasX);
+        faults.push("points.parametrization", "a graph y(x) has x for its parameter");
     }
     if let Parameters::Given(given) = points.parameters
         && given.len() != count
     {
-        faults.push(CurveField::Points, NearReason::ParameterCount { given: given.len(), points: count });
+        faults.push("points", format_args!("{} for {count} points", counted(given.len(), "parameter", "parameters")));
     }
     if let Some(weight) = points.weight
         && weight.len() != count
     {
-        faults.push(CurveField::Weights, NearReason::WeightCount { given: weight.len(), points: count });
+        faults.push("method.weight", format_args!("{} for {count} points", entries(weight.len())));
     }
     if asked.degree > HIGHEST_DEGREE {
-        faults.push(Field::Degree, NearReason::from(ControlFault::Degree { degree: asked.degree }));
+        faults.append(degree_too_high("model.degree", asked.degree));
     }
     if !asked.spec.filters.is_empty() {
-        faults.push(Field::Filters, NearReason::CurveHasNoFilters);
+        faults.push("filters", "points of a curve are not filtered");
     }
     if asked.spec.node_uncertainty.is_some_and(|uncertainty| uncertainty.kind.is_some()) {
-        faults.push(Field::PositionKind, ErrorsReason::PositionsExact);
+        faults.push("node_uncertainty.position_kind", POSITIONS_EXACT);
     }
-    asked_models(&asked.spec).for_each(|field| faults.push(field, ErrorsReason::Shape));
+    asked_models(&asked.spec).for_each(|path| faults.push(path, WHITE_ONLY));
     if matches!(asked.knots, KnotPlacement::Adaptive(_)) && asked.weights.is_some() {
-        faults.push(Field::ControlWeights, NearReason::UnknownControls);
+        faults.push(
+            "model.weights",
+            "with knots placed by residuals the number of control points is not known beforehand",
+        );
     }
     faults.into_result(dimension)
 }
 
-fn parameters(points: &CurvePoints) -> Result<Vec<f64>, CurveFaults> {
+fn parameters(points: &CurvePoints) -> Result<Vec<f64>, Faults> {
     match points.parameters {
         Parameters::Given(given) => Ok(given.to_vec()),
         Parameters::By(by) => {
             let at = |k: usize| Vector::from_fn(|c, _| points.coordinates.get(c).map_or(0.0, |x| x[k]));
             let places: Vec<Vector> = (0..points.coordinates[0].len()).map(at).collect();
-            by.parameters(&places).map_err(|fault| curve_fault(points, &fault))
+            by.parameters(&places).map_err(|faults| of_parameters(points, faults))
         }
     }
 }

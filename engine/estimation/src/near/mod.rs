@@ -10,9 +10,7 @@
 
 mod adaptive;
 mod curve;
-pub mod fault;
 mod points;
-pub(super) mod reason;
 mod settings;
 mod shape;
 mod surface;
@@ -24,6 +22,7 @@ pub use crate::result::Shape;
 pub use adaptive::{Step, Stop};
 pub use curve::{CurveFit, curve};
 pub use points::{CurvePoints, Parameters};
+pub(super) use settings::POSITIONS_EXACT;
 pub use settings::{Adaptive, CurveSettings, KnotPlacement};
 pub use shape::shape_of;
 pub use surface::{Coordinate, SurfaceFit, SurfaceInclude, SurfacePoints, Weight, surface};

@@ -1,14 +1,7 @@
 //! Points that a curve is to pass near, and where in a request for one its faults are found.
 
-use super::{
-    fault::{CurveFaults, CurveField},
-    reason::NearReason,
-};
-use crate::fault::{Faults, Field, NodeList};
-use flankfit_geometry::curve::{
-    fault::{CurveFault, Part},
-    parametrization::Parametrization,
-};
+use flankfit_geometry::curve::Parametrization;
+use flankfit_numerics::check::{Fault, Faults, rest_of};
 
 /// Points and where on the curve they belong.
 #[derive(Clone, Copy, Debug)]
@@ -37,34 +30,47 @@ impl CurvePoints<'_> {
     }
 }
 
-/// Coordinate `c` of point `k`; without a coordinate its parameter.
-pub(super) fn place(points: &CurvePoints, k: usize, c: Option<usize>) -> CurveField {
-    match (points.coordinates.len(), c, points.parameters) {
-        (1, None, _) => CurveField::Abscissa(k),
-        (1, Some(_), _) => CurveField::Ordinate(k),
-        (_, None, Parameters::Given(_)) => CurveField::Parameter(k),
-        (_, None, Parameters::By(_)) => CurveField::Point(k),
-        (_, Some(c), _) => CurveField::Coordinate(k, c),
+/// Path to coordinate `c` of point `k`.
+pub(super) fn place(points: &CurvePoints, k: usize, c: usize) -> String {
+    match points.coordinates.len() {
+        1 => format!("points.y[{k}]"),
+        _ => format!("points.xyz[{k}][{c}]"),
     }
 }
 
-/// What the geometry of curves refused, as faults of the points.
-pub(super) fn curve_fault(points: &CurvePoints, fault: &CurveFault) -> CurveFaults {
-    let field = match (fault.part(), fault.indices().first().copied()) {
-        (Some(Part::Controls), _) => CurveField::ControlCount,
-        (Some(Part::Degree), _) => Field::Degree.into(),
-        (_, Some(k)) => place(points, k, None),
-        (_, None) => CurveField::Points,
-    };
-    CurveFaults::one(field, NearReason::from(fault.clone()))
+/// Path to what tells the parameters.
+fn parameters(points: &CurvePoints) -> &'static str {
+    match (points.coordinates.len(), points.parameters) {
+        (1, _) => "points.x",
+        (_, Parameters::Given(_)) => "points.parameters",
+        (_, Parameters::By(_)) => "points.xyz",
+    }
 }
 
-/// Faults of the fit of a coordinate, as those of the curve.
-pub(super) fn translated(points: &CurvePoints, faults: Faults) -> CurveFaults {
-    faults.placed(|field| match field {
-        Field::Entry(NodeList::X, k) => place(points, k, None),
-        Field::Entry(NodeList::Weight, k) => CurveField::Weight(k),
-        field if field.is_of_nodes() => CurveField::Points,
-        field => CurveField::Fit(field),
+/// Places faults of knots among the parameters and settings of the curve.
+pub(super) fn of_knots(points: &CurvePoints, faults: Faults) -> Faults {
+    faults.moved("nodes", parameters(points)).moved("control_points", "method.control_count")
+}
+
+/// Places faults of the parameters that points have.
+pub(super) fn of_parameters(points: &CurvePoints, faults: Faults) -> Faults {
+    faults.map(|Fault { path, message }| Fault {
+        path: if path.is_empty() { "points".to_owned() } else { format!("{}{path}", parameters(points)) },
+        message,
+    })
+}
+
+/// Places faults of the fit of a coordinate among those of the curve: of its nodes only abscissae
+/// and weights are found in all coordinates alike.
+pub(super) fn translated(points: &CurvePoints, faults: Faults) -> Faults {
+    faults.map(|Fault { path, message }| {
+        let entry = |list: &str| rest_of(&path, list).filter(|rest| !rest.is_empty());
+        let path = match (entry("nodes.x"), entry("nodes.weight")) {
+            (Some(rest), _) => format!("{}{rest}", parameters(points)),
+            (_, Some(rest)) => format!("method.weight{rest}"),
+            _ if rest_of(&path, "nodes").is_some() => "points".to_owned(),
+            _ => path,
+        };
+        Fault { path, message }
     })
 }

@@ -2,6 +2,10 @@
 
 use crate::spec::FitSpec;
 
+/// Messages for positions that are off, and for errors that are not white.
+pub(crate) const POSITIONS_EXACT: &str = "streams and shapes near points take positions as exact";
+pub(super) const WHITE_ONLY: &str = "shapes near points are fitted with independent errors of one variance";
+
 /// Where knots come from.
 #[derive(Clone, Debug, PartialEq)]
 pub enum KnotPlacement {

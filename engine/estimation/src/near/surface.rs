@@ -12,10 +12,9 @@
 pub use super::surface_report::{Coordinate, SurfaceFit, SurfaceInclude, Weight};
 
 use super::{
-    reason::NearReason,
+    settings::WHITE_ONLY,
     surface_report::{self, Problem},
 };
-use crate::fault::{ErrorsReason, Faults, Field, NodeList, NodesReason, RegularizationReason};
 use crate::{
     banded::{
         cells::{Cells, Places},
@@ -24,14 +23,19 @@ use crate::{
         system::{Penalty, System, Unsolved},
         weight::{choose, trace_of},
     },
+    data::negative_weight,
     design::{Axis, splines},
     error::{FitError, Unconverged},
     fit::asked_models,
-    smoothing::choice::{Found, NoParameter, Smoothing},
+    smoothing::choice::{Found, Smoothing},
     spec::{Degree, Domain, Estimator, FitSpec, HIGHEST_ORDER, Model, Regularization, Scaling},
 };
 use flankfit_geometry::BSplineBasis;
-use flankfit_numerics::band_cholesky::SymmetricBand;
+use flankfit_numerics::{
+    band_cholesky::SymmetricBand,
+    check::Faults,
+    fault::words::{Shown, entries},
+};
 
 /// Coefficients at most, numbers of the banded matrix at most, and operations of its factorisation
 /// at most.
@@ -53,12 +57,8 @@ pub struct SurfacePoints<'a> {
 }
 
 impl SurfacePoints<'_> {
-    fn list(&self, coordinate: usize) -> NodeList {
-        if self.coordinates.len() == 1 {
-            NodeList::Z
-        } else {
-            [NodeList::X, NodeList::Y, NodeList::Z][coordinate.min(2)]
-        }
+    fn list(&self, coordinate: usize) -> &'static str {
+        if self.coordinates.len() == 1 { "z" } else { ["x", "y", "z"][coordinate.min(2)] }
     }
 }
 
@@ -89,7 +89,7 @@ pub fn surface(points: &SurfacePoints, spec: &FitSpec, include: SurfaceInclude) 
     check_spec(spec)?;
     check_points(points)?;
     if points.weight.is_some_and(|w| w.iter().all(|w| *w == 0.0)) {
-        return Err(Faults::one(Field::List(NodeList::Weight), NearReason::NoNodeCounts).into());
+        return Err(Faults::one("nodes.weight", "every node is of weight 0").into());
     }
     let bases = bases(points, spec)?;
     check_size(&bases)?;
@@ -105,9 +105,14 @@ pub fn surface(points: &SurfacePoints, spec: &FitSpec, include: SurfaceInclude) 
     let matrix = penalty_of(spec, &system, &ordered, swapped)?;
     let n = system.size();
     if matrix.is_none() && n > system.cells.count() {
-        return Err(
-            Faults::one(Field::Model, NearReason::FewNodes { coefficients: n, nodes: system.cells.count() }).into()
-        );
+        return Err(Faults::one(
+            "model",
+            format_args!(
+                "{n} coefficients cannot be determined from {} counted nodes: take fewer spans, or ask for `tikhonov`",
+                system.cells.count()
+            ),
+        )
+        .into());
     }
     let variance = spec.noise_sigma.map(|s| s * s);
     let found = match (&matrix, &spec.regularization) {
@@ -116,7 +121,7 @@ pub fn surface(points: &SurfacePoints, spec: &FitSpec, include: SurfaceInclude) 
         _ => None,
     }
     .map(|(matrix, parameter)| {
-        let found = choose(&system, matrix, Smoothing::Parameter(parameter), variance).map_err(no_parameter)?;
+        let found = choose(&system, matrix, Smoothing::Parameter(parameter), variance).map_err(of_parameter)?;
         Ok::<(Found, &SymmetricBand<f64>), FitError>((found, matrix))
     })
     .transpose()?;
@@ -135,54 +140,59 @@ pub fn surface(points: &SurfacePoints, spec: &FitSpec, include: SurfaceInclude) 
     surface_report::report(&problem, solved, penalty, weight)
 }
 
-fn no_parameter(why: NoParameter) -> FitError {
-    let field = match why {
-        NoParameter::NoSigma(_) => Field::NoiseSigma,
-        NoParameter::NotHere(_) => Field::Criterion,
-        NoParameter::Negative(_) | NoParameter::Degrees { .. } | NoParameter::Unsolved => Field::Parameter,
-    };
-    Faults::one(field, NearReason::from(why)).into()
+/// A big surface of another model.
+fn no_b_spline() -> Faults {
+    Faults::one("model.type", "big surfaces are of type `b_spline`")
+}
+
+/// Places faults of the weight of a penalty.
+fn of_parameter(faults: Faults) -> FitError {
+    let parameter = "regularization.parameter";
+    faults.moved("parameter", parameter).moved("degrees_of_freedom", parameter).into()
 }
 
 fn check_spec(spec: &FitSpec) -> Result<(), Faults> {
     let mut faults = Faults::default();
     match &spec.model {
         Model::BSpline { weights: None, .. } => {}
-        Model::BSpline { .. } => faults.push(Field::ControlWeights, NearReason::NoControlWeights),
-        _ => faults.push(Field::ModelType, NearReason::BSplinesOnly),
+        Model::BSpline { .. } => faults.push("model.weights", "big surfaces are B-splines without weights"),
+        _ => faults.append(no_b_spline()),
     }
     if spec.estimator != Estimator::LeastSquares {
-        faults.push(Field::Estimator, NearReason::LeastSquaresOnly);
+        faults.push("estimator", "big surfaces are fitted by least squares");
     }
     if !spec.filters.is_empty() {
-        faults.push(Field::Filters, NearReason::SurfaceHasNoFilters);
+        faults.push("filters", "filters are for nodes in lines, not for scattered ones");
     }
-    asked_models(spec).for_each(|field| faults.push(field, ErrorsReason::Shape));
+    asked_models(spec).for_each(|path| faults.push(path, WHITE_ONLY));
     if spec.scaling == Scaling::Standardized {
-        faults.push(Field::Scaling, NearReason::NotStandardized);
+        faults.push("scaling", "B-splines have no constant to centre by: take `unit_length` or `none`");
     }
     if spec.node_uncertainty.is_some() {
-        faults.push(Field::NodeUncertainty, NearReason::NoPerturbationBounds);
+        faults.push("node_uncertainty", "big surfaces have no perturbation bounds");
     }
     if spec.coefficient_norm_limit.is_some() {
-        faults.push(Field::CoefficientNormLimit, NearReason::NoBiasBounds);
+        faults.push("coefficient_norm_limit", "big surfaces have no bias bounds");
     }
     if spec.noise_sigma.is_some_and(|s| !(s > 0.0 && s.is_finite())) {
-        faults.push(Field::NoiseSigma, NearReason::NoiseSigma);
+        faults.push("noise_sigma", "σ is a finite number greater than 0");
     }
     match &spec.regularization {
         Regularization::None | Regularization::Ridge { .. } => {}
         Regularization::Tikhonov(asked) => {
             if asked.order > HIGHEST_ORDER {
-                faults.push(Field::Order, RegularizationReason::Order { order: asked.order, highest: HIGHEST_ORDER });
+                faults.push("regularization.order", format_args!("{} is not one of 0 to {HIGHEST_ORDER}", asked.order));
             }
             let weights = asked.weights.as_deref().unwrap_or(&[1.0, 1.0]);
             let sound = weights.len() == 2 && weights.iter().all(|w| *w >= 0.0 && w.is_finite());
             if !(sound && weights.iter().any(|w| *w > 0.0)) {
-                faults.push(Field::PenaltyWeights, NearReason::PenaltyWeights);
+                faults.push("regularization.weights", "a surface takes [w_u, w_v], none negative, one greater than 0");
             }
         }
-        _ => faults.push(Field::RegularizationType, NearReason::NoSpectrum),
+        _ => faults.push(
+            "regularization.type",
+            "with so many coefficients there is no spectrum: take `none`, `ridge` or `tikhonov`",
+        ),
     }
     faults.into_result(())
 }
@@ -191,43 +201,43 @@ fn check_points(points: &SurfacePoints) -> Result<(), Faults> {
     let m = points.u.len();
     let mut faults = Faults::default();
     if m == 0 {
-        faults.push(Field::List(NodeList::U), NodesReason::Empty);
+        faults.push("nodes.u", "there are no nodes");
     }
     if u32::try_from(m).is_err() {
-        faults.push(Field::List(NodeList::U), NearReason::TooManyNodes);
+        faults.push("nodes.u", "there are more nodes than 32 bits can number");
     }
     if !matches!(points.coordinates.len(), 1 | 3) {
-        faults.push(Field::Nodes, NearReason::SurfaceCoordinates);
+        faults.push("nodes", "one coordinate (z) or three (x, y, z) are fitted");
         return Err(faults);
     }
-    let parts = [(NodeList::U, points.u), (NodeList::V, points.v)]
+    let parts = [("u", points.u), ("v", points.v)]
         .into_iter()
         .chain(points.coordinates.iter().enumerate().map(|(c, z)| (points.list(c), &z[..])))
-        .chain(points.weight.map(|w| (NodeList::Weight, w)));
+        .chain(points.weight.map(|w| ("weight", w)));
     for (list, numbers) in parts {
         if numbers.len() != m {
-            faults.push(Field::List(list), NearReason::CountAlongU { given: numbers.len(), wanted: m });
+            faults.push(format_args!("nodes.{list}"), format_args!("{}, but u asks for {m}", entries(numbers.len())));
         }
         for (k, x) in numbers.iter().enumerate().filter(|(_, x)| !x.is_finite()) {
-            faults.push(Field::Entry(list, k), NearReason::NotFinite(*x));
+            faults.push(format_args!("nodes.{list}[{k}]"), format_args!("{x} is not a finite number"));
         }
     }
     for (k, w) in points.weight.unwrap_or_default().iter().enumerate().filter(|(_, w)| **w < 0.0) {
-        faults.push(Field::Entry(NodeList::Weight, k), NodesReason::NegativeWeight(*w));
+        faults.push(format_args!("nodes.weight[{k}]"), negative_weight(*w));
     }
     faults.into_result(())
 }
 
 fn bases(points: &SurfacePoints, spec: &FitSpec) -> Result<[BSplineBasis; 2], Faults> {
     let Model::BSpline { degree, knots, .. } = &spec.model else {
-        return Err(Faults::one(Field::ModelType, NearReason::BSplinesOnly));
+        return Err(no_b_spline());
     };
     let (p, q) = match degree {
         Degree::Both(p) => (*p, *p),
         Degree::Each(p, q) => (*p, *q),
     };
     if p.max(q) > HIGHEST_DEGREE {
-        return Err(Faults::one(Field::Degree, NearReason::Degree { highest: HIGHEST_DEGREE }));
+        return Err(Faults::one("model.degree", format_args!("big surfaces have degrees up to {HIGHEST_DEGREE}")));
     }
     // nodes of weight 0 say nothing, of the domain neither
     let counts = |k: usize| points.weight.is_none_or(|w| w[k] > 0.0);
@@ -237,9 +247,9 @@ fn bases(points: &SurfacePoints, spec: &FitSpec) -> Result<[BSplineBasis; 2], Fa
     };
     let Domain { u, v } = spec.domain.unwrap_or_default();
     let mut faults = Faults::default();
-    for (field, range) in [(Field::DomainU, u), (Field::DomainV, v)] {
+    for (field, range) in [("domain.u", u), ("domain.v", v)] {
         if range.is_some_and(|[low, high]| !(low < high && (high - low).is_finite())) {
-            faults.push(field, NearReason::Range);
+            faults.push(field, "not a range from low to high");
         }
     }
     if !faults.is_empty() {
@@ -247,12 +257,15 @@ fn bases(points: &SurfacePoints, spec: &FitSpec) -> Result<[BSplineBasis; 2], Fa
     }
     let domains = (u.unwrap_or_else(|| span(points.u)), v.unwrap_or_else(|| span(points.v)));
     let (Axis::Spline(along), Axis::Spline(across)) = splines(knots, (p, q), true, domains)? else {
-        return Err(Faults::one(Field::Knots, NearReason::SurfaceKnots));
+        return Err(Faults::one("model.knots", "a surface wants knots for u and for v"));
     };
-    for (list, places, basis) in [(NodeList::U, points.u, &along), (NodeList::V, points.v, &across)] {
+    for (list, places, basis) in [("u", points.u, &along), ("v", points.v, &across)] {
         let (low, high) = basis.domain();
         for (k, x) in places.iter().enumerate().filter(|(k, x)| counts(*k) && (**x < low || **x > high)) {
-            faults.push(Field::Entry(list, k), NearReason::OutsideKnots { value: *x, span: [low, high] });
+            faults.push(
+                format_args!("nodes.{list}[{k}]"),
+                format_args!("{} lies outside the span of the knots [{}, {}]", Shown(*x), Shown(low), Shown(high)),
+            );
         }
     }
     faults.into_result([along, across])
@@ -264,7 +277,10 @@ fn check_size(bases: &[BSplineBasis; 2]) -> Result<(), Faults> {
     let width = (u.degree() * v.size() + v.degree()).min(v.degree() * u.size() + u.degree());
     let operations = n as f64 * width as f64 * width as f64;
     if n > MOST_COEFFICIENTS || n.saturating_mul(width + 1) > MOST_NUMBERS || operations > MOST_OPERATIONS {
-        return Err(Faults::one(Field::Model, NearReason::TooLarge { coefficients: n, width }));
+        return Err(Faults::one(
+            "model",
+            format_args!("{n} coefficients with a band of {width} are more than a fit may have: take fewer spans"),
+        ));
     }
     Ok(())
 }
@@ -289,7 +305,10 @@ fn penalty_of(
             let [u, v] = ordered;
             let rough = |basis: &BSplineBasis, weight: f64| weight > 0.0 && basis.degree() >= asked.order;
             if !rough(u, weights[0]) && !rough(v, weights[1]) {
-                return Err(Faults::one(Field::Order, NearReason::VanishingDerivatives(asked.order)));
+                return Err(Faults::one(
+                    "regularization.order",
+                    format_args!("derivatives of order {} vanish for every function of this model", asked.order),
+                ));
             }
             Ok(Some(penalty([u, v], asked.order, weights)))
         }

@@ -1,7 +1,5 @@
 //! The answer to a fit of a big surface.
 
-use super::reason::{NearReason, OpenCoefficient};
-use crate::fault::{Faults, Field, RangeReason};
 use crate::{
     banded::{
         system::{Penalty, Solved, System},
@@ -16,7 +14,7 @@ use flankfit_geometry::{
     space::{Dimension, Vector},
     surface::BSplineSurface,
 };
-use flankfit_numerics::cancel;
+use flankfit_numerics::{cancel, check::Faults};
 
 /// Operations up to which standard errors of a penalised surface are computed (n solves).
 const MOST_OPERATIONS: f64 = 2e10;
@@ -146,8 +144,17 @@ impl Problem<'_> {
             let (rows, columns) = (within(&breaks_u, a, b), within(&breaks_v, c, d));
             let in_row = |r: &usize| columns.iter().map(|s| nodes[r * across + s]).sum::<usize>();
             let count: usize = rows.iter().map(in_row).sum();
-            let coefficient = OpenCoefficient { index: [i, j], u: [a, b], v: [c, d], nodes: count };
-            faults.push(Field::Model, NearReason::Undetermined { coefficient, penalised });
+            let mend = match penalised {
+                true => "the penalty leaves it open too: take a lower order or fewer spans",
+                false => "take fewer spans there, measure more nodes, or ask for `tikhonov`",
+            };
+            faults.push(
+                "model",
+                format_args!(
+                    "the coefficient of B{i}(u)*B{j}(v), which lives on u from {a} to {b} and v from {c} to {d}, is \
+                     not determined by the {count} nodes there: {mend}"
+                ),
+            );
         }
         faults
     }
@@ -206,8 +213,12 @@ pub(super) fn report(
     let controls: Vec<Vector> =
         (0..system.size()).map(|k| Vector::from_fn(|d, _| columns.get(d).map_or(0.0, |column| column[k]))).collect();
     let kind = if dimension == 1 { Dimension::Graph } else { Dimension::Space };
-    let surface = BSplineSurface::new(problem.bases.clone(), kind, controls, None)
-        .map_err(|_| FitError::Invalid(Faults::one(Field::Nodes, RangeReason::Numbers)))?;
+    let surface = BSplineSurface::new(problem.bases.clone(), kind, controls, None).map_err(|_| {
+        FitError::Invalid(Faults::one(
+            "nodes",
+            "these numbers leave the range of double precision: choose another unit",
+        ))
+    })?;
     Ok(SurfaceFit {
         surface,
         coordinates,

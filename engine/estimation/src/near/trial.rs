@@ -1,16 +1,13 @@
 //! The fit of all coordinates with one knot vector.
 
 use super::{
-    fault::{CurveFaults, CurveField, CurveRefused},
     points::{CurvePoints, translated},
-    reason::NearReason,
     settings::CurveSettings,
 };
 use crate::{
     data::Nodes,
-    design::MOST_COEFFICIENTS,
+    design::{MOST_COEFFICIENTS, no_span},
     error::FitError,
-    fault::{Faults, Field, ModelReason},
     fit::fit_together,
     result::FitResult,
     spec::{Degree, FitSpec, Include, Knots, Model},
@@ -20,6 +17,7 @@ use flankfit_geometry::{
     curve::BSplineCurve,
     space::{Dimension, Vector},
 };
+use flankfit_numerics::check::{Fault, Faults};
 
 /// The points with everything but the knots.
 pub(super) struct Trial<'a> {
@@ -40,22 +38,21 @@ pub(super) struct Fitted {
 
 impl Trial<'_> {
     /// The curve that the coefficients of all coordinates are the control points of.
-    pub(super) fn shape(&self, fitted: &Fitted) -> Result<BSplineCurve, CurveRefused> {
+    pub(super) fn shape(&self, fitted: &Fitted) -> Result<BSplineCurve, FitError> {
         let coordinate =
             |i: usize, c: usize| fitted.results.get(c).map_or(0.0, |result: &FitResult| result.coefficients[i].value);
         let controls = (0..fitted.basis.size()).map(|i| Vector::from_fn(|c, _| coordinate(i, c))).collect();
         BSplineCurve::new(fitted.basis.clone(), self.dimension, controls, self.asked.weights.clone())
-            .map_err(|fault| CurveFaults::one(CurveField::Curve, NearReason::from(fault)).into())
+            .map_err(|faults| FitError::from(faults.map(|fault| Fault { path: "method".to_owned(), ..fault })))
     }
 
     /// Fits with these knots.
-    pub(super) fn fit(&self, knots: Knots) -> Result<Fitted, CurveRefused> {
+    pub(super) fn fit(&self, knots: Knots) -> Result<Fitted, FitError> {
         let Knots::Curve(full) = &knots else {
-            return Err(CurveFaults::one(Field::Knots, NearReason::KnotVectors).into());
+            return Err(Faults::one("model.knots", "one knot vector").into());
         };
-        let basis = BSplineBasis::new(self.asked.degree, full.clone()).map_err(|fault| {
-            CurveFaults::one(fault.index().map_or(Field::Knots, Field::Knot), ModelReason::from(fault))
-        })?;
+        let basis =
+            BSplineBasis::new(self.asked.degree, full.clone()).map_err(|faults| faults.within("model.knots"))?;
         let degree = Degree::Both(self.asked.degree);
         let include = Include { residuals: true, ..self.asked.spec.include };
         let model = Model::BSpline { degree, knots, weights: self.asked.weights.clone() };
@@ -67,10 +64,10 @@ impl Trial<'_> {
             .iter()
             .map(|y| Nodes::curve(self.parameters.to_vec(), y.clone(), weight.clone()))
             .collect::<Result<Vec<Nodes>, Faults>>()
-            .map_err(|faults| translated(self.points, faults))?;
+            .map_err(|faults| translated(self.points, faults.within("nodes")))?;
         let results = fit_together(&nodes, &spec).map_err(|error| match error {
             FitError::Invalid(faults) => translated(self.points, faults).into(),
-            other => CurveRefused::Fit(other),
+            other => other,
         })?;
         let mut squares = Vec::new();
         for result in &results {
@@ -95,13 +92,13 @@ pub(super) fn summary(errors: &[(usize, f64)]) -> (f64, f64) {
 }
 
 /// Equal spans.
-pub(super) fn uniform(degree: usize, spans: usize, [low, high]: [f64; 2]) -> Result<BSplineBasis, CurveFaults> {
+pub(super) fn uniform(degree: usize, spans: usize, [low, high]: [f64; 2]) -> Result<BSplineBasis, Faults> {
     if spans == 0 {
-        return Err(CurveFaults::one(Field::Spans, ModelReason::NoSpan));
+        return Err(no_span("model.spans"));
     }
     if spans.saturating_add(degree) > MOST_COEFFICIENTS {
-        return Err(CurveFaults::one(Field::Spans, NearReason::Spans(spans)));
+        return Err(Faults::one("model.spans", format_args!("{spans} spans are more than a fit may have")));
     }
     BSplineBasis::uniform(degree, spans, low, high)
-        .map_err(|fault| CurveFaults::one(Field::Spans, ModelReason::from(fault)))
+        .map_err(|faults| faults.map(|fault| Fault { path: "model.spans".to_owned(), ..fault }))
 }

@@ -21,7 +21,6 @@ mod information;
 mod mixture;
 mod noise;
 mod observe;
-pub(super) mod reason;
 
 use std::sync::Arc;
 
@@ -36,12 +35,14 @@ use super::{
     data::Nodes,
     design::Design,
     error::FitError,
-    fault::{Faults, Field},
     result::{PriorConflict, UnequalNoise},
     spec::{Chain, Earlier, Estimator, FitSpec, Moves, Prior, PriorSpread, Regularization, Scaling},
 };
+use flankfit_numerics::{
+    check::Faults,
+    fault::words::{Shown, counted, entries},
+};
 
-use self::reason::PriorReason;
 pub(crate) use self::{
     current::{Current, PooledNoise},
     form_interval::FormIntervals,
@@ -76,43 +77,60 @@ pub(crate) fn check(design: &Design, spec: &FitSpec) -> Result<(), Faults> {
     let Some(prior) = &spec.prior else { return Ok(()) };
     let mut faults = Faults::default();
     if spec.regularization != Regularization::None {
-        faults.push(Field::Regularization, PriorReason::FilterOnTop);
+        faults.push("regularization", "a `prior` excludes regularisation: leave `regularization` out, or take `none`");
     }
     if spec.estimator != Estimator::LeastSquares {
-        faults.push(Field::Estimator, PriorReason::LeastSquaresOnly);
+        faults.push("estimator", "a `prior` is for the estimator `least_squares`, whose errors it is weighed against");
     }
     if spec.scaling == Scaling::Standardized {
-        faults.push(Field::Scaling, PriorReason::Standardized);
+        faults.push("scaling", "a `prior` is of all coefficients, the constant too, which `standardized` excludes");
     }
     if spec.coefficient_norm_limit.is_some() {
-        faults.push(Field::CoefficientNormLimit, PriorReason::NormLimit);
+        faults.push(
+            "coefficient_norm_limit",
+            "the `prior` says how large the coefficients are: a limit of their norm cannot be given as well",
+        );
     }
     let n = design.size();
-    let mut count = |field: Field, given: usize| {
+    let mut count = |path: &str, given: usize| {
         let right = given == n;
         if !right {
-            faults.push(field, PriorReason::Count { given, coefficients: n });
+            faults.push(
+                path,
+                format_args!(
+                    "{}; the model has {}, in the order of the answer",
+                    entries(given),
+                    counted(n, "coefficient", "coefficients")
+                ),
+            );
         }
         right
     };
     match prior {
         Prior::Given { mean, spread } => {
-            count(Field::PriorMean, mean.len());
+            count("prior.mean", mean.len());
             match spread {
                 PriorSpread::StdError(deviations) => {
-                    count(Field::PriorStdError, deviations.len());
-                    positive(deviations, Field::PriorStdErrorOf, &mut faults);
+                    count("prior.std_error", deviations.len());
+                    positive(deviations, "prior.std_error", &mut faults);
                 }
                 PriorSpread::Covariance(triangle) => {
-                    count(Field::PriorCovariance, triangle.len());
+                    count("prior.covariance", triangle.len());
                     for (row, numbers) in triangle.iter().enumerate() {
                         match numbers.get(row) {
                             Some(variance) if numbers.len() == row + 1 => {
                                 if !(*variance > 0.0 && variance.is_finite()) {
-                                    faults.push(Field::PriorCovariance, PriorReason::NotPositive);
+                                    faults.push("prior.covariance", observe::NOT_POSITIVE);
                                 }
                             }
-                            _ => faults.push(Field::PriorRow(row), PriorReason::Row { row, given: numbers.len() }),
+                            _ => faults.push(
+                                format_args!("prior.covariance[{row}]"),
+                                format_args!(
+                                    "row {row} of a lower triangle has {}; this one has {}",
+                                    counted(row + 1, "number", "numbers"),
+                                    numbers.len()
+                                ),
+                            ),
                         }
                     }
                 }
@@ -120,15 +138,20 @@ pub(crate) fn check(design: &Design, spec: &FitSpec) -> Result<(), Faults> {
         }
         Prior::Iterations(chain) => {
             if let Moves::StdError(deviations) = &chain.moves {
-                count(Field::PriorMove, deviations.len());
-                positive(deviations, Field::PriorMoveOf, &mut faults);
+                count("prior.move", deviations.len());
+                positive(deviations, "prior.move", &mut faults);
             }
             let most = MOST_WORK / n.pow(3).max(1);
             match chain.earlier.as_ref().map(|earlier| earlier.len()) {
-                None => faults.push(Field::PriorIterations, PriorReason::NoJob),
+                None => faults.push(
+                    "prior.iterations",
+                    "earlier iterations are those of a job, and this request has none: give `mean` with `std_error` \
+                     or `covariance`",
+                ),
                 Some(iterations) if iterations > most => {
-                    let reason = PriorReason::TooMuchWork { iterations, coefficients: n, most };
-                    faults.push(Field::PriorIterations, reason);
+                    let reason =
+                        format!("{iterations} earlier iterations are too many for {n} coefficients: at most {most}");
+                    faults.push("prior.iterations", reason);
                 }
                 Some(_) => {}
             }
@@ -137,9 +160,12 @@ pub(crate) fn check(design: &Design, spec: &FitSpec) -> Result<(), Faults> {
     faults.into_result(())
 }
 
-fn positive(deviations: &[f64], field: fn(usize) -> Field, faults: &mut Faults) {
+fn positive(deviations: &[f64], list: &str, faults: &mut Faults) {
     for (j, &deviation) in deviations.iter().enumerate().filter(|(_, d)| !(**d > 0.0 && d.is_finite())) {
-        faults.push(field(j), PriorReason::StdError(deviation));
+        faults.push(
+            format_args!("{list}[{j}]"),
+            format_args!("{} is not a standard deviation: above 0", Shown(deviation)),
+        );
     }
 }
 
@@ -162,17 +188,14 @@ pub(crate) fn weigh(current: &Current, prior: &Prior) -> Result<Option<Outcome>,
             let noise = noise::pooled(current, &observed)?;
             unequal = noise::unequal(current, &observed);
             let links: Vec<Link> = observed.iter().map(|one| one.link(noise.sigma)).collect();
-            let follow = |spread: &Spread| {
-                let undetermined = || Faults::one(Field::PriorIterations, PriorReason::EarlierUndetermined);
-                Branch::follow(&links, &now, spread).ok_or_else(undetermined)
-            };
+            let follow = |spread: &Spread| Branch::follow(&links, &now, spread).ok_or_else(observe::undetermined);
             match &chain.moves {
                 Moves::StdError(deviations) => {
                     let branch = follow(&Spread::Of(current.along(deviations, noise.sigma)));
                     // what is determined without a move is so with any that doubles hold
                     let lost = || follow(&Spread::Even(0.0)).is_ok();
                     let branch = branch.map_err(|undetermined| match lost() {
-                        true => Faults::one(Field::PriorMove, PriorReason::BeyondDouble),
+                        true => beyond_at("prior.move"),
                         false => undetermined,
                     })?;
                     (noise, vec![branch], None)
@@ -221,12 +244,17 @@ fn stepped(links: &[Link], branches: &[Branch], sizes: &[f64], now: &Information
 
 /// What a prior says beside these nodes is beyond doubles.
 pub(crate) fn beyond_double(prior: &Prior) -> Faults {
-    let field = match prior {
-        Prior::Given { spread: PriorSpread::StdError(_), .. } => Field::PriorStdError,
-        Prior::Given { spread: PriorSpread::Covariance(_), .. } => Field::PriorCovariance,
-        Prior::Iterations(_) => Field::PriorIterations,
+    let path = match prior {
+        Prior::Given { spread: PriorSpread::StdError(_), .. } => "prior.std_error",
+        Prior::Given { spread: PriorSpread::Covariance(_), .. } => "prior.covariance",
+        Prior::Iterations(_) => "prior.iterations",
     };
-    Faults::one(field, PriorReason::BeyondDouble)
+    beyond_at(path)
+}
+
+fn beyond_at(path: &str) -> Faults {
+    let message = "the prior and these nodes are so far apart, or one is so much surer, that doubles do not hold both";
+    Faults::one(path, message)
 }
 
 /// The spec with its earlier nodes changed by `change`, as those of now were.

@@ -3,13 +3,9 @@
 use super::{
     current::{Current, PooledNoise},
     observe::Observed,
-    reason::PriorReason,
 };
-use crate::{
-    fault::{Faults, Field},
-    result::UnequalNoise,
-};
-use flankfit_numerics::distribution::fisher;
+use crate::result::UnequalNoise;
+use flankfit_numerics::{check::Faults, distribution::fisher};
 
 /// The probability below which two σ are told from one another.
 const IMPROBABLE: f64 = 1e-3;
@@ -25,7 +21,10 @@ pub(super) fn pooled(current: &Current, observed: &[Observed]) -> Result<PooledN
     if freedom > 0 && sigma > 0.0 {
         return Ok(PooledNoise { sigma, freedom: Some(freedom) });
     }
-    Err(Faults::one(Field::NoiseSigma, PriorReason::NoNoise))
+    Err(Faults::one(
+        "noise_sigma",
+        "there is no estimate of the noise to weigh the `prior` against: give `noise_sigma`",
+    ))
 }
 
 /// Whether σ of now and of all earlier residuals together differ: by Fisher's ratio of variances.

@@ -2,18 +2,20 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::{chain::Link, current::Current, information::Information, reason::PriorReason};
+use super::{chain::Link, current::Current, information::Information};
 use crate::{
     data::{Heights, Nodes, Sample},
-    design::{Design, bounding_box, product_on},
+    design::{Design, bounding_box, product_on, too_few_nodes},
     diagnostics::within_range,
     error::FitError,
     factor::{Factor, multiply_upper_vector, scaled_condition},
-    fault::{Faults, Field, ModelReason, Reason},
     spec::{Chain, Earlier, FitSpec, Model, PriorSpread, Which},
     spectrum::caller_columns,
 };
-use flankfit_numerics::{Dd, qr_with_rhs, triangular};
+use flankfit_numerics::{Dd, check::Faults, qr_with_rhs, triangular};
+
+/// A covariance matrix that is none.
+pub(super) const NOT_POSITIVE: &str = "the covariance matrix is not positive definite: no coefficients have it";
 
 /// What the nodes of an iteration say: rows along the columns of now, in the unit of the heights.
 pub(super) struct Observed {
@@ -30,13 +32,13 @@ pub(super) struct Observed {
 impl Observed {
     /// Observes every iteration of a chain.
     pub(super) fn all(chain: &Chain, earlier: &[Earlier], current: &Current) -> Result<Vec<Self>, FitError> {
-        let field = |k: usize| match chain.which {
-            Which::Previous => Field::PriorIterations,
-            Which::Listed(_) => Field::PriorIteration(k),
+        let path = |k: usize| match chain.which {
+            Which::Previous => "prior.iterations".to_owned(),
+            Which::Listed(_) => format!("prior.iterations[{k}]"),
         };
         let of = |(k, one): (usize, &Earlier)| {
             Self::of(one, current).map_err(|error| match error {
-                FitError::Invalid(faults) => of_earlier(&faults, field(k), one.number),
+                FitError::Invalid(faults) => of_earlier(&faults, &path(k), one.number),
                 other => other,
             })
         };
@@ -56,7 +58,7 @@ impl Observed {
             let factor = factor_of(&correction.change, current)?;
             let mut change = match &factor.working {
                 Some(working) if scaled_condition(&factor.r).is_some() => working.clone(),
-                _ => return Err(Faults::one(Field::PriorIterations, PriorReason::EarlierUndetermined).into()),
+                _ => return Err(undetermined().into()),
             };
             triangular::solve_upper(&factor.change, &mut change);
             multiply_upper_vector(current.columns, &mut change);
@@ -76,13 +78,15 @@ impl Observed {
     }
 }
 
-/// A fault of the nodes of an earlier iteration, by its number.
-fn of_earlier(faults: &Faults, field: Field, number: u32) -> FitError {
-    let mut told = Faults::default();
-    for fault in faults.list().iter().take(1) {
-        told.push(field, Reason::Earlier { number, reason: Box::new(fault.reason.clone()) });
-    }
-    told.into()
+/// Earlier nodes that leave a coefficient open.
+pub(super) fn undetermined() -> Faults {
+    Faults::one("prior.iterations", "the earlier nodes do not determine every coefficient of this model")
+}
+
+/// The first fault of the nodes of an earlier iteration, by its number.
+fn of_earlier(faults: &Faults, path: &str, number: u32) -> FitError {
+    let first = faults.list().first().map_or("", |fault| &fault.message);
+    Faults::one(path, format_args!("iteration {number}: {first}")).into()
 }
 
 /// The factor of nodes with the functions of now.
@@ -90,14 +94,14 @@ fn factor_of(nodes: &Nodes, current: &Current) -> Result<Factor, FitError> {
     let sample = Sample::new(nodes);
     let heights = Heights::new(&sample);
     let design = design_of(nodes, &sample, current)?;
-    within_range(Field::List(nodes.heights()), &heights)?;
+    within_range(nodes.heights(), &heights)?;
     Factor::new(&design, &sample)
 }
 
 /// The same functions over other nodes: mapped ones live on the domain of now, in which earlier
 /// nodes of a polynomial need not lie.
 fn design_of(nodes: &Nodes, sample: &Sample, current: &Current) -> Result<Design, Faults> {
-    let other = || Faults::one(Field::PriorIterations, PriorReason::OtherModel);
+    let other = || Faults::one("prior.iterations", "its nodes are of another model");
     let now = current.design;
     let kind = match nodes {
         Nodes::Curve(_) => (true, false),
@@ -108,8 +112,7 @@ fn design_of(nodes: &Nodes, sample: &Sample, current: &Current) -> Result<Design
         return Err(other());
     }
     if sample.count() < now.size() {
-        let reason = ModelReason::TooFewNodes { coefficients: now.size(), nodes: sample.count() };
-        return Err(Faults::one(Field::PriorIterations, reason));
+        return Err(Faults::one("prior.iterations", too_few_nodes(now.size(), sample.count())));
     }
     let design = match (&current.spec.model, now.domain.and_then(|domain| Some((domain.u?, domain.v)))) {
         (model @ Model::Polynomial { .. }, Some((u, v))) => {
@@ -139,8 +142,7 @@ pub(super) fn given(mean: &[f64], spread: &PriorSpread, current: &Current, sigma
         let correlation = DMatrix::from_fn(n, n, |i, j| {
             Dd::from(triangle[i.max(j)][i.min(j)]) / Dd::from(deviations[i]) / Dd::from(deviations[j])
         });
-        let root = triangular::cholesky(&correlation)
-            .ok_or_else(|| Faults::one(Field::PriorCovariance, PriorReason::NotPositive))?;
+        let root = triangular::cholesky(&correlation).ok_or_else(|| Faults::one("prior.covariance", NOT_POSITIVE))?;
         triangular::solve_upper_transposed(&root, &mut right);
         for mut column in rows.column_iter_mut() {
             triangular::solve_upper_transposed(&root, column.as_mut_slice());

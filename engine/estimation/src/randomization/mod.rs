@@ -21,7 +21,6 @@
 //! Repetitions are computed in parallel and gathered in order. [`repetitions`] computes some of
 //! them and [`of_repetitions`] gathers all, for studies that are computed on several machines.
 
-mod fault;
 mod matrix_b;
 mod measured;
 pub mod normal;
@@ -32,7 +31,6 @@ mod repetition;
 mod result;
 mod setup;
 
-pub use fault::{StudyFaults, StudyField, StudyReason};
 pub use measured::Measured;
 pub use outcome::{LevelFigures, Outcome};
 pub use plateau::PLATEAU;

@@ -42,7 +42,8 @@ pub(super) struct Base {
 impl Base {
     pub(super) fn new(study: &Study) -> Result<Self, FitError> {
         let (m, n) = (study.rows, study.columns);
-        let nodes = Nodes::matrix(study.x.clone(), n, vec![0.0; m], None, None)?;
+        let nodes = Nodes::matrix(study.x.clone(), n, vec![0.0; m], None, None);
+        let nodes = nodes.map_err(|faults| faults.within("nodes"))?;
         let sample = Sample::new(&nodes);
         let design = Design::new(&nodes, &sample, &FitSpec::new(Model::Linear))?;
         let factor = Factor::new(&design, &sample)?;

@@ -1,10 +1,11 @@
 //! Checked input of a study.
 
-use super::{
-    fault::{StudyFaults, StudyField, StudyReason},
-    outcome::Outcome,
+use super::outcome::Outcome;
+use flankfit_numerics::{
+    Rows,
+    check::Faults,
+    fault::words::{Shown, counted, entries, listed},
 };
-use flankfit_numerics::Rows;
 
 /// Products `levels · repetitions · rows · columns²` that a study may take.
 pub(super) const MOST_WORK: usize = 300_000_000;
@@ -61,13 +62,13 @@ pub struct Study {
 
 impl Study {
     /// Checks everything.
-    pub fn new(setup: Setup) -> Result<Self, StudyFaults> {
+    pub fn new(setup: Setup) -> Result<Self, Faults> {
         Study::within(setup, MOST_REPETITIONS, MOST_WORK)
     }
 
     /// The same for a study whose repetitions are computed in parts: of the whole there may be far
     /// more, and what work a part may be is for whoever computes it to say.
-    pub fn in_parts(setup: Setup) -> Result<Self, StudyFaults> {
+    pub fn in_parts(setup: Setup) -> Result<Self, Faults> {
         Study::within(setup, MOST_IN_PARTS, usize::MAX)
     }
 
@@ -76,53 +77,64 @@ impl Study {
         outcome.levels.len() == self.levels.len() && outcome.along.len() == self.columns
     }
 
-    fn within(setup: Setup, most_repetitions: usize, most_work: usize) -> Result<Self, StudyFaults> {
-        let mut faults = StudyFaults::default();
+    fn within(setup: Setup, most_repetitions: usize, most_work: usize) -> Result<Self, Faults> {
+        let mut faults = Faults::default();
         let (rows, columns) = (setup.x.count(), setup.x.iter().next().map_or(0, <[f64]>::len));
         if rows == 0 || columns == 0 {
-            faults.push(StudyField::Matrix, StudyReason::EmptyMatrix);
+            faults.push("x", "the matrix is empty");
         }
         for (i, row) in setup.x.iter().enumerate().filter(|(_, row)| row.len() != columns) {
-            faults.push(StudyField::Row(i), StudyReason::Row { given: row.len(), first: columns });
+            faults
+                .push(format_args!("x[{i}]"), format_args!("{}, but the first row has {columns}", entries(row.len())));
         }
         if rows > 0 && columns > 0 && setup.x.values().iter().all(|x| *x == 0.0) {
-            faults.push(StudyField::Matrix, StudyReason::ZeroMatrix);
+            faults.push("x", "every entry is 0: there is nothing to randomise");
         }
         if rows < columns {
-            faults.push(StudyField::Matrix, StudyReason::FewRows { rows, columns });
+            faults.push(
+                "x",
+                format_args!("{columns} coefficients cannot be determined from {}", counted(rows, "row", "rows")),
+            );
         }
         if setup.coefficients.len() != columns {
-            faults
-                .push(StudyField::Coefficients, StudyReason::Coefficients { given: setup.coefficients.len(), columns });
+            faults.push(
+                "coefficients",
+                format_args!(
+                    "{}, but the matrix has {}",
+                    entries(setup.coefficients.len()),
+                    counted(columns, "column", "columns")
+                ),
+            );
         }
         if !(setup.noise_sigma >= 0.0 && setup.noise_sigma.is_finite()) {
-            faults.push(StudyField::NoiseSigma, StudyReason::NoiseSigma(setup.noise_sigma));
+            faults.push("noise_sigma", format_args!("{} is not a deviation: 0 or more", Shown(setup.noise_sigma)));
         }
         if setup.levels.is_empty() || setup.levels.len() > MOST_LEVELS {
-            faults.push(StudyField::Levels, StudyReason::Levels { given: setup.levels.len(), most: MOST_LEVELS });
+            faults.push("levels", format_args!("{} levels; 1 to {MOST_LEVELS} can be asked for", setup.levels.len()));
         }
         for (i, level) in setup.levels.iter().enumerate().filter(|(_, k)| !(**k >= 0.0 && k.is_finite())) {
-            faults.push(StudyField::Level(i), StudyReason::Level(*level));
+            faults.push(
+                format_args!("levels[{i}]"),
+                format_args!("{} is not a ratio of deviations: 0 or more", Shown(*level)),
+            );
         }
         if setup.repetitions == 0 || setup.repetitions > most_repetitions {
             faults.push(
-                StudyField::Repetitions,
-                StudyReason::Repetitions { given: setup.repetitions, most: most_repetitions },
+                "repetitions",
+                format_args!("{} repetitions; 1 to {most_repetitions} can be asked for", setup.repetitions),
             );
         }
         let work =
             [setup.repetitions, rows, columns, columns].into_iter().fold(setup.levels.len(), usize::saturating_mul);
         if faults.is_empty() && work > most_work {
             faults.push(
-                StudyField::Repetitions,
-                StudyReason::Work {
-                    levels: setup.levels.len(),
-                    repetitions: setup.repetitions,
-                    rows,
-                    columns,
-                    work,
-                    most: most_work,
-                },
+                "repetitions",
+                format_args!(
+                    "{} levels × {} repetitions × {rows} rows × {columns}² columns are {work}, more than the \
+                     {most_work} that a study may take",
+                    setup.levels.len(),
+                    setup.repetitions
+                ),
             );
         }
         if !faults.is_empty() {
@@ -150,7 +162,7 @@ impl Study {
 
     /// Squares of columns and coefficients must neither overflow nor vanish. A coefficient that
     /// does by the length of its column is that column's fault.
-    fn check_range(&self, posted: &[f64], faults: &mut StudyFaults) {
+    fn check_range(&self, posted: &[f64], faults: &mut Faults) {
         const RANGE: std::ops::Range<f64> = 1e-140..1e140;
         let largest = |j: usize| self.column(j).map(f64::abs).fold(0.0, f64::max);
         let small = |coefficient: f64| coefficient.abs() < RANGE.end;
@@ -160,10 +172,19 @@ impl Study {
             })
             .collect();
         if !beyond.is_empty() {
-            faults.push(StudyField::Matrix, StudyReason::Columns(beyond));
+            faults.push(
+                "x",
+                format_args!(
+                    "squares in {} leave the range of double precision: choose another unit",
+                    columns_named(&beyond)
+                ),
+            );
         }
         for j in (0..self.columns).filter(|&j| !small(self.coefficients[j]) && !small(posted[j])) {
-            faults.push(StudyField::Coefficient(j), StudyReason::Coefficient);
+            faults.push(
+                format_args!("coefficients[{j}]"),
+                "the square of this coefficient leaves the range of double precision: choose another unit",
+            );
         }
     }
 
@@ -194,4 +215,9 @@ impl Study {
         let mean = self.column(j).map(|x| (x - first) / m).sum::<f64>();
         (self.column(j).map(|x| (x - first - mean).powi(2)).sum::<f64>() / m).sqrt()
     }
+}
+
+/// Columns by their numbers.
+fn columns_named(columns: &[usize]) -> String {
+    format!("{} {}", if columns.len() == 1 { "column" } else { "the columns" }, listed(columns))
 }

@@ -327,35 +327,35 @@ fn unit_length_takes_units_away() {
 /// is the column's fault, and a coefficient's own is its own.
 #[test]
 fn columns_too_long_are_not_the_fault_of_coefficients() {
-    let fields = |change: fn(&mut Setup)| -> Vec<StudyField> {
+    let fields = |change: fn(&mut Setup)| -> Vec<String> {
         let mut setup = setup();
         setup.scaling = ColumnScaling::UnitLength;
         change(&mut setup);
-        Study::new(setup).unwrap_err().list().iter().map(|fault| fault.field).collect()
+        Study::new(setup).unwrap_err().list().iter().map(|fault| fault.path.clone()).collect()
     };
-    assert_eq!(fields(|s| change_rows(s, |x| x[0][0] = 1e300)), [StudyField::Matrix]);
-    assert_eq!(fields(|s| s.coefficients[1] = 1e200), [StudyField::Coefficient(1)]);
+    assert_eq!(fields(|s| change_rows(s, |x| x[0][0] = 1e300)), ["x"]);
+    assert_eq!(fields(|s| s.coefficients[1] = 1e200), ["coefficients[1]"]);
 }
 
 #[test]
 fn impossible_studies_are_refused_by_field() {
     type Change = fn(&mut Setup);
-    let cases: [(Change, StudyField); 10] = [
-        (|s| s.x = Rows::default(), StudyField::Matrix),
-        (|s| change_rows(s, |x| x[4] = vec![1.0]), StudyField::Row(4)),
-        (|s| change_rows(s, |x| x.truncate(2)), StudyField::Matrix),
-        (|s| s.coefficients = vec![1.0], StudyField::Coefficients),
-        (|s| s.noise_sigma = -1.0, StudyField::NoiseSigma),
-        (|s| s.levels.clear(), StudyField::Levels),
-        (|s| s.levels[1] = -0.1, StudyField::Level(1)),
-        (|s| s.repetitions = 0, StudyField::Repetitions),
-        (|s| s.repetitions = 10_001, StudyField::Repetitions),
-        (|s| (s.repetitions, s.x) = (10_000, vec![[1.0, 2.0, 3.0]; 1200].iter().collect()), StudyField::Repetitions),
+    let cases: [(Change, &str); 10] = [
+        (|s| s.x = Rows::default(), "x"),
+        (|s| change_rows(s, |x| x[4] = vec![1.0]), "x[4]"),
+        (|s| change_rows(s, |x| x.truncate(2)), "x"),
+        (|s| s.coefficients = vec![1.0], "coefficients"),
+        (|s| s.noise_sigma = -1.0, "noise_sigma"),
+        (|s| s.levels.clear(), "levels"),
+        (|s| s.levels[1] = -0.1, "levels[1]"),
+        (|s| s.repetitions = 0, "repetitions"),
+        (|s| s.repetitions = 10_001, "repetitions"),
+        (|s| (s.repetitions, s.x) = (10_000, vec![[1.0, 2.0, 3.0]; 1200].iter().collect()), "repetitions"),
     ];
     for (change, field) in cases {
         let mut setup = setup();
         change(&mut setup);
         let faults = Study::new(setup).unwrap_err();
-        assert_eq!(faults.list()[0].field, field);
+        assert_eq!(faults.list()[0].path, field);
     }
 }

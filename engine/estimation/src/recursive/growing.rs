@@ -3,7 +3,6 @@
 //! Its half-width is a power of 2 that at least doubles, so it grows seldom; R goes over to the new
 //! basis by the triangular matrix that leads from one to the other.
 
-use crate::fault::{Faults, Field, RangeReason};
 use nalgebra::DMatrix;
 
 use super::{boxes::roomy, opening::met_at, sums::Sums};
@@ -16,7 +15,7 @@ use flankfit_geometry::{
     Mapping,
     polynomial::{self, Family},
 };
-use flankfit_numerics::{Dd, triangular};
+use flankfit_numerics::{Dd, check::Faults, triangular};
 
 impl Sums {
     /// Lets the working box grow where nodes fall outside of it and the caller fixed no domain;
@@ -39,7 +38,7 @@ impl Sums {
             return Ok(false);
         }
         if ![new.0, new.1].as_flattened().iter().all(|x| x.is_finite()) {
-            return Err(Faults::one(Field::Nodes, RangeReason::Abscissae));
+            return Err(Faults::one("nodes", "these abscissae leave the range of double precision"));
         }
         let Basis::Product { u: axis_u, v: axis_v } = &self.design.basis else { return Ok(false) };
         let (tu, tv) = (rebased(axis_u, old.0, new.0), rebased(axis_v, old.1, new.1));
@@ -52,7 +51,7 @@ impl Sums {
         self.triangle.set_r(&triangular::multiply_upper(&self.triangle.r(), &change));
         self.ones = (0..n).map(|j| (0..=j).fold(Dd::ZERO, |sum, i| sum + change[(i, j)] * self.ones[i])).collect();
         self.boxes = new;
-        self.design = met_at(product_on(surface, &spec.model, new, new), Field::NodesType)?;
+        self.design = met_at(product_on(surface, &spec.model, new, new), "nodes.type")?;
         Ok(true)
     }
 }

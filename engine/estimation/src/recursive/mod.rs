@@ -17,7 +17,6 @@ mod caller_row;
 mod growing;
 mod opening;
 mod readout;
-pub(super) mod reason;
 mod snapshot;
 mod state;
 mod sums;
@@ -34,7 +33,8 @@ use super::{
     result::{FitResult, Warning},
     spec::FitSpec,
 };
-use crate::fault::{Faults, Field, NodeList, NodesReason, RangeReason};
+use crate::design::none_counts;
+use flankfit_numerics::check::Faults;
 pub use state::State;
 use sums::Sums;
 
@@ -117,7 +117,7 @@ impl Recursive {
     pub fn push(&mut self, nodes: &Nodes) -> Result<(), Faults> {
         let sample = Sample::new(nodes);
         if sample.count() == 0 {
-            return Err(Faults::one(Field::List(nodes.heights()), NodesReason::NoneCounts));
+            return Err(none_counts(nodes));
         }
         // the long look at the columns costs O(n³): it is for the first nodes on a box, and for
         // nodes far from 1
@@ -140,7 +140,10 @@ impl Recursive {
         }
         sums.add(&sample, self.forgetting, self.spec.node_uncertainty.is_some());
         if !sums.is_finite() {
-            return Err(Faults::one(Field::Nodes, RangeReason::Squares));
+            return Err(Faults::one(
+                "nodes",
+                "powers or squares of these numbers leave the range of double precision: choose another unit or basis",
+            ));
         }
         if unusual || !sums.are_plain(&sample) {
             sums.columns_within_range()?;
@@ -159,10 +162,7 @@ impl Recursive {
         };
         let design = sums.caller_design(&self.spec);
         let heights = sums.heights();
-        within_range(
-            if sums.form == Form::Surface { Field::List(NodeList::Z) } else { Field::List(NodeList::Y) },
-            &heights,
-        )?;
+        within_range(if sums.form == Form::Surface { "z" } else { "y" }, &heights)?;
         let factor = sums.factor(&design, &heights)?;
         let linear = LinearProblem {
             design: &design,

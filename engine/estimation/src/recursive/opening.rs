@@ -2,16 +2,17 @@
 //! columns of a matrix.
 
 use super::boxes::roomy;
-use crate::fault::{
-    ErrorsReason, Fault, Faults, Field, FoldsReason, ModelReason, NodeList, Reason, RegularizationReason,
-    SelectionReason, StreamReason,
-};
 use crate::{
-    data::{Form, Nodes, Sample},
-    design::{self, Boxes, Design, bounding_box, product_on},
+    data::{Form, Nodes, Sample, folds},
+    design::{self, Boxes, Design, MATRIX_TAKES_LINEAR, bounding_box, no_range, product_on},
     fit::{asked_models, check_predictions},
-    regularized::{check_admissible, criterion_field},
+    near::POSITIONS_EXACT,
+    regularized::{check_admissible, criterion_path, nodes_not_kept},
     spec::{Degree, Estimator, FitSpec, Knots, Model, PolynomialBasis, Prior, Regularization},
+};
+use flankfit_numerics::{
+    check::{Fault, Faults},
+    fault::words::Shown,
 };
 
 /// Refuses what cannot be known node by node (estimators other than least squares, filters, mapped
@@ -19,38 +20,47 @@ use crate::{
 pub(super) fn check(spec: &FitSpec, forgetting: f64) -> Result<(), Faults> {
     let mut faults = Faults::default();
     if !(forgetting > 0.0 && forgetting <= 1.0) {
-        faults.push(Field::ForgettingFactor, StreamReason::ForgettingFactor(forgetting));
+        faults.push("forgetting_factor", format_args!("{} is not in (0, 1]", Shown(forgetting)));
     }
     if spec.estimator != Estimator::LeastSquares {
-        faults.push(Field::EstimatorType, StreamReason::LeastSquaresOnly);
+        faults.push("estimator.type", "a stream is estimated by least squares; refit its iteration with others");
     }
     if !spec.filters.is_empty() {
-        faults.push(Field::Filters, StreamReason::NoFilters);
+        faults.push("filters", "a stream has no neighbours to filter by; refit its iteration with filters");
     }
     if !spec.exclude.is_empty() {
-        faults.push(Field::Exclude, StreamReason::NoExclusion);
+        faults.push("exclude", "a stream takes every node; leave nodes out by a refit of its iteration");
     }
     if let Some(criterion) = spec.regularization.criterion().filter(|criterion| criterion.is_nodewise()) {
-        faults.push(criterion_field(spec), RegularizationReason::NodesNotKept(criterion));
+        faults.push(criterion_path(spec), nodes_not_kept(criterion));
     } else if spec.folds.is_some() {
-        faults.push(Field::Folds, FoldsReason::Unused);
+        faults.push("folds", folds::UNUSED);
     }
     if spec.select.is_some() {
-        faults.push(Field::Select, SelectionReason::OfStream);
+        faults.push("select", "models are compared node by node, and a stream keeps sums only");
     }
     if !spec.constraints.is_empty() {
-        faults.push(Field::Constraints, StreamReason::NoConstraints);
+        faults.push("constraints", "a stream is estimated without constraints; refit its iteration with them");
     }
     if spec.node_uncertainty.is_some_and(|uncertainty| uncertainty.kind.is_some()) {
-        faults.push(Field::PositionKind, ErrorsReason::PositionsExact);
+        faults.push("node_uncertainty.position_kind", POSITIONS_EXACT);
     }
     if matches!(spec.prior, Some(Prior::Iterations(_))) {
-        faults.push(Field::PriorIterations, StreamReason::NoEarlierIterations);
+        faults.push(
+            "prior.iterations",
+            "a stream does not look at earlier iterations: give `mean` with `std_error` or `covariance`, or refit its \
+             iteration with this `prior` when the stream is finished",
+        );
     }
     if matches!(&spec.regularization, Regularization::Representative(asked) if asked.piece.is_none()) {
-        faults.push(Field::PieceIteration, StreamReason::NoOtherFit);
+        faults.push(
+            "regularization.iteration",
+            "a stream does not look at other fits: give `piece`, which the `spec` of a fit by it holds",
+        );
     }
-    asked_models(spec).for_each(|field| faults.push(field, ErrorsReason::Stream));
+    asked_models(spec).for_each(|path| {
+        faults.push(path, "a stream keeps no nodes, whose lines and residuals a model of the errors needs")
+    });
     check_domain(spec, &mut faults);
     faults.into_result(())?;
     if spec.model == Model::Linear { Ok(()) } else { check_model(spec) }
@@ -64,15 +74,17 @@ pub(super) fn begin(nodes: &Nodes, sample: &Sample, spec: &FitSpec) -> Result<(F
             (design::columns(sample, *columns, names.as_deref())?, ([0.0; 2], [0.0; 2]))
         }
         (Model::Linear, _) => {
-            return Err(Faults::one(Field::NodesType, StreamReason::LinearTakesMatrix));
+            return Err(Faults::one("nodes.type", "the model `linear` takes nodes of type `matrix`"));
         }
         (_, Form::Matrix { .. }) => {
-            return Err(Faults::one(Field::NodesType, ModelReason::MatrixTakesLinear));
+            return Err(Faults::one("nodes.type", MATRIX_TAKES_LINEAR));
         }
         (model, _) => {
             let surface = form == Form::Surface;
             if is_surface(spec).is_some_and(|told| told != surface) {
-                return Err(Faults::one(Field::NodesType, StreamReason::Model { surface: !surface }));
+                let told = if surface { "a curve" } else { "a surface" };
+                let message = format_args!("model and domain of the stream are those of {told}");
+                return Err(Faults::one("nodes.type", message));
             }
             let (u, v) = bounding_box(sample);
             let domain = spec.domain.unwrap_or_default();
@@ -80,10 +92,10 @@ pub(super) fn begin(nodes: &Nodes, sample: &Sample, spec: &FitSpec) -> Result<(F
                 domain.u.unwrap_or_else(|| roomy(u)),
                 if surface { domain.v.unwrap_or_else(|| roomy(v)) } else { [0.0; 2] },
             );
-            (met_at(product_on(surface, model, boxes, boxes), Field::NodesType)?, boxes)
+            (met_at(product_on(surface, model, boxes, boxes), "nodes.type")?, boxes)
         }
     };
-    let place = if matches!(form, Form::Matrix { .. }) { Field::List(NodeList::X) } else { Field::NodesType };
+    let place = if matches!(form, Form::Matrix { .. }) { "nodes.x" } else { "nodes.type" };
     met_at(check_fit(&design, spec), place)?;
     Ok((form, design, boxes))
 }
@@ -132,24 +144,25 @@ fn check_domain(spec: &FitSpec, faults: &mut Faults) {
     let domain = spec.domain.unwrap_or_default();
     if spec.model == Model::Linear {
         if spec.domain.is_some() {
-            faults.push(Field::Domain, ModelReason::MatrixHasNoDomain);
+            faults.push("domain", "a measurement matrix has no domain");
         }
         return;
     }
-    for (field, range) in [(Field::DomainU, domain.u), (Field::DomainV, domain.v)] {
+    for (path, range) in [("domain.u", domain.u), ("domain.v", domain.v)] {
         if let Some([low, high]) = range
             && !(low < high && (high - low).is_finite())
         {
-            faults.push(field, ModelReason::Range([low, high]));
+            faults.push(path, no_range([low, high]));
         }
     }
     if needs_domain(&spec.model) {
-        match (domain.u, domain.v, is_surface(spec)) {
-            (None, None, _) => faults.push(Field::Domain, StreamReason::DomainMissing),
-            (None, Some(_), _) => faults.push(Field::DomainU, StreamReason::DomainMissing),
-            (Some(_), None, Some(true)) => faults.push(Field::DomainV, StreamReason::DomainMissing),
-            _ => {}
-        }
+        let path = match (domain.u, domain.v, is_surface(spec)) {
+            (None, None, _) => "domain",
+            (None, Some(_), _) => "domain.u",
+            (Some(_), None, Some(true)) => "domain.v",
+            _ => return,
+        };
+        faults.push(path, "missing; a stream must know beforehand where a mapped basis or equal spans live");
     }
 }
 
@@ -173,10 +186,10 @@ fn check_model(spec: &FitSpec) -> Result<(), Faults> {
         (Err(curve), Err(surface)) if curve == surface => Err(curve),
         (Err(curve), Err(surface)) => {
             let mut both = Faults::default();
-            for (surface, faults) in [(false, curve), (true, surface)] {
-                for Fault { field, reason } in faults.list() {
-                    both.push(*field, Reason::For { surface, reason: Box::new(reason.clone()) });
-                }
+            for (of, faults) in [("a curve", curve), ("a surface", surface)] {
+                both.append(
+                    faults.map(|Fault { path, message }| Fault { path, message: format!("for {of}: {message}") }),
+                );
             }
             Err(both)
         }
@@ -186,12 +199,14 @@ fn check_model(spec: &FitSpec) -> Result<(), Faults> {
 
 /// Faults of the stream's own model, met when its first block tells what the nodes are: at the
 /// `place` that told it.
-pub(super) fn met_at<T>(result: Result<T, Faults>, place: Field) -> Result<T, Faults> {
-    result.map_err(|faults| {
-        let mut told = Faults::default();
-        for Fault { field, reason } in faults.list() {
-            told.push(place, Reason::Unsuited { field: *field, reason: Box::new(reason.clone()) });
+pub(super) fn met_at<T>(result: Result<T, Faults>, place: &str) -> Result<T, Faults> {
+    let told = |Fault { path, message }: Fault| {
+        // as the request was sent under
+        let pointer = path.replace(['.', '['], "/").replace(']', "");
+        Fault {
+            path: place.to_owned(),
+            message: format!("the stream's /{pointer} does not suit these nodes: {message}"),
         }
-        told
-    })
+    };
+    result.map_err(|faults| faults.map(told))
 }

@@ -1,7 +1,6 @@
 //! From what is kept to what a fit goes on with: design, heights, factor.
 
 use super::{caller_row::CallerRow, sums::Sums};
-use crate::fault::{Faults, Field, RangeReason};
 use crate::{
     data::{Form, Heights, Sample},
     design::{Basis, Design, of_columns},
@@ -11,7 +10,7 @@ use crate::{
     result::Arithmetic,
     spec::{Domain, FitSpec},
 };
-use flankfit_numerics::{Dd, Real, triangular};
+use flankfit_numerics::{Dd, Real, check::Faults, triangular};
 
 impl Sums {
     /// The design with what only the nodes could tell.
@@ -53,7 +52,7 @@ impl Sums {
     /// Whether every later fit can take the caller's columns; a block that spoils them is refused,
     /// since it could not be taken back.
     pub(super) fn columns_within_range(&self) -> Result<(), Faults> {
-        let beyond = || Faults::one(Field::Nodes, RangeReason::Powers);
+        let beyond = || Faults::one("nodes", "powers of these numbers leave the range of double precision");
         let change = self.design.change_of_basis();
         if !change.iter().all(|x| x.is_finite()) {
             return Err(beyond());
@@ -70,7 +69,7 @@ impl Sums {
         let qty = self.triangle.qty().to_vec();
         let change = design.change_of_basis();
         if !change.iter().all(|x| x.is_finite()) {
-            return Err(Faults::one(Field::Nodes, RangeReason::Powers).into());
+            return Err(Faults::one("nodes", "powers of these numbers leave the range of double precision").into());
         }
         // rounding of so many updates adds up like a random walk
         let rounded = (self.summary.count as f64).sqrt();

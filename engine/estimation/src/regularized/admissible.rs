@@ -5,12 +5,7 @@
 //! since none of its nodes could change it. What depends on the nodes (numerically zero
 //! directions, a constant among posted columns) stays with each kind.
 
-use super::{
-    penalty,
-    reason::{RankOf, RegularizationReason},
-    representative, shrink, truncated,
-};
-use crate::fault::{Faults, Field};
+use super::{penalty, representative, shrink, truncated};
 use crate::{
     constrained,
     design::Design,
@@ -18,6 +13,10 @@ use crate::{
     selection::{filters::checked_count, selector::no_minimiser},
     spec::{Count, Criterion, FitSpec, Parameter, Regularization, Scaling, ShrinkageFactor},
     spectrum::scaled_size,
+};
+use flankfit_numerics::{
+    check::Faults,
+    fault::words::{counted, entries},
 };
 
 /// Refuses a scaling and regularisation of `spec` that `design` rules out.
@@ -31,7 +30,7 @@ pub(crate) fn check_admissible(design: &Design, spec: &FitSpec) -> Result<(), Fa
         Regularization::Spectral { count: Count::Given(count), .. } => checked_count(*count, size).map(drop),
         Regularization::Ridge { parameter } => has_least(*parameter),
         Regularization::Tikhonov(asked) => penalty::check(asked, design, spec.scaling, size),
-        Regularization::TruncatedSvd { rank } => truncated::check_rank(*rank, size, RankOf::Directions),
+        Regularization::TruncatedSvd { rank } => truncated::check_rank(*rank, size, "directions"),
         Regularization::TruncatedSvdBy { criterion } => truncated::check_criterion(*criterion),
         Regularization::JamesStein(asked) => {
             if let Some(target) = &asked.target {
@@ -56,7 +55,14 @@ fn check_target(target: &[f64], design: &Design) -> Result<(), Faults> {
     if target.len() == n {
         return Ok(());
     }
-    Err(Faults::one(Field::Target, RegularizationReason::Target { given: target.len(), coefficients: n }))
+    Err(Faults::one(
+        "regularization.target",
+        format_args!(
+            "{}; the model has {}, in the order of the answer",
+            entries(target.len()),
+            counted(n, "coefficient", "coefficients")
+        ),
+    ))
 }
 
 /// What acts on all directions alike has no parameter of least condition.

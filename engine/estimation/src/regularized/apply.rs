@@ -6,18 +6,14 @@ use super::{
     context::{Applied, Context},
     prior, representative, shrink, spectral, tikhonov, truncated,
 };
-use crate::{
-    error::FitError,
-    fault::{Faults, Field, FoldsReason},
-    result::Warning,
-    spec::Regularization,
-};
+use crate::{data::folds, error::FitError, result::Warning, spec::Regularization};
+use flankfit_numerics::check::Faults;
 
 /// Applies what the spec asks for.
 pub(crate) fn apply(context: &Context, warnings: &mut Vec<Warning>) -> Result<Applied, FitError> {
     check_admissible(context.linear.design, context.spec)?;
     if context.spec.folds.is_some() && !context.spec.cross_validates() {
-        return Err(Faults::one(Field::Folds, FoldsReason::Unused).into());
+        return Err(Faults::one("folds", folds::UNUSED).into());
     }
     if let Some(known) = &context.spec.prior {
         return prior::apply(context, known, warnings);

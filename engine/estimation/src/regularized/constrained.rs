@@ -17,26 +17,29 @@ use super::{
     report::{regularized_spectrum, unregularized},
 };
 use crate::{
-    constrained::{ConstraintReason, constrained},
+    constrained::constrained,
     error::FitError,
     estimate::Estimate,
-    fault::{Faults, Field},
     result::{BiasReport, RegularizationReport, Regularized, Warning},
     selection::Rule,
 };
-use flankfit_numerics::{length, triangular};
+use flankfit_numerics::{check::Faults, length, triangular};
 
 /// Fits under the constraints of the spec.
 pub(super) fn apply(context: &Context, warnings: &mut Vec<Warning>) -> Result<Applied, FitError> {
     let Context { spec, linear, columns, spectrum, least_squares, .. } = *context;
-    let refused = |field: Field, reason: ConstraintReason| FitError::from(Faults::one(field, reason));
     if !spectrum.full_rank() {
-        return Err(refused(Field::Constraints, ConstraintReason::Undetermined));
+        let message = "the nodes do not determine every coefficient: take fewer terms";
+        return Err(Faults::one("constraints", message).into());
     }
-    let variance = context.variance.ok_or_else(|| refused(Field::NoiseSigma, ConstraintReason::NoNoise))?;
+    let variance = context.variance.ok_or_else(|| {
+        Faults::one(
+            "noise_sigma",
+            "as many coefficients as nodes leave no estimate of the noise, which `constraints` need: give `noise_sigma`",
+        )
+    })?;
     let factor = linear.factor;
-    let found = constrained(linear.design, &factor.r, &factor.qty, least_squares.rss, &spec.constraints)
-        .map_err(|reason| refused(Field::Constraints, reason))?;
+    let found = constrained(linear.design, &factor.r, &factor.qty, least_squares.rss, &spec.constraints)?;
     context.warn_of_missing(Regularized::Constrained, false, warnings);
     let active = found.report.constraints.iter().map(|one| one.active.len()).sum();
     if active > 0 {

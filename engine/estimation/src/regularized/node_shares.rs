@@ -3,15 +3,14 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::{context::Context, reason::RegularizationReason};
+use super::context::Context;
 use crate::{
     data::Partition,
-    fault::{Faults, Field, FoldsReason},
     problem::{Evidence, Rows},
     selection::{Blockwise, LeftOut, Nodewise},
     spec::{Criterion, FitSpec, Folds, Regularization},
 };
-use flankfit_numerics::cancel::Asking;
+use flankfit_numerics::{cancel::Asking, check::Faults};
 
 /// Nodes times directions at most: some 16 MB, and seconds of a search.
 const MOST_ENTRIES: usize = 2_000_000;
@@ -21,11 +20,16 @@ const MOST_CUBES: usize = 200_000_000;
 const MOST_PRODUCTS: usize = 1_000_000_000;
 
 /// Where the criterion of `spec` stands.
-pub(crate) fn criterion_field(spec: &FitSpec) -> Field {
+pub(crate) fn criterion_path(spec: &FitSpec) -> &'static str {
     match spec.regularization {
-        Regularization::Spectral { .. } => Field::LambdaCriterion,
-        _ => Field::Criterion,
+        Regularization::Spectral { .. } => "regularization.lambda_star.criterion",
+        _ => "regularization.parameter.criterion",
     }
+}
+
+/// A criterion that looks at every node, of a stream.
+pub(crate) fn nodes_not_kept(criterion: Criterion) -> String {
+    format!("`{}` looks at every node, and a stream keeps sums only: take another criterion", criterion.name())
 }
 
 /// Refuses a criterion that looks at every node where there are none, too many, or columns that
@@ -33,27 +37,34 @@ pub(crate) fn criterion_field(spec: &FitSpec) -> Field {
 pub(super) fn check(context: &Context) -> Result<(), Faults> {
     let asked = context.spec.regularization.criterion();
     let Some(criterion) = asked.filter(|criterion| criterion.is_nodewise()) else { return Ok(()) };
-    let refused = |reason| Err(Faults::one(criterion_field(context.spec), reason));
+    let refused = |message| Err(Faults::one(criterion_path(context.spec), message));
     let (nodes, n) = (context.count(), context.linear.design.size());
     if matches!(context.linear.evidence, Evidence::Summed(_)) {
-        return refused(RegularizationReason::NodesNotKept(criterion));
+        return refused(nodes_not_kept(criterion));
     }
     if !context.spectrum.full_rank() {
-        return refused(RegularizationReason::DependentColumns(criterion));
+        return refused(format!(
+            "{} leaves out one node after the other, which takes columns that do not depend on each other",
+            criterion.name()
+        ));
     }
     let most = match criterion {
         Criterion::BlockedCv => MOST_PRODUCTS / (n * n).max(1),
         _ => (MOST_ENTRIES / n.max(1)).min(MOST_PRODUCTS / (n * n).max(1)),
     };
     if nodes > most {
-        return refused(RegularizationReason::ManyNodes { criterion, nodes, most });
+        return refused(format!(
+            "{} looks at every node: {nodes} are more than the {most} that it may be asked for with so many \
+             coefficients; gcv is close to it there",
+            criterion.name()
+        ));
     }
     if criterion == Criterion::BlockedCv {
         let folds = partition(context)?.map_or(0, |partition| partition.count);
         let most = MOST_CUBES / (n * n * n).max(1);
         if folds > most {
-            let reason = FoldsReason::TooMany { folds, coefficients: n, most };
-            return Err(Faults::one(Field::FoldsCount, reason));
+            let message = format_args!("{folds} blocks are too much work for {n} coefficients: at most {most}");
+            return Err(Faults::one("folds.count", message));
         }
     }
     Ok(())

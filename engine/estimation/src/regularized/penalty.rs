@@ -7,7 +7,6 @@
 //! order 0. Integrals run over the domain of the fit; those of B-splines over the span of their
 //! knots, all of which the functions live on.
 
-use crate::fault::{Faults, Field, RangeReason, RegularizationReason};
 use nalgebra::{DMatrix, DVector};
 
 use super::{context::Context, rational_penalty};
@@ -16,7 +15,13 @@ use crate::{
     spec::{HIGHEST_ORDER, Scaling, Tikhonov},
 };
 use flankfit_geometry::{WeightNet, polynomial};
-use flankfit_numerics::{Dd, Real, qr, quadrature::gauss_legendre};
+use flankfit_numerics::{
+    Dd, Real,
+    check::Faults,
+    fault::words::{Shown, counted},
+    qr,
+    quadrature::gauss_legendre,
+};
 
 /// Entries of L are squared.
 const RANGE: std::ops::Range<f64> = 1e-140..1e140;
@@ -25,18 +30,24 @@ const RANGE: std::ops::Range<f64> = 1e-140..1e140;
 pub(super) fn check(asked: &Tikhonov, design: &Design, scaling: Scaling, size: usize) -> Result<(), Faults> {
     let order = asked.order;
     if order > HIGHEST_ORDER {
-        return Err(Faults::one(Field::Order, RegularizationReason::Order { order, highest: HIGHEST_ORDER }));
+        return Err(Faults::one("regularization.order", format_args!("{order} is not one of 0 to {HIGHEST_ORDER}")));
     }
     let weights = weights(asked, design);
     check_weights(&weights, is_surface(design))?;
     match &design.basis {
-        Basis::Columns { .. } if order >= size => {
-            Err(Faults::one(Field::Order, RegularizationReason::Differences { order, size }))
-        }
+        Basis::Columns { .. } if order >= size => Err(Faults::one(
+            "regularization.order",
+            format_args!(
+                "differences of order {order} need at least {} coefficients; there {}",
+                order + 1,
+                if size == 1 { "is 1".to_owned() } else { format!("are {size}") }
+            ),
+        )),
         Basis::Columns { .. } => Ok(()),
-        Basis::Product { .. } if order == 0 && scaling == Scaling::Standardized => {
-            Err(Faults::one(Field::Order, RegularizationReason::PenalisedConstant))
-        }
+        Basis::Product { .. } if order == 0 && scaling == Scaling::Standardized => Err(Faults::one(
+            "regularization.order",
+            "order 0 penalises the constant, which `standardized` leaves unpenalised: take another scaling or order",
+        )),
         Basis::Product { u, v } => {
             let varies = design.rational.as_ref().map_or([false; 2], WeightNet::varies);
             let rough = |(axis, rational): (&Axis, bool)| match degree(axis) {
@@ -47,7 +58,12 @@ pub(super) fn check(asked: &Tikhonov, design: &Design, scaling: Scaling, size: u
             if [u, v].into_iter().zip(varies).zip(&weights).any(|(axis, weight)| *weight > 0.0 && rough(axis)) {
                 return Ok(());
             }
-            Err(Faults::one(Field::Order, RegularizationReason::VanishingDerivatives(order)))
+            Err(Faults::one(
+                "regularization.order",
+                format_args!(
+                    "derivatives of order {order} vanish for every function of this model: nothing would be penalised"
+                ),
+            ))
         }
     }
 }
@@ -125,7 +141,10 @@ pub(super) fn factor(context: &Context, asked: &Tikhonov) -> Result<Penalty, Fau
         }
     };
     if !RANGE.contains(&penalty.largest()) {
-        return Err(Faults::one(Field::PenaltyWeights, RangeReason::Penalty));
+        return Err(Faults::one(
+            "regularization.weights",
+            "the square of this penalty leaves the range of double precision: choose other weights or another unit",
+        ));
     }
     Ok(penalty)
 }
@@ -143,16 +162,23 @@ fn weights(asked: &Tikhonov, design: &Design) -> Vec<f64> {
 fn check_weights(weights: &[f64], surface: bool) -> Result<(), Faults> {
     if weights.len() != if surface { 2 } else { 1 } {
         return Err(Faults::one(
-            Field::PenaltyWeights,
-            RegularizationReason::PenaltyWeightCount { given: weights.len(), surface },
+            "regularization.weights",
+            format_args!(
+                "{}; {}",
+                counted(weights.len(), "weight", "weights"),
+                if surface { "a surface takes two, [w_u, w_v]" } else { "a curve or a linear model takes one" }
+            ),
         ));
     }
     let mut faults = Faults::default();
     for (i, weight) in weights.iter().enumerate().filter(|(_, w)| **w < 0.0 || !w.is_finite()) {
-        faults.push(Field::PenaltyWeight(i), RegularizationReason::PenaltyWeight(*weight));
+        faults.push(
+            format_args!("regularization.weights[{i}]"),
+            format_args!("{} is negative or not finite", Shown(*weight)),
+        );
     }
     if weights.iter().all(|w| *w == 0.0) {
-        faults.push(Field::PenaltyWeights, RegularizationReason::NoPenaltyWeight);
+        faults.push("regularization.weights", "at least one weight must be greater than 0");
     }
     faults.into_result(())
 }

@@ -20,7 +20,6 @@ use crate::{
     error::{FitError, Unconverged},
     estimate::Estimate,
     factor::multiply_upper_vector,
-    fault::{Faults, Field, PriorReason},
     prior::{Current, Mixture, Outcome, beyond_double, weigh},
     result::{
         BiasReport, NormLimitSource, PriorReport, RegularizationReport, Regularized, RegularizedSpectrum,
@@ -30,13 +29,15 @@ use crate::{
     spec::{Moves, Prior},
     spectrum::caller_columns,
 };
-use flankfit_numerics::{Dd, jacobi, svd_dd, triangular};
+use flankfit_numerics::{Dd, check::Faults, jacobi, svd_dd, triangular};
 
 /// Weighs the prior against the nodes.
 pub(super) fn apply(context: &Context, prior: &Prior, warnings: &mut Vec<Warning>) -> Result<Applied, FitError> {
     let Context { spec, linear, least_squares, .. } = *context;
     if !context.spectrum.full_rank() {
-        return Err(Faults::one(Field::Prior, PriorReason::Undetermined).into());
+        return Err(
+            Faults::one("prior", "the nodes themselves do not determine every coefficient: take fewer terms").into()
+        );
     }
     let given = matches!(prior, Prior::Given { .. });
     if given && spec.noise_sigma.is_none() && context.degrees_of_freedom > 0 && least_squares.rss == 0.0 {

@@ -2,6 +2,19 @@
 
 use super::context::Context;
 use crate::result::{Choice, RegularizationKind, RegularizationReport, RegularizedSpectrum};
+use flankfit_numerics::check::Faults;
+
+/// Numbers of B that an answer may hold.
+const MOST_OF_B: usize = 1_000_000;
+
+/// Refuses a matrix B of more entries than are answered.
+pub(super) fn check_b(rows: usize, columns: usize) -> Result<(), Faults> {
+    if rows * columns <= MOST_OF_B {
+        return Ok(());
+    }
+    let message = format_args!("B has {rows} × {columns} entries here; at most {MOST_OF_B} are answered");
+    Err(Faults::one("include", message))
+}
 
 /// A report of `kind` in which nothing stands yet.
 pub(super) fn report(kind: RegularizationKind) -> RegularizationReport {

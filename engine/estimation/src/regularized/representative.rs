@@ -11,9 +11,8 @@ use nalgebra::DMatrix;
 use super::{
     context::{Applied, Context},
     linear_map::{Form, LinearMap},
-    reason::RegularizationReason,
     removal::Removal,
-    report::{regularized_spectrum, report, unregularized},
+    report::{check_b, regularized_spectrum, report, unregularized},
 };
 use crate::{
     design::Design,
@@ -21,69 +20,92 @@ use crate::{
     error::{FitError, Unconverged},
     estimate::Estimate,
     factor::multiply_upper_vector,
-    fault::{Faults, Field},
     problem::{Evidence, matrix_b},
     result::{RegularizationKind, RegularizationReport, Regularized, RepresentativeReport, Warning},
     selection::Rule,
     spec::{Domain, FitSpec, Knots, Model, Piece, PolynomialBasis, Representative, Scaling},
     spectrum::caller_columns,
 };
-use flankfit_numerics::{Dd, jacobi, length, triangular};
+use flankfit_numerics::{
+    Dd,
+    check::Faults,
+    fault::words::{Shown, entries},
+    jacobi, length, triangular,
+};
 
-/// Numbers of B that an answer may hold.
-const MOST_OF_B: usize = 1_000_000;
 /// How far posted directions may be from orthonormal.
 const ORTHONORMAL: f64 = 1e-8;
 /// Directions that lie closer are alike: nine tenths of the variance along the worst go.
 const ALIKE: f64 = 0.95;
 
+/// A piece of an iteration where there is no job.
+fn no_job() -> Faults {
+    let message = "iterations are those of a job, and this request has none: give `piece`";
+    Faults::one("regularization.iteration", message)
+}
+
+/// A number that has to be above 0.
+fn not_above_0(value: f64) -> String {
+    format!("{} is not greater than 0", Shown(value))
+}
+
 /// Refuses a piece that is not of the model, or none.
 pub(super) fn check(asked: &Representative, design: &Design, spec: &FitSpec) -> Result<(), Faults> {
     let Some(piece) = &asked.piece else {
-        return Err(Faults::one(Field::PieceIteration, RegularizationReason::NoJob));
+        return Err(no_job());
     };
     let mut faults = Faults::default();
     if spec.scaling == Scaling::Standardized {
-        faults.push(Field::Scaling, RegularizationReason::PieceOfStandardized);
+        faults.push(
+            "scaling",
+            "a representative piece is of columns that are not standardised, which its matrix B is added to",
+        );
     }
     if piece.model != spec.model {
         // its domain, scales and directions are that model's too
-        faults.push(Field::PieceModel, RegularizationReason::OtherModel);
+        faults.push("regularization.piece.model", "the piece is of another model: its directions mean nothing here");
         return Err(faults);
     }
     if is_mapped(&spec.model) && !same(piece.domain, design.domain) {
-        faults.push(Field::PieceDomain, RegularizationReason::OtherDomain);
+        faults.push(
+            "regularization.piece.domain",
+            "the piece has another domain, on which the functions are others: give that of the piece",
+        );
     }
     let n = design.size();
-    let mut count = |field: Field, given: usize, wanted: usize| {
+    let mut count = |path: &str, given: usize, wanted: usize| {
         if given != wanted {
-            faults.push(field, RegularizationReason::PieceCount { given, wanted });
+            faults.push(path, format_args!("{}; there are {wanted}", entries(given)));
         }
         given == wanted
     };
-    let mut whole = count(Field::PieceScale, piece.scale.len(), n);
-    whole &= count(Field::PieceDirections, piece.directions.len(), piece.eigenvalues.len());
+    let mut whole = count("regularization.piece.scale", piece.scale.len(), n);
+    whole &= count("regularization.piece.directions", piece.directions.len(), piece.eigenvalues.len());
     for (i, direction) in piece.directions.iter().enumerate() {
-        whole &= count(Field::PieceDirection(i), direction.len(), n);
+        whole &= count(&format!("regularization.piece.directions[{i}]"), direction.len(), n);
     }
     if piece.eigenvalues.is_empty() || piece.eigenvalues.len() > n {
-        faults.push(Field::PieceEigenvalues, RegularizationReason::PieceEigenvalues { coefficients: n });
+        faults
+            .push("regularization.piece.eigenvalues", format_args!("from 1 to {n} eigenvalues, as many as are raised"));
     }
     for (i, lambda) in piece.eigenvalues.iter().enumerate().filter(|(_, l)| !(**l > 0.0 && l.is_finite())) {
-        faults.push(Field::PieceEigenvalue(i), RegularizationReason::NotPositive(*lambda));
+        faults.push(format_args!("regularization.piece.eigenvalues[{i}]"), not_above_0(*lambda));
     }
     for (j, scale) in piece.scale.iter().enumerate().filter(|(_, s)| !(**s > 0.0 && s.is_finite())) {
-        faults.push(Field::PieceScaleOf(j), RegularizationReason::NotPositive(*scale));
+        faults.push(format_args!("regularization.piece.scale[{j}]"), not_above_0(*scale));
     }
     if !(piece.lambda_star > 0.0 && piece.lambda_star.is_finite()) {
-        faults.push(Field::PieceLambdaStar, RegularizationReason::NotPositive(piece.lambda_star));
+        faults.push("regularization.piece.lambda_star", not_above_0(piece.lambda_star));
     }
     if whole {
         for (i, a) in piece.directions.iter().enumerate() {
             let product = |b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
             let off = |j: usize| (product(&piece.directions[j]) - f64::from(u8::from(i == j))).abs();
             if !(0..=i).all(|j| off(j) <= ORTHONORMAL) {
-                faults.push(Field::PieceDirection(i), RegularizationReason::NotOrthonormal);
+                faults.push(
+                    format_args!("regularization.piece.directions[{i}]"),
+                    "directions are of length 1 and at right angles to each other; this one is not",
+                );
             }
         }
     }
@@ -109,14 +131,18 @@ fn same(a: Option<Domain>, b: Option<Domain>) -> bool {
 fn beyond_double(piece: &Piece) -> FitError {
     let far = |x: f64| !(1e-150..=1e150).contains(&x);
     let place = |list: &[f64]| list.iter().position(|&x| far(x));
-    let field = if far(piece.lambda_star) {
-        Some(Field::PieceLambdaStar)
+    let path = if far(piece.lambda_star) {
+        Some("lambda_star".to_owned())
     } else {
-        let scale = place(&piece.scale).map(Field::PieceScaleOf);
-        scale.or_else(|| place(&piece.eigenvalues).map(Field::PieceEigenvalue))
+        let scale = place(&piece.scale).map(|j| format!("scale[{j}]"));
+        scale.or_else(|| place(&piece.eigenvalues).map(|i| format!("eigenvalues[{i}]")))
     };
-    match field {
-        Some(field) => Faults::one(field, RegularizationReason::PieceBeyondDouble).into(),
+    match path {
+        Some(path) => Faults::one(
+            format_args!("regularization.piece.{path}"),
+            "what follows from it leaves the range of double precision: send what a fit has answered",
+        )
+        .into(),
         None => FitError::NotConverged(Unconverged::SingularValues),
     }
 }
@@ -129,10 +155,14 @@ pub(super) fn apply(
 ) -> Result<Applied, FitError> {
     let Context { spec, linear, columns, spectrum, least_squares, .. } = *context;
     let Some(piece) = &asked.piece else {
-        return Err(Faults::one(Field::PieceIteration, RegularizationReason::NoJob).into());
+        return Err(no_job().into());
     };
     if !spectrum.full_rank() {
-        return Err(Faults::one(Field::Regularization, RegularizationReason::PieceUndetermined).into());
+        return Err(Faults::one(
+            "regularization",
+            "the nodes do not determine every coefficient, and no piece changes that: take fewer terms",
+        )
+        .into());
     }
     let n = linear.design.size();
     let filter = Filter::new(context, piece);
@@ -314,10 +344,7 @@ impl<'a> Filter<'a> {
             return Ok(None);
         };
         let (rows, columns) = (sample.count(), linear.design.size());
-        if rows * columns > MOST_OF_B {
-            let reason = RegularizationReason::MatrixB { rows, columns, most: MOST_OF_B };
-            return Err(Faults::one(Field::Include, reason).into());
-        }
+        check_b(rows, columns)?;
         let images = self.images.map(|x| x.to_f64());
         let directions = &self.piece.directions;
         let v = DMatrix::from_fn(columns, directions.len(), |j, i| directions[i][j]);

@@ -8,11 +8,9 @@
 
 use super::{
     context::{Applied, Context},
-    reason::RegularizationReason,
     report::report,
     target::AttractionTarget,
 };
-use crate::fault::{Faults, Field};
 use crate::{
     error::FitError,
     result::{Choice, LambdaCurvePoint, NeedsSigma, RegularizationKind, RegularizationReport, Regularized, Warning},
@@ -22,13 +20,17 @@ use crate::{
     },
     spec::{Attraction, Criterion, JamesStein, ShrinkageFactor},
 };
+use flankfit_numerics::check::Faults;
 
 /// Refuses to shrink fewer directions than pay for their factor.
 pub(super) fn check_directions(p: usize) -> Result<(), Faults> {
     if p >= 3 {
         return Ok(());
     }
-    Err(Faults::one(Field::RegularizationType, RegularizationReason::FewDirections(p)))
+    Err(Faults::one(
+        "regularization.type",
+        format_args!("James–Stein needs three directions to shrink; there are {p} here (the grand mean takes one)"),
+    ))
 }
 
 /// Shrinks by the factor that the data give.

@@ -1,7 +1,6 @@
 //! None, the matrix B (Eqs. 27–48) and ridge: filters on the eigenvectors of the Fisher information
 //! matrix.
 
-use crate::fault::{Faults, Field, RegularizationReason};
 use nalgebra::DMatrix;
 
 use super::{
@@ -10,7 +9,7 @@ use super::{
     corrected,
     linear_map::LinearMap,
     node_shares,
-    report::{regularized_spectrum, report},
+    report::{check_b, regularized_spectrum, report},
     trace,
 };
 use crate::{
@@ -27,9 +26,6 @@ use crate::{
     spec::{Piece, Scheme},
     spectrum::Directions,
 };
-
-/// Numbers of B that an answer may hold.
-const MOST_OF_B: usize = 1_000_000;
 
 /// Rows of B, and B as a product.
 type FormedB = (Vec<Vec<f64>>, MatrixBFactors);
@@ -197,13 +193,7 @@ impl AppliedFilter<'_> {
             return Ok(None);
         };
         let (m, n) = (sample.count(), linear.design.size());
-        if m * n > MOST_OF_B {
-            return Err(Faults::one(
-                Field::Include,
-                RegularizationReason::MatrixB { rows: m, columns: n, most: MOST_OF_B },
-            )
-            .into());
-        }
+        check_b(m, n)?;
         let Directions { image, v, lambda, .. } = &self.context.spectrum.directions;
         let c: Vec<f64> = (0..lambda.len()).map(|i| self.c(i)).collect();
         let scale: Vec<f64> = columns.scale.iter().map(|s| s.to_f64()).collect();

@@ -5,7 +5,6 @@
 //! X̃ᵀΩ1/Σw`), the estimate is `(cI + (1−c)Π) Â`, and its variance is that of the mean plus c²
 //! times the rest, for the two are independent.
 
-use crate::fault::{Faults, Field, RegularizationReason};
 use nalgebra::DMatrix;
 
 use super::{
@@ -22,7 +21,7 @@ use crate::{
     result::{Choice, RegularizationKind, RegularizationReport, Warning},
     selection::Filtered,
 };
-use flankfit_numerics::{Dd, Real};
+use flankfit_numerics::{Dd, Real, check::Faults};
 
 /// The target, in every coordinate that is needed.
 pub(super) struct AttractionTarget<'a> {
@@ -65,7 +64,11 @@ impl<'a> AttractionTarget<'a> {
             return Ok(Self::at(context, None, warnings));
         }
         let Some(constant) = Constant::new(context) else {
-            return Err(Faults::one(Field::Variant, RegularizationReason::NoGrandMean).into());
+            return Err(Faults::one(
+                "regularization.variant",
+                "`efron_morris` shrinks to the grand mean, which these columns cannot make: give a target",
+            )
+            .into());
         };
         // 1ᵀΩz = (X̃κ̃)ᵀΩz, of which Qᵀ√Ωz knows all
         let factor = context.linear.factor;

@@ -14,7 +14,6 @@
 //! * there is no B, hence no scheme, count, γ, e, Ineqs. 48 and 51, and no perturbation bound of `X
 //!   + B`.
 
-use crate::fault::{Faults, Field, RangeReason, RegularizationReason};
 use nalgebra::DMatrix;
 
 use super::{
@@ -39,7 +38,7 @@ use crate::{
     selection::{Filtered, selector::Selection},
     spec::Tikhonov,
 };
-use flankfit_numerics::{Dd, Real, triangular};
+use flankfit_numerics::{Dd, Real, check::Faults, triangular};
 
 const NOT_CONVERGED: FitError = FitError::NotConverged(Unconverged::PenaltyPair);
 
@@ -60,14 +59,18 @@ pub(super) fn apply(context: &Context, asked: &Tikhonov, warnings: &mut Vec<Warn
     let rank = spectrum.rank + context.unpenalised();
     let mut pair = Pair::new(&factor.r, &penalty.stacked(&linear.design.terms), rank).map_err(|fault| match fault {
         PairFault::NotConverged => NOT_CONVERGED,
-        PairFault::Undetermined => Faults::one(Field::Order, RegularizationReason::Undetermined).into(),
+        PairFault::Undetermined => Faults::one(
+            "regularization.order",
+            "nodes and penalty together leave a combination of coefficients free: take a lower order or more nodes",
+        )
+        .into(),
     })?;
     if let Some(constant) = &columns.constant {
         let mut working = vec![Dd::ZERO; n];
         working[constant.index] = Dd::ONE;
         multiply_upper_vector(&factor.change, &mut working);
         if !pair.turn_last_to(&working) {
-            return Err(Faults::one(Field::Scaling, RegularizationReason::PenalisedMean).into());
+            return Err(Faults::one("scaling", "`standardized` needs a constant that the penalty leaves free").into());
         }
     }
     // coefficients along the directions; of those that the nodes do not see, what the minimum norm
@@ -89,7 +92,11 @@ pub(super) fn apply(context: &Context, asked: &Tikhonov, warnings: &mut Vec<Warn
     let residuals = linear.of_working(&working, context.spec.include.residuals);
     let eigenvalues = match chosen {
         Some(lambda) if !oblique.within_range(lambda) => {
-            return Err(Faults::one(Field::Parameter, RangeReason::WeightedPenalty).into());
+            return Err(Faults::one(
+                "regularization.parameter",
+                "λ times this penalty leaves the range of double precision",
+            )
+            .into());
         }
         Some(lambda) => oblique.eigenvalues(lambda).ok_or(NOT_CONVERGED)?,
         None => spectrum.lambda.clone(),

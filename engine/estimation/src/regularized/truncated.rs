@@ -9,10 +9,8 @@ use super::{
     bias, chosen_rank,
     context::{Applied, Context},
     linear_map::LinearMap,
-    reason::{RankOf, RegularizationReason},
     report::{condition, report},
 };
-use crate::fault::{Faults, Field};
 use crate::{
     error::FitError,
     estimate::{Estimate, residuals},
@@ -23,13 +21,21 @@ use crate::{
     },
     spec::Criterion,
 };
+use flankfit_numerics::check::Faults;
 
 /// Refuses to keep none, or more than `there` are.
-pub(super) fn check_rank(rank: usize, there: usize, of: RankOf) -> Result<(), Faults> {
+pub(super) fn check_rank(rank: usize, there: usize, of: &str) -> Result<(), Faults> {
     if (1..=there).contains(&rank) {
         return Ok(());
     }
-    Err(Faults::one(Field::Rank, RegularizationReason::Rank { rank, there, of }))
+    let path = "regularization.rank";
+    Err(match there {
+        0 => Faults::one(path, "every column is 0 at these nodes: there is no direction that could be kept"),
+        _ => {
+            let message = format_args!("{rank} of {there} {of} in the scaled columns: at least 1, at most all");
+            Faults::one(path, message)
+        }
+    })
 }
 
 /// Refuses a criterion that chooses no rank.
@@ -37,7 +43,10 @@ pub(super) fn check_criterion(criterion: Criterion) -> Result<(), Faults> {
     if Criterion::OF_RANK.contains(&criterion) {
         return Ok(());
     }
-    Err(Faults::one(Field::Criterion, RegularizationReason::NotOfRank(criterion)))
+    Err(Faults::one(
+        "regularization.parameter.criterion",
+        format_args!("{} does not choose a rank: gcv, reml and discrepancy do", criterion.name()),
+    ))
 }
 
 /// Keeps as many as `criterion` chooses; all of them where it has no answer.
@@ -65,7 +74,7 @@ pub(super) fn apply_by(
 pub(super) fn apply(context: &Context, rank: usize, warnings: &mut Vec<Warning>) -> Result<Applied, FitError> {
     let Context { spec, spectrum, columns, least_squares, linear, .. } = *context;
     let n = spectrum.lambda.len();
-    check_rank(rank, spectrum.rank, RankOf::SingularValues)?;
+    check_rank(rank, spectrum.rank, "singular values above rounding")?;
     let dropped = n - rank;
     let filtered: Vec<Filtered> = (0..n)
         .map(|i| match i < dropped {

@@ -21,14 +21,11 @@ use super::{
     outcome::{Measured, Outcome, Solved, Weighting},
     rows::{Rows, weighted_solution},
 };
-use crate::{
-    error::FitError,
-    factor::Factor,
-    fault::{Faults, Field, RobustReason},
-    result::LocalSolution,
-    spec::LEstimator,
+use crate::{error::FitError, factor::Factor, result::LocalSolution, spec::LEstimator};
+use flankfit_numerics::{
+    cancel::{self, Asking},
+    check::Faults,
 };
-use flankfit_numerics::cancel::{self, Asking};
 
 pub(super) fn estimate(asked: &LEstimator, measured: &Measured) -> Result<Outcome, FitError> {
     let rows = Rows::new(measured)?;
@@ -128,7 +125,14 @@ fn trimmed(share: f64, rows: &Rows, measured: &Measured) -> Result<Outcome, FitE
         .map(|(l, h)| f64::from(u8::from(*l >= -edge && *h <= edge)))
         .collect();
     let kept = omega.iter().filter(|w| **w > 0.0).count();
-    let too_few = || Faults::one(Field::Share, RobustReason::Trimmed { nodes: kept, coefficients: n });
+    let too_few = || {
+        Faults::one(
+            "estimator.share",
+            format_args!(
+                "the {kept} nodes of the least trimmed sum do not determine {n} coefficients: raise the coverage"
+            ),
+        )
+    };
     let factor = Factor::new(linear.design, &sample.reweighted(&measured.posted_weights(&omega)))?;
     let step = weighted_solution(n, &rows.q, &omega, &rows.b).filter(|_| factor.working.is_some());
     let Some(step) = step else { return Err(too_few().into()) };

@@ -23,14 +23,16 @@ use super::{
     random::SplitMix,
     rows::{Rows, dot, weighted_solution},
 };
-use crate::fault::{Faults, Field, RobustReason};
 use crate::{
     error::FitError,
     factor::Factor,
     result::{LocalSolution, Warning},
     spec::DEFAULT_COVERAGE,
 };
-use flankfit_numerics::cancel::{self, Asking};
+use flankfit_numerics::{
+    cancel::{self, Asking},
+    check::Faults,
+};
 
 /// Subsets up to which all of them are tried.
 const ALL: usize = 20_000;
@@ -62,7 +64,14 @@ pub(super) fn estimate(coverage: f64, seed: u64, measured: &Measured) -> Result<
     let rows = rows_of(measured)?;
     let (m, n) = (rows.count(), rows.n);
     if m <= n {
-        return Err(Faults::one(Field::EstimatorType, RobustReason::NothingToTrim { nodes: m, coefficients: n }).into());
+        return Err(Faults::one(
+            "estimator.type",
+            format_args!(
+                "least trimmed squares needs more nodes than coefficients to leave any out: there are {m} for {n} \
+                 coefficients"
+            ),
+        )
+        .into());
     }
     let h = subset_size(coverage, m, n);
     let found = search(&rows, h, seed);
@@ -70,7 +79,13 @@ pub(super) fn estimate(coverage: f64, seed: u64, measured: &Measured) -> Result<
     let weights = measured.posted_weights(&omega);
     let factor = Factor::new(design, &sample.reweighted(&weights))?;
     if factor.working.is_none() {
-        return Err(Faults::one(Field::Coverage, RobustReason::Trimmed { nodes: h, coefficients: n }).into());
+        return Err(Faults::one(
+            "estimator.coverage",
+            format_args!(
+                "the {h} nodes of the least trimmed sum do not determine {n} coefficients: raise the coverage"
+            ),
+        )
+        .into());
     }
     let alpha = h as f64 / m as f64;
     let q = normal::quantile(0.5 * (1.0 + alpha));
@@ -111,7 +126,14 @@ pub(super) fn start_weights(measured: &Measured) -> Result<Vec<f64>, FitError> {
 fn rows_of(measured: &Measured) -> Result<Rows, FitError> {
     let (nodes, coefficients) = (measured.sample.count(), measured.linear.design.size());
     if nodes.saturating_mul(coefficients.pow(2)) > MOST_WORK {
-        return Err(Faults::one(Field::EstimatorType, RobustReason::TooMuchWork { nodes, coefficients }).into());
+        return Err(Faults::one(
+            "estimator.type",
+            format_args!(
+                "least trimmed squares of {nodes} nodes and {coefficients} coefficients is too much work: use an \
+                 m_estimator, or fewer nodes"
+            ),
+        )
+        .into());
     }
     Rows::new(measured)
 }

@@ -25,14 +25,16 @@ use super::{
     outcome::{Measured, Outcome, Solved, Weighting},
     scale::scale,
 };
-use crate::fault::{Faults, Field, RobustReason};
 use crate::{
     error::FitError,
     factor::{Factor, Precision, Wanted, residual_pass},
     result::{LocalSolution, Warning},
     spec::{Contamination, Loss, MEstimator, ScaleRule, Start},
 };
-use flankfit_numerics::cancel::{self, Asking};
+use flankfit_numerics::{
+    cancel::{self, Asking},
+    check::Faults,
+};
 
 pub(super) fn estimate(asked: &MEstimator, measured: &Measured) -> Result<Outcome, FitError> {
     let Measured { linear, sample, heights } = *measured;
@@ -90,7 +92,7 @@ pub(super) fn estimate(asked: &MEstimator, measured: &Measured) -> Result<Outcom
         stand = Some((factor, omega));
     }
     let Some((factor, omega)) = stand else {
-        return Err(Faults::one(Field::MaxIterations, RobustReason::NoIteration).into());
+        return Err(Faults::one("estimator.max_iterations", "at least one iteration is needed").into());
     };
     let mut warnings = Vec::new();
     if !converged {
@@ -151,9 +153,17 @@ fn dispersion(loss: Loss, residuals: &[f64], s: f64, n: usize) -> Option<f64> {
 fn too_few(asked: &MEstimator, omega: &[f64], n: usize) -> FitError {
     let left = omega.iter().filter(|w| **w > 0.0).count();
     let field = match (matches!(asked.scale, ScaleRule::Fixed(_)), asked.loss.is_usual()) {
-        (false, false) => Field::Tuning,
-        (true, true) => Field::ScaleValue,
-        _ => Field::Estimator,
+        (false, false) => "estimator.tuning",
+        (true, true) => "estimator.scale.value",
+        _ => "estimator",
     };
-    Faults::one(field, RobustReason::FewWeights { left, nodes: omega.len(), coefficients: n }).into()
+    Faults::one(
+        field,
+        format_args!(
+            "{left} of {} nodes keep a weight, which do not determine {n} coefficients: choose a larger scale or \
+             tuning constant, or the start least_trimmed_squares",
+            omega.len()
+        ),
+    )
+    .into()
 }

@@ -33,7 +33,6 @@ mod outcome;
 mod quantile;
 mod random;
 mod rank;
-pub(super) mod reason;
 mod rows;
 mod scale;
 mod spacing;

@@ -6,12 +6,11 @@
 //! least squares plus `R⁻¹x`.
 
 use super::outcome::Measured;
-use crate::fault::{Faults, Field, RobustReason};
 use crate::{
     error::FitError,
     factor::{Precision, Wanted, orthonormal_rows, residual_pass},
 };
-use flankfit_numerics::{cancel::Asking, triangular};
+use flankfit_numerics::{cancel::Asking, check::Faults, triangular};
 
 /// Numbers that rows may hold: 160 MB.
 const MOST: usize = 20_000_000;
@@ -31,8 +30,11 @@ impl Rows {
         let (m, n) = (sample.count(), design.size());
         if m * n > MOST {
             return Err(Faults::one(
-                Field::EstimatorType,
-                RobustReason::TooLarge { nodes: m, coefficients: n, most: MOST },
+                "estimator.type",
+                format_args!(
+                    "this estimator holds {m} nodes × {n} coefficients at once; at most {MOST} numbers are taken: use \
+                     an m_estimator, or fewer nodes"
+                ),
             )
             .into());
         }

@@ -1,13 +1,12 @@
 //! The models that are looked at.
 
-use super::{backward, path, problem::Problem, reason::SelectionReason, terms::Hierarchy};
+use super::{backward, path, problem::Problem, terms::Hierarchy};
 use crate::{
     design::Design,
-    fault::{Faults, Field},
     result::Candidate,
     spec::{Candidates, Degree, Select, TermSearch},
 };
-use flankfit_numerics::cancel::Asking;
+use flankfit_numerics::{cancel::Asking, check::Faults};
 
 /// Models at most.
 const MOST_CANDIDATES: usize = 400;
@@ -24,17 +23,21 @@ pub(super) enum Of {
 
 /// Every degree up to `largest`, ascending; `total` for products of a total degree.
 pub(super) fn degrees(largest: Degree, surface: bool, total: bool) -> Result<Vec<Degree>, Faults> {
-    let refused = |reason| Err(Faults::one(Field::SelectDegrees, reason));
+    let refused = |message: &str| Err(Faults::one("select.degrees", message));
     let (p, q) = match (largest, surface) {
         (Degree::Both(p), _) => (p, p),
-        (Degree::Each(..), false) => return refused(SelectionReason::OneDegree),
-        (Degree::Each(p, q), true) if total && p != q => return refused(SelectionReason::OneTotalDegree),
+        (Degree::Each(..), false) => return refused("a curve takes one degree, not one for each axis"),
+        (Degree::Each(p, q), true) if total && p != q => {
+            return refused("products up to a total degree take one degree for both axes");
+        }
         (Degree::Each(p, q), true) => (p, q),
     };
     let one = !surface || total;
     let candidates = if one { p.saturating_add(1) } else { p.saturating_add(1).saturating_mul(q.saturating_add(1)) };
     if candidates > MOST_CANDIDATES {
-        return refused(SelectionReason::ManyCandidates { candidates, most: MOST_CANDIDATES });
+        return refused(&format!(
+            "these degrees make {candidates} models, more than the {MOST_CANDIDATES} that are looked at"
+        ));
     }
     Ok(match one {
         true => (0..=p).map(Degree::Both).collect(),
@@ -47,10 +50,13 @@ pub(super) fn check_work(asked: &Select, models: usize, m: usize, n: usize, cost
     let each = (2 * m * n).saturating_mul(n).saturating_add((24 + 4 * cost) * n * n * n);
     if m.saturating_mul(n) > MOST_NUMBERS || each.saturating_mul(models) > MOST_PRODUCTS {
         let field = match asked.candidates {
-            Candidates::Degrees(_) => Field::SelectDegrees,
-            Candidates::Terms(_) => Field::SelectTerms,
+            Candidates::Degrees(_) => "select.degrees",
+            Candidates::Terms(_) => "select.terms",
         };
-        return Err(Faults::one(field, SelectionReason::TooMuchWork { coefficients: n, nodes: m }));
+        return Err(Faults::one(
+            field,
+            format_args!("{n} coefficients and {m} nodes are too much work: take fewer of them"),
+        ));
     }
     Ok(())
 }

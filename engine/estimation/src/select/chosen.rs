@@ -3,7 +3,6 @@
 use super::{
     candidates::{Of, check_work, degrees, looked_at},
     problem::Problem,
-    reason::SelectionReason,
 };
 use crate::{
     data::{Heights, Matrix, Nodes, Partition, Sample},
@@ -11,10 +10,13 @@ use crate::{
     diagnostics::{finite, within_range},
     error::FitError,
     factor::{Factor, scaled_condition},
-    fault::{ConstraintReason, Faults, Field, InferenceReason},
     fit::asked_models,
     result::{Coefficient, FitResult, Selection, TermKey, Warning},
     spec::{Candidates, Degree, Estimator, FitSpec, Folds, Model, ModelCriterion, Places, Select, TermSearch, Terms},
+};
+use flankfit_numerics::{
+    check::Faults,
+    fault::words::{Shown, counted},
 };
 
 /// What is fitted, and what spoke for it.
@@ -33,7 +35,7 @@ pub(crate) fn choose(nodes: &Nodes, spec: &FitSpec, asked: &Select) -> Result<Ch
     let surface = !matches!(nodes, Nodes::Curve(_));
     let (largest, degrees) = largest(spec, asked, surface, sample.count())?;
     let design = Design::new(nodes, &sample, &largest)?;
-    within_range(Field::List(nodes.heights()), &Heights::new(&sample))?;
+    within_range(nodes.heights(), &Heights::new(&sample))?;
     let folds = match (&spec.folds, asked.criterion) {
         (Some(folds), _) => Some(Partition::new(nodes, &sample, folds)?),
         (None, ModelCriterion::BlockedCv) => Some(Partition::new(nodes, &sample, &Folds::default())?),
@@ -45,7 +47,12 @@ pub(crate) fn choose(nodes: &Nodes, spec: &FitSpec, asked: &Select) -> Result<Ch
     };
     check_work(asked, models, sample.count(), design.size(), 1)?;
     let factor = Factor::new(&design, &sample)?;
-    let dependent = || Faults::one(field_of(asked), SelectionReason::Dependent);
+    let dependent = || {
+        Faults::one(
+            path_of(asked),
+            "the nodes do not determine the largest model: its columns depend on each other; leave some out",
+        )
+    };
     scaled_condition(&factor.r).ok_or_else(dependent)?;
     let problem = Problem::new(nodes, &sample, &design, &factor, folds.as_ref()).ok_or_else(dependent)?;
     check_work(asked, models, sample.count(), design.size(), problem.triangle.cost())?;
@@ -58,9 +65,15 @@ pub(crate) fn choose(nodes: &Nodes, spec: &FitSpec, asked: &Select) -> Result<Ch
         .filter_map(|k| Some((k, candidates[k].figure(asked.criterion)?, candidates[k].coefficients)))
         .min_by(|x, y| x.1.total_cmp(&y.1).then(x.2.cmp(&y.2)))
         .map(|(k, ..)| k);
-    let chosen = exact
-        .or(best)
-        .ok_or_else(|| Faults::one(Field::SelectCriterion, SelectionReason::NoFigure(asked.criterion)))?;
+    let chosen = exact.or(best).ok_or_else(|| {
+        Faults::one(
+            "select.criterion",
+            format_args!(
+                "no model has {}: there are too few nodes, or the heights leave no residuals",
+                asked.criterion.name()
+            ),
+        )
+    })?;
     let selection = Selection { criterion: asked.criterion, candidates, chosen };
     Ok(match &of[chosen] {
         Of::Degree(degree) => Chosen { spec: of_degree(spec, *degree), nodes: None, columns: Vec::new(), selection },
@@ -84,10 +97,10 @@ impl Chosen {
     }
 }
 
-fn field_of(asked: &Select) -> Field {
+fn path_of(asked: &Select) -> &'static str {
     match asked.candidates {
-        Candidates::Degrees(_) => Field::SelectDegrees,
-        Candidates::Terms(_) => Field::SelectTerms,
+        Candidates::Degrees(_) => "select.degrees",
+        Candidates::Terms(_) => "select.terms",
     }
 }
 
@@ -96,26 +109,43 @@ fn check(spec: &FitSpec, asked: &Select) -> Result<(), Faults> {
     let mut faults = Faults::default();
     match (&spec.model, asked.candidates) {
         (Model::Polynomial { .. }, _) | (Model::Linear, Candidates::Terms(_)) => {}
-        (_, Candidates::Degrees(_)) => faults.push(Field::SelectDegrees, SelectionReason::PolynomialsOnly),
-        (Model::BSpline { .. }, Candidates::Terms(_)) => faults.push(Field::SelectTerms, SelectionReason::NotOfSplines),
+        (_, Candidates::Degrees(_)) => faults.push(
+            "select.degrees",
+            "degrees are chosen of polynomials: take the model polynomial, or choose terms of a linear model",
+        ),
+        (Model::BSpline { .. }, Candidates::Terms(_)) => faults.push(
+            "select.terms",
+            "functions of a B-spline cannot be selected one by one: choose degrees or terms of polynomials, or columns",
+        ),
     }
     if !asked.hierarchical && spec.model != Model::Linear {
-        faults.push(Field::SelectHierarchical, SelectionReason::Hierarchy);
+        faults.push(
+            "select.hierarchical",
+            "without the powers that divide it a term would depend on where u and v are 0: only the columns of a \
+             linear model are chosen without a hierarchy",
+        );
     }
     if let Candidates::Terms(TermSearch::ElasticNet { alpha }) = asked.candidates
         && !(alpha > 0.0 && alpha <= 1.0)
     {
-        faults.push(Field::SelectAlpha, SelectionReason::Alpha(alpha));
+        faults.push("select.alpha", format_args!("{} is not above 0 and at most 1", Shown(alpha)));
     }
     if spec.estimator != Estimator::LeastSquares {
-        faults.push(Field::Select, SelectionReason::LeastSquaresOnly);
+        faults.push(
+            "select",
+            "likelihoods and leverages are those of least squares: a robust estimator has none to choose by",
+        );
     }
-    asked_models(spec).for_each(|field| faults.push(field, SelectionReason::WithErrors));
+    asked_models(spec).for_each(|path| {
+        faults
+            .push(path, "the figures of models are those of independent errors of one variance: choose the model first")
+    });
     if spec.prior.is_some() {
-        faults.push(Field::Select, SelectionReason::WithPrior);
+        faults
+            .push("select", "a prior is of the coefficients of one model: choose the model first, then give the prior");
     }
     if !spec.constraints.is_empty() {
-        faults.push(Field::Constraints, ConstraintReason::WithSelection);
+        faults.push("constraints", "constraints are for one model: criteria count the coefficients of least squares");
     }
     faults.into_result(())
 }
@@ -132,8 +162,9 @@ fn largest(spec: &FitSpec, asked: &Select, surface: bool, m: usize) -> Result<(F
         Degree::Each(p, q) => (p + 1) * (q + 1),
     };
     if m > 0 && n > m {
-        let reason = SelectionReason::TooFewNodes { coefficients: n, nodes: m };
-        return Err(Faults::one(Field::SelectDegrees, reason));
+        let message =
+            format!("the largest model has {}, of {m} counted nodes", counted(n, "coefficient", "coefficients"));
+        return Err(Faults::one("select.degrees", message));
     }
     Ok((of_degree(spec, largest), degrees))
 }
@@ -206,8 +237,9 @@ fn of_rows(spec: &FitSpec, all: usize, columns: &[usize]) -> Result<FitSpec, Fau
     {
         for (k, row) in rows.iter_mut().enumerate() {
             if row.len() != all {
-                let reason = InferenceReason::RowLength { given: row.len(), columns: all };
-                return Err(Faults::one(Field::PredictRow(k), reason));
+                let message =
+                    format!("{} in a row, where the matrix has {all}", counted(row.len(), "number", "numbers"));
+                return Err(Faults::one(format_args!("predict.at.x[{k}]"), message));
             }
             *row = columns.iter().map(|&j| row[j]).collect();
         }

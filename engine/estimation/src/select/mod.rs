@@ -10,7 +10,6 @@ mod chosen;
 mod elastic_net;
 mod path;
 mod problem;
-pub(super) mod reason;
 mod subspace;
 mod terms;
 

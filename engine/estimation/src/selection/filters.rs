@@ -8,12 +8,12 @@ use super::{
     selector::{Comparison, ParameterProblem, Selection, select},
     spectral::Spectral,
 };
-use crate::fault::{Faults, Field, RegularizationReason};
 use crate::{
     error::FitError,
     result::{Choice, LambdaCurvePoint, RegularizationKind, Warning},
     spec::{Count, Criterion, Parameter, Regularization, Scheme},
 };
+use flankfit_numerics::check::Faults;
 
 /// The rule that is applied, and its parameter.
 pub(crate) struct SelectedFilter {
@@ -62,7 +62,13 @@ pub(crate) fn checked_count(count: usize, all: usize) -> Result<usize, Faults> {
     if count < all {
         return Ok(count);
     }
-    Err(Faults::one(Field::Count, RegularizationReason::Count { count, all }))
+    Err(Faults::one(
+        "regularization.count",
+        format_args!(
+            "{count} of {all} eigenvalues: the largest one cannot be regularised, so at most {}",
+            all.saturating_sub(1)
+        ),
+    ))
 }
 
 /// What is asked of a choice.

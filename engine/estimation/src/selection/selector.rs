@@ -6,12 +6,12 @@
 //! the same for all of them.
 
 use super::search::{Place, Unavailable};
-use crate::fault::{Faults, Field, RegularizationReason};
 use crate::{
     error::FitError,
     result::{Choice, LambdaCurvePoint, NeedsSigma, Warning},
     spec::{Criterion, Parameter},
 };
+use flankfit_numerics::check::Faults;
 
 /// Points of a curve, less one.
 const POINTS: usize = 60;
@@ -120,12 +120,18 @@ pub(crate) fn warn_of_missing_sigma(what: NeedsSigma, warnings: &mut Vec<Warning
 
 /// Why a criterion cannot be had of a regularisation at all.
 pub(crate) fn no_minimiser(wanted: Criterion) -> Faults {
-    let reason = match wanted {
-        Criterion::MinCondition => RegularizationReason::NoLeastCondition,
-        Criterion::Hkb | Criterion::Hkb1975 | Criterion::LawlessWang => RegularizationReason::RidgeOnly(wanted),
-        _ => RegularizationReason::Criterion(wanted),
+    let message = match wanted {
+        Criterion::MinCondition => {
+            "there is no parameter of least condition: the condition falls for ever, or does not change at all"
+                .to_owned()
+        }
+        Criterion::Hkb | Criterion::Hkb1975 | Criterion::LawlessWang => format!(
+            "`{}` is for ridge, and needs coefficients that are not all 0 (`hkb_1975` one, the others three)",
+            wanted.name()
+        ),
+        _ => format!("`{}` is not for this regularisation", wanted.name()),
     };
-    Faults::one(Field::Criterion, reason)
+    Faults::one("regularization.parameter.criterion", message)
 }
 
 /// Warnings about the choice that stands.

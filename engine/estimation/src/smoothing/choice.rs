@@ -18,7 +18,7 @@ use crate::{
     selection::{Place, selector::ParameterProblem},
     spec::{Criterion, Parameter},
 };
-use flankfit_numerics::{cancel, fault::words::Shown, minimize, root};
+use flankfit_numerics::{cancel, check::Faults, fault::words::Shown, minimize, root};
 
 /// What one λ gives.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,34 +67,9 @@ pub struct Found {
     pub reached: bool,
 }
 
-/// Why there is no λ.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum NoParameter {
-    /// The criterion needs σ, and none is given.
-    #[error("{} needs σ, the standard deviation of a height of weight 1", .0.name())]
-    NoSigma(Criterion),
-    /// The criterion is not one for large penalised problems.
-    #[error("{} is not for a penalty on so many coefficients: gcv, discrepancy, l_curve and min_mse are", .0.name())]
-    NotHere(Criterion),
-    /// A given λ that is negative or not finite.
-    #[error("{} is not a finite number ≥ 0", Shown(*.0))]
-    Negative(f64),
-    /// Effective degrees of freedom that no λ gives.
-    #[error(
-        "{asked} effective degrees of freedom are not within {least} to {most}",
-        asked = Shown(*.asked), least = Shown(*.least), most = Shown(*.most)
-    )]
-    Degrees {
-        /// Those asked for.
-        asked: f64,
-        /// The fewest possible.
-        least: f64,
-        /// The most possible.
-        most: f64,
-    },
-    /// The equations could not be solved for any λ.
-    #[error("the equations could not be solved for any λ in the range searched")]
-    Unsolved,
+/// Equations that could not be solved for any λ.
+pub(crate) fn unsolved() -> Faults {
+    Faults::one("parameter", "the equations could not be solved for any λ in the range searched")
 }
 
 /// Grid cells over the range of ln λ: none longer than this, and so many at most.
@@ -104,12 +79,9 @@ const MOST_CELLS: f64 = 64.0;
 const FLAT: f64 = 1e-6;
 const SHARP: f64 = 1e-12;
 
-/// Finds λ. `at(λ)` is `None` where the equations cannot be solved in double precision.
-pub fn find(
-    asked: Smoothing,
-    problem: &Problem,
-    at: impl Fn(f64) -> Option<Figures> + Sync,
-) -> Result<Found, NoParameter> {
+/// Finds λ; faults are placed from what holds `noise_sigma`, `parameter` and `degrees_of_freedom`.
+/// `at(λ)` is `None` where the equations cannot be solved in double precision.
+pub fn find(asked: Smoothing, problem: &Problem, at: impl Fn(f64) -> Option<Figures> + Sync) -> Result<Found, Faults> {
     let penalised = Penalised { problem, at };
     match asked {
         Smoothing::Parameter(parameter) => penalised.answer(parameter),
@@ -125,20 +97,25 @@ struct Penalised<'a, F> {
 
 impl<F: Fn(f64) -> Option<Figures> + Sync> ParameterProblem for Penalised<'_, F> {
     type Answer = Found;
-    type Refusal = NoParameter;
+    type Refusal = Faults;
 
-    fn fixed(&self, lambda: f64) -> Result<Found, NoParameter> {
+    fn fixed(&self, lambda: f64) -> Result<Found, Faults> {
         if lambda >= 0.0 && lambda.is_finite() {
             Ok(Found { lambda, criterion: None, reached: true })
         } else {
-            Err(NoParameter::Negative(lambda))
+            Err(Faults::one("parameter", format_args!("{} is not a finite number ≥ 0", Shown(lambda))))
         }
     }
 
-    fn choose(&self, criterion: Criterion) -> Result<Found, NoParameter> {
+    fn choose(&self, criterion: Criterion) -> Result<Found, Faults> {
         let Penalised { problem, at } = self;
         let found = |(x, reached): (f64, bool)| Ok(Found { lambda: x.exp(), criterion: Some(criterion), reached });
-        let variance = problem.variance.ok_or(NoParameter::NoSigma(criterion));
+        let no_sigma = || {
+            let name = criterion.name();
+            let message = format_args!("`{name}` needs `noise_sigma`, the standard deviation of a height of weight 1");
+            Faults::one("noise_sigma", message)
+        };
+        let variance = problem.variance.ok_or_else(no_sigma);
         let coordinates = problem.coordinates as f64;
         match criterion {
             Criterion::Gcv => found(minimum(&self.grid()?, at, |_, f| problem.gcv(f))),
@@ -156,22 +133,31 @@ impl<F: Fn(f64) -> Option<Figures> + Sync> ParameterProblem for Penalised<'_, F>
                 found(minimum(&self.grid()?, at, bend))
             }
             // an unsolvable problem comes first, as for the other criteria
-            other => self.grid().and(Err(NoParameter::NotHere(other))),
+            other => {
+                self.grid()?;
+                let name = other.name();
+                let message = format_args!(
+                    "`{name}` is not for a penalty on so many coefficients: gcv, discrepancy, l_curve and min_mse are"
+                );
+                Err(Faults::one("parameter.criterion", message))
+            }
         }
     }
 }
 
 impl<F: Fn(f64) -> Option<Figures> + Sync> Penalised<'_, F> {
-    fn grid(&self) -> Result<Grid, NoParameter> {
-        Some(grid(self.problem.range, &self.at)).filter(|grid| !grid.is_empty()).ok_or(NoParameter::Unsolved)
+    fn grid(&self) -> Result<Grid, Faults> {
+        Some(grid(self.problem.range, &self.at)).filter(|grid| !grid.is_empty()).ok_or_else(unsolved)
     }
 
     /// λ by the effective degrees of freedom of one coordinate.
-    fn with_degrees(&self, asked: f64) -> Result<Found, NoParameter> {
+    fn with_degrees(&self, asked: f64) -> Result<Found, Faults> {
         let grid = self.grid()?;
         let (most, least) = (grid[0].1.effective, grid[grid.len() - 1].1.effective);
         if !(asked > least && asked < most) {
-            return Err(NoParameter::Degrees { asked, least, most });
+            let [asked, least, most] = [asked, least, most].map(Shown);
+            let message = format_args!("{asked} effective degrees of freedom are not within {least} to {most}");
+            return Err(Faults::one("degrees_of_freedom", message));
         }
         let (x, reached) = root(&grid, &self.at, |f| (asked / f.effective).ln());
         Ok(Found { lambda: x.exp(), criterion: None, reached })
@@ -267,7 +253,7 @@ mod tests {
         Problem { count: 10, coordinates: 1, variance, range: [-12.0, 12.0] }
     }
 
-    fn by(criterion: Criterion, variance: Option<f64>) -> Result<Found, NoParameter> {
+    fn by(criterion: Criterion, variance: Option<f64>) -> Result<Found, Faults> {
         find(Smoothing::Parameter(Parameter::Criterion(criterion)), &problem(variance), one)
     }
 
@@ -322,10 +308,11 @@ mod tests {
 
     #[test]
     fn what_is_missing_is_said() {
-        assert_eq!(by(Criterion::Discrepancy, None), Err(NoParameter::NoSigma(Criterion::Discrepancy)));
-        assert_eq!(by(Criterion::Hkb, None), Err(NoParameter::NotHere(Criterion::Hkb)));
+        let path = |found: Result<Found, Faults>| found.unwrap_err().list()[0].path.clone();
+        assert_eq!(path(by(Criterion::Discrepancy, None)), "noise_sigma");
+        assert_eq!(path(by(Criterion::Hkb, None)), "parameter.criterion");
         let of = |asked| find(asked, &problem(None), one);
-        assert_eq!(of(Smoothing::Parameter(Parameter::Fixed(-1.0))), Err(NoParameter::Negative(-1.0)));
-        assert!(matches!(of(Smoothing::EffectiveDegrees(7.0)), Err(NoParameter::Degrees { .. })));
+        assert_eq!(path(of(Smoothing::Parameter(Parameter::Fixed(-1.0)))), "parameter");
+        assert_eq!(path(of(Smoothing::EffectiveDegrees(7.0))), "degrees_of_freedom");
     }
 }

@@ -6,4 +6,4 @@ mod reinsch;
 pub mod spline;
 
 pub use choice::{Figures, Smoothing};
-pub use spline::{SmoothingFault, SmoothingSpline, smoothing_spline};
+pub use spline::{SmoothingSpline, smoothing_spline};

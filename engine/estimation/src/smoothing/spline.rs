@@ -14,7 +14,7 @@
 //! coordinates share λ.
 
 use super::{
-    choice::{self, Found, NoParameter, Problem, Smoothing},
+    choice::{self, Found, Problem, Smoothing},
     reinsch::{Equations, Solution},
 };
 use flankfit_geometry::{
@@ -22,8 +22,7 @@ use flankfit_geometry::{
     curve::BSplineCurve,
     space::{Dimension, Vector},
 };
-use flankfit_numerics::cancel::Asking;
-use flankfit_numerics::{Dd, fault::words::Shown};
+use flankfit_numerics::{Dd, cancel::Asking, check::Faults, fault::words::Shown};
 
 /// Points to be smoothed.
 #[derive(Clone, Copy, Debug)]
@@ -88,79 +87,6 @@ pub struct Pointwise {
     pub standard_errors: Vec<Option<Vec<f64>>>,
 }
 
-/// Why points cannot be smoothed.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum SmoothingFault {
-    /// A list of another length than the abscissae.
-    #[error("{given} numbers where {wanted} are needed, one for each abscissa")]
-    Count {
-        /// The list at fault.
-        part: Part,
-        /// Numbers given.
-        given: usize,
-        /// Numbers needed.
-        wanted: usize,
-    },
-    /// A number that is NaN or infinite.
-    #[error("number {index} is not finite")]
-    NotFinite {
-        /// The list at fault.
-        part: Part,
-        /// Its index, from 0.
-        index: usize,
-    },
-    /// A weight that is negative or not finite.
-    #[error("the weight {value} is negative or not finite; 0 leaves a point out", value = Shown(*.value))]
-    Weight {
-        /// Its index, from 0.
-        index: usize,
-        /// Its value.
-        value: f64,
-    },
-    /// An abscissa below the one before it.
-    #[error(
-        "abscissa {index} ({value}) lies below the one before it ({before}); the order of points is never changed",
-        value = Shown(*.value), before = Shown(*.before)
-    )]
-    Descending {
-        /// Its index, from 0.
-        index: usize,
-        /// Its value.
-        value: f64,
-        /// The abscissa before it.
-        before: f64,
-    },
-    /// Fewer than two distinct abscissae that count.
-    #[error("at least 2 distinct abscissae of weight above 0 are needed; found {given}")]
-    TooFew {
-        /// Distinct abscissae that count.
-        given: usize,
-    },
-    /// Points of no or of more than three coordinates.
-    #[error("{given} coordinates: one, two or three are possible")]
-    Coordinates {
-        /// Coordinates given.
-        given: usize,
-    },
-    /// There is no λ as asked for.
-    #[error("{0}")]
-    Parameter(#[from] NoParameter),
-    /// Numbers beyond the range of a double on the way.
-    #[error("these numbers leave the range of double precision: choose another unit")]
-    Range,
-}
-
-/// Which numbers a fault speaks of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Part {
-    /// The abscissae, or parameters.
-    Abscissae,
-    /// Of this coordinate.
-    Coordinate(usize),
-    /// The weights.
-    Weights,
-}
-
 /// Distinct abscissae with the mean heights and total weights of their points.
 struct Merged {
     x: Vec<f64>,
@@ -202,12 +128,13 @@ struct Merged {
 /// assert!(interpolating.max_abs[0] < 1e-12);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub fn smoothing_spline(points: &Points, asked: &SmoothingSpec) -> Result<SmoothingSpline, SmoothingFault> {
+pub fn smoothing_spline(points: &Points, asked: &SmoothingSpec) -> Result<SmoothingSpline, Faults> {
     check(points)?;
     let merged = merge(points);
     let m = merged.x.len();
     if m < 2 {
-        return Err(SmoothingFault::TooFew { given: m });
+        let message = format_args!("at least 2 distinct abscissae of weight above 0 are needed; found {m}");
+        return Err(Faults::one("points", message));
     }
     let apart: f64 = merged.apart.iter().sum();
     let (found, mut solution) = if m == 2 {
@@ -227,39 +154,65 @@ pub fn smoothing_spline(points: &Points, asked: &SmoothingSpec) -> Result<Smooth
             range: equations.range(),
         };
         if !problem.range.iter().all(|x| x.is_finite()) {
-            return Err(SmoothingFault::Range);
+            return Err(beyond());
         }
-        let found =
-            choice::find(asked.smoothing, &problem, |lambda| Some(equations.figures(&merged.heights, lambda, apart)))?;
+        let figures = |lambda| Some(equations.figures(&merged.heights, lambda, apart));
+        let found = choice::find(asked.smoothing, &problem, figures)
+            .map_err(|faults| faults.moved("parameter.criterion", "parameter").within("method"))?;
         (found, equations.solve(&merged.heights, found.lambda))
     };
     solution.rss.iter_mut().zip(&merged.apart).for_each(|(rss, apart)| *rss += apart);
     report(points, asked, &merged, found, &solution)
 }
 
-fn check(points: &Points) -> Result<(), SmoothingFault> {
+fn check(points: &Points) -> Result<(), Faults> {
     let wanted = points.x.len();
     if !(1..=3).contains(&points.coordinates.len()) {
-        return Err(SmoothingFault::Coordinates { given: points.coordinates.len() });
+        return Err(coordinates(points.coordinates.len()));
     }
-    let parts = std::iter::once((Part::Abscissae, points.x))
-        .chain(points.coordinates.iter().enumerate().map(|(c, y)| (Part::Coordinate(c), &y[..])))
-        .chain(points.weight.map(|weight| (Part::Weights, weight)));
-    for (part, numbers) in parts {
-        if numbers.len() != wanted {
-            return Err(SmoothingFault::Count { part, given: numbers.len(), wanted });
+    let heights = if points.coordinates.len() == 1 { "points.y" } else { "points.xyz" };
+    let lists = std::iter::once(("points.x", points.x))
+        .chain(points.coordinates.iter().map(|y| (heights, &y[..])))
+        .chain(points.weight.map(|weight| ("method.weight", weight)));
+    for (list, numbers) in lists {
+        let given = numbers.len();
+        if given != wanted {
+            let message = format_args!("{given} numbers where {wanted} are needed, one for each abscissa");
+            return Err(Faults::one(list, message));
         }
         if let Some(index) = numbers.iter().position(|x| !x.is_finite()) {
-            return Err(SmoothingFault::NotFinite { part, index });
+            return Err(Faults::one(format_args!("{list}[{index}]"), format_args!("number {index} is not finite")));
         }
     }
     if let Some((index, &value)) = points.weight.unwrap_or_default().iter().enumerate().find(|(_, w)| **w < 0.0) {
-        return Err(SmoothingFault::Weight { index, value });
+        return Err(Faults::one(
+            format_args!("method.weight[{index}]"),
+            format_args!("the weight {} is negative or not finite; 0 leaves a point out", Shown(value)),
+        ));
     }
     match points.x.windows(2).position(|pair| pair[1] < pair[0]) {
         None => Ok(()),
-        Some(i) => Err(SmoothingFault::Descending { index: i + 1, value: points.x[i + 1], before: points.x[i] }),
+        Some(i) => {
+            let (index, value, before) = (i + 1, Shown(points.x[i + 1]), Shown(points.x[i]));
+            Err(Faults::one(
+                format_args!("points.x[{index}]"),
+                format_args!(
+                    "abscissa {index} ({value}) lies below the one before it ({before}); the order of points is never \
+                     changed"
+                ),
+            ))
+        }
     }
+}
+
+/// Points of no or of more than three coordinates.
+fn coordinates(given: usize) -> Faults {
+    Faults::one("points", format_args!("{given} coordinates: one, two or three are possible"))
+}
+
+/// Numbers beyond the range of a double on the way.
+fn beyond() -> Faults {
+    Faults::one("points", "these numbers leave the range of double precision: choose another unit")
 }
 
 fn merge(points: &Points) -> Merged {
@@ -309,7 +262,7 @@ fn report(
     merged: &Merged,
     found: Found,
     solution: &Solution,
-) -> Result<SmoothingSpline, SmoothingFault> {
+) -> Result<SmoothingSpline, Faults> {
     let (m, dimension) = (merged.x.len(), merged.heights.len());
     let weight: f64 = merged.weight.iter().sum();
     let free = merged.count as f64 - solution.effective;
@@ -336,13 +289,13 @@ fn report(
     });
     let controls = controls(merged, solution);
     if !controls.iter().all(|p| p.iter().all(|x| x.is_finite())) || !solution.effective.is_finite() {
-        return Err(SmoothingFault::Range);
+        return Err(beyond());
     }
-    let dimension = Dimension::of(dimension).ok_or(SmoothingFault::Coordinates { given: dimension })?;
+    let dimension = Dimension::of(dimension).ok_or_else(|| coordinates(dimension))?;
     let ends = |x: f64| std::iter::repeat_n(x, 4);
     let knots = ends(merged.x[0]).chain(merged.x[1..m - 1].iter().copied()).chain(ends(merged.x[m - 1])).collect();
-    let basis = BSplineBasis::new(3, knots).map_err(|_| SmoothingFault::Range)?;
-    let curve = BSplineCurve::new(basis, dimension, controls, None).map_err(|_| SmoothingFault::Range)?;
+    let basis = BSplineBasis::new(3, knots).map_err(|_| beyond())?;
+    let curve = BSplineCurve::new(basis, dimension, controls, None).map_err(|_| beyond())?;
     Ok(SmoothingSpline {
         curve,
         lambda: found.lambda,

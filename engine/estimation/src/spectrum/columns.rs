@@ -4,7 +4,6 @@
 //! * `standardized`: columns centred and divided by √mean((x−x̄)²); the constant drops out of the
 //!   analysis and is estimated without penalty, so `X̃` has one column less.
 
-use crate::fault::{Faults, Field, RegularizationReason};
 use nalgebra::DMatrix;
 
 use crate::{
@@ -13,7 +12,7 @@ use crate::{
     factor::Factor,
     spec::Scaling,
 };
-use flankfit_numerics::Dd;
+use flankfit_numerics::{Dd, check::Faults};
 
 /// The squared Frobenius norm of δX̃ for unit moves, from the sums over nodes of each column.
 pub(crate) fn of_scaled(sums: &[f64], columns: &ScaledColumns) -> f64 {
@@ -99,7 +98,7 @@ pub(crate) fn scaled_size(design: &Design, scaling: Scaling) -> Result<usize, Fa
                 constant_of(design)?;
             }
             match n {
-                0 | 1 => Err(Faults::one(Field::Scaling, RegularizationReason::OnlyConstant)),
+                0 | 1 => Err(Faults::one("scaling", "`standardized` leaves one column aside, and there is no other")),
                 n => Ok(n - 1),
             }
         }
@@ -107,7 +106,9 @@ pub(crate) fn scaled_size(design: &Design, scaling: Scaling) -> Result<usize, Fa
 }
 
 fn constant_of(design: &Design) -> Result<usize, Faults> {
-    design.constant.ok_or_else(|| Faults::one(Field::Scaling, RegularizationReason::NoConstant))
+    design.constant.ok_or_else(|| {
+        Faults::one("scaling", "`standardized` needs exactly one constant column or term, which it leaves unpenalised")
+    })
 }
 
 fn standardized(design: &Design, caller: &DMatrix<Dd>, weight: f64) -> Result<ScaledColumns, FitError> {

@@ -17,7 +17,7 @@ use flankfit_gear::{
     evaluation::{Levelled, OwnZeros},
 };
 use flankfit_geometry::space::Vector;
-use flankfit_numerics::cancel;
+use flankfit_numerics::{cancel, check::Faults};
 
 /// Most flanks that a table has nodes of: both of a gear with a thousand teeth.
 const MOST_FLANKS: usize = 2000;
@@ -38,7 +38,7 @@ pub struct NodeSet {
     pub missing: usize,
     /// The nodes. Those of traces with separate zeros follow trace by trace, with the zeros
     /// subtracted.
-    pub nodes: Result<Nodes, flankfit_estimation::Faults>,
+    pub nodes: Result<Nodes, Faults>,
     /// How they lie.
     pub layout: Layout,
     /// How its traces meet, where the table says which of them are profiles and helices and they
@@ -208,7 +208,7 @@ impl Table {
         roles: Roles,
         rows: &[usize],
         crossings: Option<&Crossings>,
-    ) -> (Result<Nodes, flankfit_estimation::Faults>, Layout, usize, Option<OwnZeros>) {
+    ) -> (Result<Nodes, Faults>, Layout, usize, Option<OwnZeros>) {
         let take = |column: usize| -> Vec<f64> {
             self.numbers_at(column).map_or(Vec::new(), |numbers| rows.iter().map(|row| numbers[*row]).collect())
         };
@@ -287,7 +287,7 @@ impl Surface {
         Some(zeros)
     }
 
-    fn scattered(self) -> Result<Nodes, flankfit_estimation::Faults> {
+    fn scattered(self) -> Result<Nodes, Faults> {
         let Surface { u, v, z, weight } = self;
         let kept = |list: &[f64]| of_nodes(list, &z);
         Nodes::scattered(kept(&u), kept(&v), kept(&z), weight.map(|weight| kept(&weight)))
@@ -295,7 +295,7 @@ impl Surface {
 
     /// As a grid, where the nodes are on the crossings of a few u and v and none of them twice. A
     /// crossing that the table leaves out is a missing node.
-    fn grid(&self) -> Option<Result<Nodes, flankfit_estimation::Faults>> {
+    fn grid(&self) -> Option<Result<Nodes, Faults>> {
         let (us, vs) = (ascending(&self.u), ascending(&self.v));
         let crossings = us.len().checked_mul(vs.len())?;
         if us.len() < 2 || vs.len() < 2 || (self.z.len() as f64) < LEAST_SHARE * crossings as f64 {

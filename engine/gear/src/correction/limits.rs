@@ -89,7 +89,7 @@ pub(super) fn fit_free(correction: &Correction, free: &[usize], change: &[f64]) 
     let weight = asked.weight.as_ref().map(|w| correction.counted().iter().map(|&k| w[k]).collect::<Vec<f64>>());
     let square: f64 = y.iter().enumerate().map(|(i, y)| weight.as_ref().map_or(1.0, |w| w[i]) * y * y).sum();
     let names = free.iter().map(|&j| asked.settings[j].name.clone()).collect();
-    let nodes = Nodes::matrix(x, free.len(), y, Some(names), weight)?;
+    let nodes = Nodes::matrix(x, free.len(), y, Some(names), weight).map_err(|faults| faults.within("nodes"))?;
     let spec = FitSpec {
         scaling: asked.scaling,
         noise_sigma: asked.noise_sigma,

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use super::Deviations;
 use crate::Side;
-use flankfit_estimation::{Faults, Nodes};
-use flankfit_numerics::cancel::Asking;
+use flankfit_estimation::Nodes;
+use flankfit_numerics::{cancel::Asking, check::Faults};
 
 /// The nodes of one flank that take part, in the order given.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,7 +25,7 @@ pub struct FlankDeviations {
 }
 
 impl FlankDeviations {
-    /// Scattered nodes: u is the roll length, v the axial position, the height is the deviation.
+    /// Scattered nodes, from which faults are placed: u is the roll length, v the axial position, the height is the deviation.
     pub fn nodes(&self) -> Result<Nodes, Faults> {
         Nodes::scattered(self.roll_length.clone(), self.z.clone(), self.deviation.clone(), None)
     }

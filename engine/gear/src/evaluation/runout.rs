@@ -196,7 +196,8 @@ fn eccentricity(readings: &[f64]) -> Result<Option<Eccentricity>, FitError> {
         return Ok(None);
     }
     let spec = FitSpec { regularization: Regularization::None, ..FitSpec::new(Model::Linear) };
-    let fit = flankfit_estimation::fit(&Nodes::matrix(x, 3, y, None, None)?, &spec)?;
+    let nodes = Nodes::matrix(x, 3, y, None, None).map_err(|faults| faults.within("nodes"))?;
+    let fit = flankfit_estimation::fit(&nodes, &spec)?;
     if fit.spectrum.rank < 3 {
         return Ok(None);
     }

@@ -1,7 +1,6 @@
 //! Errors in a tooth's steps and in the profile of a tool.
 
 use crate::{GearField, GearReason};
-use flankfit_geometry::curve::CurveFault;
 use flankfit_numerics::fault::{
     Faults,
     words::{Shown, counted},
@@ -89,8 +88,8 @@ pub enum ToolReason {
     #[error("a point and a direction other than 0 are needed, in mm")]
     NoDirection,
     /// No curve goes through the points.
-    #[error(transparent)]
-    Curve(#[from] CurveFault),
+    #[error("{0}")]
+    Curve(String),
 }
 
 /// Faults of a tool's profile.

@@ -90,8 +90,9 @@ impl ToolProfile {
             along[k] = along[k - 1] + (points[k][0] - points[k - 1][0]).hypot(points[k][1] - points[k - 1][1]);
         }
         let values: Vec<Vector> = points.iter().map(|[x, y]| Vector::new(*x, *y, 0.0)).collect();
-        let curve = cubic_spline(Dimension::Plane, &along, &values, &Ends::not_a_knot())
-            .map_err(|fault| ToolFaults::one(ToolField::Points, fault))?;
+        let curve = cubic_spline(Dimension::Plane, &along, &values, &Ends::not_a_knot()).map_err(|faults| {
+            ToolFaults::one(ToolField::Points, ToolReason::Curve(faults.list()[0].message.clone()))
+        })?;
         let made = along.windows(2).enumerate().flat_map(|(k, pair)| {
             let (curve, first) = (&curve, usize::from(k > 0));
             let at = move |i: usize| pair[0] + (pair[1] - pair[0]) * i as f64 / parts as f64;

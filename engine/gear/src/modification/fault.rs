@@ -1,6 +1,5 @@
 //! Errors in modifications: in their range, a law, or a topography.
 
-use flankfit_geometry::surface::GridFault;
 use flankfit_numerics::fault::{
     Faults,
     words::{Shown, counted},
@@ -131,8 +130,8 @@ pub enum TopographyReason {
     #[error("{} is not within ±1000000 µm", Shown(*.0))]
     Relief(f64),
     /// No surface goes through the nodes.
-    #[error(transparent)]
-    Grid(#[from] GridFault),
+    #[error("{0}")]
+    Grid(String),
 }
 
 /// Faults of a topography.

@@ -85,7 +85,10 @@ impl Topography {
         NodeGrid::heights(u, v, &heights)
             .and_then(|grid| interpolate(&grid, degrees, [None, None]))
             .map(|surface| Topography { surface })
-            .map_err(|fault| TopographyFaults::one(TopographyField::Whole, fault))
+            .map_err(|faults| {
+                let message = faults.list()[0].message.clone();
+                TopographyFaults::one(TopographyField::Whole, TopographyReason::Grid(message))
+            })
     }
 
     /// Where the surface along `axis` is asked for a place, with 0 or 1 for what a derivative there

@@ -168,6 +168,7 @@ impl<'a> Part<'a> {
 
     pub(super) fn nodes(&self, x: Vec<f64>, heights: Vec<f64>, columns: &[Column]) -> Result<Nodes, FitError> {
         let names = columns.iter().map(|column| column.name().to_owned()).collect();
-        Ok(Nodes::matrix(x, columns.len(), heights, Some(names), self.weight.clone())?)
+        let nodes = Nodes::matrix(x, columns.len(), heights, Some(names), self.weight.clone());
+        Ok(nodes.map_err(|faults| faults.within("nodes"))?)
     }
 }

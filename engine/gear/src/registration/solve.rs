@@ -11,12 +11,10 @@ use super::{
 };
 use crate::deviation::{Deviations, Reference};
 use flankfit_estimation::{
-    Faults, FitError, FitResult, FitSpec, Unconverged, asked_models,
-    fault::ErrorsReason,
-    fit,
+    FitError, FitResult, FitSpec, Unconverged, asked_models, fit,
     spec::{Include, Regularization},
 };
-use flankfit_numerics::{cancel, dot};
+use flankfit_numerics::{cancel, check::Faults, dot};
 
 /// Most iterations; with motions of some hundred µm and µrad four to six are enough.
 pub(crate) const MOST_ITERATIONS: usize = 50;
@@ -99,8 +97,9 @@ fn registered(
     start: Option<&Start>,
 ) -> Result<Registration, RegistrationRefused> {
     let freedom = Freedom::new(reference.gear, asked.motions)?;
-    if let Some(field) = asked_models(asked.spec).next() {
-        return Err(FitError::from(Faults::one(field, ErrorsReason::Registration)).into());
+    if let Some(path) = asked_models(asked.spec).next() {
+        let message = "a part is registered with independent errors of one variance";
+        return Err(FitError::from(Faults::one(path, message)).into());
     }
     let mut part = Part::new(reference, deviations, asked, freedom, start)?;
     let pivot = part.pivot(asked)?;

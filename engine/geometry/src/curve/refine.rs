@@ -41,7 +41,7 @@ impl BSplineCurve {
     fn of_homogeneous(&self, basis: BSplineBasis, controls: &[Homogeneous]) -> Result<Self, Faults> {
         let (points, weights) = project(controls);
         let weights = self.weights().map(|_| weights);
-        Ok(BSplineCurve::new(basis, self.dimension_of(), points, weights)?)
+        BSplineCurve::new(basis, self.dimension_of(), points, weights)
     }
 
     fn dimension_of(&self) -> Dimension {

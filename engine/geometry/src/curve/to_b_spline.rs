@@ -118,7 +118,7 @@ fn assemble(
         polar(&pieces[piece], &knots[i + 1..=i + degree])
     };
     let points = (0..basis.size()).map(point).collect();
-    Ok(BSplineCurve::new(basis, curve.dimension(), points, None)?)
+    BSplineCurve::new(basis, curve.dimension(), points, None)
 }
 
 /// The polar form: the k-th power becomes the k-th elementary symmetric function of the distances,

@@ -242,7 +242,8 @@ fn crossed(
         // a flank has nodes with u and v: a matrix without rows is refused below
         Nodes::Curve(_) | Nodes::Matrix(_) => {}
     }
-    let nodes = Nodes::matrix(columns, 5, heights, None, None).map_err(FitError::from)?;
+    let nodes = Nodes::matrix(columns, 5, heights, None, None);
+    let nodes = nodes.map_err(|faults| FitError::from(faults.within("nodes")))?;
     let spec = FitSpec { model: Model::Linear, domain: None, ..settings.spec.clone() };
     Ok((trimmed, flankfit_estimation::fit(&nodes, &spec)?))
 }

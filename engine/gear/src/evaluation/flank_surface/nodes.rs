@@ -8,9 +8,12 @@ use super::{
     settings::{Border, FigureTerms, Slopes, SurfaceSettings, covers},
 };
 use crate::{Gear, Kind, NoInvolute, ProfileAxis, data::MOST_LENGTH, evaluation::EDGE};
-use flankfit_estimation::{Faults as NodeFaults, FitError, Nodes};
-use flankfit_numerics::cancel::Asking;
-use flankfit_numerics::fault::{Common, Faults};
+use flankfit_estimation::{FitError, Nodes};
+use flankfit_numerics::{
+    cancel::Asking,
+    check,
+    fault::{Common, Faults},
+};
 
 /// Deviations over a flank, µm; NaN or invalid where missing.
 #[derive(Clone, Copy, Debug)]
@@ -128,7 +131,7 @@ impl Trimmed {
             true => trimmed.grid(&roll, nodes.z, height),
             false => trimmed.scattered(&roll, nodes.z, height),
         };
-        let fitted = fitted.map_err(FitError::from)?;
+        let fitted = fitted.map_err(|faults| FitError::from(faults.within("nodes")))?;
         let counts = NodeCounts { posted, missing, trimmed: posted - missing - used, used };
         Ok((trimmed, counts, fitted))
     }
@@ -147,7 +150,7 @@ impl Trimmed {
         self.outward * mapped(roll, self.roll)
     }
 
-    fn grid(&mut self, roll: &[f64], z: &[f64], height: impl Fn(usize) -> f64) -> Result<Nodes, NodeFaults> {
+    fn grid(&mut self, roll: &[f64], z: &[f64], height: impl Fn(usize) -> f64) -> Result<Nodes, check::Faults> {
         let mut rows: Vec<usize> = (0..roll.len()).filter(|&i| within(roll[i], self.roll)).collect();
         if self.outward < 0.0 {
             rows.reverse();
@@ -159,7 +162,7 @@ impl Trimmed {
         Nodes::grid(u, columns.iter().map(|&j| mapped(z[j], self.z)).collect(), heights, None, None)
     }
 
-    fn scattered(&mut self, roll: &[f64], z: &[f64], height: impl Fn(usize) -> f64) -> Result<Nodes, NodeFaults> {
+    fn scattered(&mut self, roll: &[f64], z: &[f64], height: impl Fn(usize) -> f64) -> Result<Nodes, check::Faults> {
         let (mut u, mut v, mut heights) = (Vec::new(), Vec::new(), Vec::new());
         for k in (0..roll.len()).asking(50) {
             let h = height(k);

@@ -289,7 +289,10 @@ pub fn helices_turned(flank: &FlankName, apart: f64, turned: f64) -> impl fmt::D
 }
 
 fn reason(error: &FitError) -> String {
-    error.first().map_or_else(|| error.to_string(), |reason| reason.to_string())
+    match error {
+        FitError::Invalid(faults) => faults.list()[0].message.clone(),
+        other => other.to_string(),
+    }
 }
 
 fn hundredth(x: f64) -> Shown {
