@@ -169,11 +169,27 @@ pub fn pointer_of(path: &str) -> String {
     pointer
 }
 
+/// Whether a path of the engine is one of `places`, or within one.
+pub fn is_within(path: &str, places: &[&str]) -> bool {
+    places.iter().any(|place| check::rest_of(path, place).is_some())
+}
+
+/// The pointer of a path of the engine, where what is at the first of a pair stands at the second.
+pub fn moved(path: &str, places: &[(&str, &str)]) -> String {
+    let within = places.iter().find_map(|(from, to)| Some((check::rest_of(path, from)?, to)));
+    within.map_or_else(|| pointer_of(path), |(rest, to)| format!("{to}{}", pointer_of(rest)))
+}
+
 impl Faults {
     /// The engine's faults of the object at `base`, a JSON Pointer.
     pub fn of_engine(base: &str, found: &check::Faults) -> Self {
+        Self::placed(found, |path| format!("{base}{}", pointer_of(path)))
+    }
+
+    /// The engine's faults where a request has other places.
+    pub fn placed(found: &check::Faults, pointer: impl Fn(&str) -> String) -> Self {
         let each = found.list().iter().map(|check::Fault { path, message }| Fault {
-            pointer: format!("{base}{}", pointer_of(path)),
+            pointer: pointer(path),
             detail: message.clone(),
             missing: false,
         });
@@ -224,6 +240,9 @@ mod tests {
             [("", ""), ("a.b[3][7].c", "/a/b/3/7/c"), ("[2]", "/2"), ("z[0]", "/z/0"), ("model", "/model")]
         {
             assert_eq!(pointer_of(path), pointer);
+        }
+        for (path, pointer) in [("nodes.z[3]", "/grid/z/3"), ("nodes", "/grid"), ("nodes_read", "/nodes_read")] {
+            assert_eq!(moved(path, &[("model", "/method"), ("nodes", "/grid")]), pointer);
         }
         let found = check::Faults::one("gear.teeth", "too few").within("left");
         assert_eq!(Faults::of_engine("/spec", &found).list()[0].pointer, "/spec/left/gear/teeth");

@@ -11,10 +11,10 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use crate::api::{
-    faults::{self, Fault, Faults},
+    faults::{Fault, Faults, pointer_of},
     json::{error::ReadError, writer::NotFinite},
 };
-use flankfit_engine::estimation::{Field, FitError};
+use flankfit_engine::estimation::FitError;
 
 pub use code::ProblemCode;
 
@@ -134,13 +134,15 @@ impl Problem {
         self
     }
 
-    /// A fit that was refused; `place` says where in the request its fields stand.
-    pub fn of_fit(error: FitError, place: impl Fn(&Field) -> String) -> Self {
+    /// A fit that was refused; `place` makes pointers into the request of its paths.
+    pub fn of_fit(error: FitError, place: impl Fn(&str) -> String) -> Self {
         match error {
-            FitError::Invalid(faults) => Problem::invalid(Faults::by(&faults, place)),
+            FitError::Invalid(faults) | FitError::BeyondDouble(faults) => {
+                Problem::invalid(Faults::placed(&faults, place))
+            }
             FitError::RankDeficient { rank, columns, terms } => Problem {
                 errors: vec![ProblemError {
-                    pointer: place(&Field::Model),
+                    pointer: place("model"),
                     detail: format!("linearly dependent terms: {}", terms.join(", ")),
                 }],
                 ..Problem::new(
@@ -156,8 +158,8 @@ impl Problem {
             },
             FitError::NotConverged(what) => Problem {
                 errors: what
-                    .field()
-                    .map(|field| ProblemError { pointer: place(&field), detail: what.to_string() })
+                    .path()
+                    .map(|path| ProblemError { pointer: place(path), detail: what.to_string() })
                     .into_iter()
                     .collect(),
                 ..Problem::new(ProblemCode::NotConverged, what.to_string())
@@ -229,7 +231,7 @@ fn short_pointer(pointer: &str) -> &str {
 
 impl From<FitError> for Problem {
     fn from(error: FitError) -> Self {
-        Problem::of_fit(error, faults::Field::pointer)
+        Problem::of_fit(error, pointer_of)
     }
 }
 

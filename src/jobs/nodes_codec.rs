@@ -13,7 +13,7 @@
 //!
 //! NaN (a missing node posted as `null`) and −0 keep their bits.
 
-use flankfit_engine::estimation::{Faults, data::Nodes};
+use flankfit_engine::{estimation::data::Nodes, numerics::check::Faults};
 
 const MAGIC: &[u8; 4] = b"FFN1";
 const WEIGHT: u8 = 1;

@@ -11,6 +11,9 @@ pub enum FitError {
     /// leaves nodes out).
     #[error("the fit is impossible as asked: {0}")]
     Invalid(Faults),
+    /// Numbers on the way, or figures of the answer, leave the range of double precision.
+    #[error("the fit is impossible as asked: {0}")]
+    BeyondDouble(Faults),
     /// Spectral regularisation divides by λ₁ (Eq. 39); with dependent columns λ₁ is 0.
     #[error("the columns are linearly dependent (rank {rank} of {columns}): {}", terms.join(", "))]
     RankDeficient {
@@ -83,6 +86,16 @@ impl Unconverged {
             Unconverged::Registration | Unconverged::Sensitivity | Unconverged::Limits | Unconverged::Comparison => {
                 None
             }
+        }
+    }
+}
+
+impl FitError {
+    /// The faults of what was asked for, where it was refused for these.
+    pub fn faults(&self) -> Option<&Faults> {
+        match self {
+            FitError::Invalid(faults) | FitError::BeyondDouble(faults) => Some(faults),
+            FitError::RankDeficient { .. } | FitError::NotConverged(_) => None,
         }
     }
 }

@@ -6,8 +6,7 @@ use crate::{
     problems::{config, fit},
 };
 use flankfit_engine::estimation::{
-    self, Field, FitError, FitResult, Nodes,
-    fault::{ConstraintReason, Reason},
+    self, FitError, FitResult, Nodes,
     result::IntervalKind,
     spec::{
         Constraint, ConstraintKind, Criterion, Degree, Domain, Estimator, FilterAxis, FitSpec, Include, Kinds, Knots,
@@ -265,12 +264,9 @@ fn what_constraints_determine_has_no_standard_error() {
 }
 
 #[track_caller]
-fn refused(nodes: &Nodes, spec: &FitSpec, field: Field, reason: ConstraintReason) {
+fn refused(nodes: &Nodes, spec: &FitSpec, told: &str) {
     match estimation::fit(nodes, spec) {
-        Err(FitError::Invalid(faults)) => {
-            let found = &faults.list()[0];
-            assert_eq!((found.field, &found.reason), (field, &Reason::Constraint(reason)));
-        }
+        Err(FitError::Invalid(faults)) => assert!(faults.to_string().starts_with(told), "{faults}"),
         other => panic!("{other:?}"),
     }
 }
@@ -286,45 +282,56 @@ fn what_cannot_be_met_or_is_not_for_constraints_is_refused() {
     let ridge = Regularization::Ridge { parameter: Parameter::Criterion(Criterion::Gcv) };
     let prior = Prior::Given { mean: vec![0.0; 4], spread: PriorSpread::StdError(vec![1.0; 4]) };
     let of = |constraints| spec(cubic(), constraints);
-    use ConstraintReason as R;
-    refused(&nodes, &FitSpec { regularization: ridge, ..plain() }, Field::Regularization, R::Regularized);
-    refused(&nodes, &FitSpec { estimator: Estimator::Rank, ..plain() }, Field::Estimator, R::LeastSquaresOnly);
-    refused(&nodes, &FitSpec { prior: Some(prior), ..plain() }, Field::Constraints, R::WithPrior);
-    let opposite = || R::Opposite { other: 0 };
-    refused(&nodes, &of(vec![just(Increasing), just(Decreasing)]), Field::Constraint(1), opposite());
+    refused(
+        &nodes,
+        &FitSpec { regularization: ridge, ..plain() },
+        "regularization: `constraints` exclude regularisation",
+    );
+    refused(
+        &nodes,
+        &FitSpec { estimator: Estimator::Rank, ..plain() },
+        "estimator: `constraints` are for the estimator `least_squares`",
+    );
+    refused(
+        &nodes,
+        &FitSpec { prior: Some(prior), ..plain() },
+        "constraints: `prior` and `constraints` exclude each other",
+    );
+    let opposite = "constraints[1]: this is the opposite of constraint 0";
+    refused(&nodes, &of(vec![just(Increasing), just(Decreasing)]), opposite);
     let touching = vec![within(Convex, 0.0, 0.5), within(Concave, 0.5, 1.0)];
-    refused(&nodes, &of(touching), Field::Constraint(1), opposite());
+    refused(&nodes, &of(touching), opposite);
     let apart = vec![within(Increasing, 0.0, 0.4), within(Decreasing, 0.6, 1.0)];
     certified(&fit(&nodes, &of(apart.clone())));
     // rises, then falls, and is convex all the while
     let three = [apart, vec![just(Convex)]].concat();
-    refused(&nodes, &of(three), Field::Constraints, R::Exclusive);
+    refused(&nodes, &of(three), "constraints: no function of the model does all of this");
     let along = |axis| vec![Constraint { along: Some(axis), ..just(Increasing) }];
-    refused(&nodes, &of(along(FilterAxis::V)), Field::ConstraintAlong(0), R::NoV);
+    refused(&nodes, &of(along(FilterAxis::V)), "constraints[0].along: a curve has no v");
     let range = |low, high| of(vec![within(Increasing, low, high)]);
-    refused(&nodes, &range(0.5, 0.5), Field::ConstraintRange(0, 0), R::Range([0.5, 0.5]));
-    let outside = R::Outside { range: [0.5, 1.5], domain: [0.0, 1.0] };
-    refused(&nodes, &range(0.5, 1.5), Field::ConstraintRange(0, 0), outside);
+    refused(&nodes, &range(0.5, 0.5), "constraints[0].domain.u: [0.5, 0.5] is not a range");
+    let outside = "constraints[0].domain.u: [0.5, 1.5] reaches beyond the domain of the fit, [0, 1]";
+    refused(&nodes, &range(0.5, 1.5), outside);
     let straight = spec(chebyshev(Degree::Both(1)), vec![just(Convex)]);
-    refused(&nodes, &straight, Field::Constraint(0), R::Degree { axis: "u", degree: 1, order: 2 });
+    refused(&nodes, &straight, "constraints[0]: along u the model has the degree 1: derivatives of order 2");
     let knots = vec![0.0, 0.0, 0.0, 0.5, 0.5, 1.0, 1.0, 1.0];
     let kinked = |kind| {
         let model = Model::BSpline { degree: Degree::Both(2), knots: Knots::Curve(knots.clone()), weights: None };
         spec(model, vec![just(kind)])
     };
     certified(&fit(&nodes, &kinked(Increasing)));
-    refused(&nodes, &kinked(Convex), Field::Constraint(0), R::Knot { knot: 0.5, given: 2, most: 1 });
+    refused(&nodes, &kinked(Convex), "constraints[0]: the knot 0.5 stands 2 times");
     let weights = Some(vec![1.0, 2.0, 1.0, 1.0, 1.0]);
     let rational = Model::BSpline { degree: Degree::Both(2), knots: Knots::Curve(knots.clone()), weights };
-    refused(&nodes, &spec(rational, rising()), Field::Constraints, R::Rational);
+    refused(&nodes, &spec(rational, rising()), "constraints: derivatives of NURBS");
     let matrix = Nodes::matrix(vec![1.0, 2.0, 4.0], 1, vec![1.0, 2.0, 3.0], None, None).unwrap();
-    refused(&matrix, &spec(Model::Linear, rising()), Field::Constraints, R::OfMatrix);
+    refused(&matrix, &spec(Model::Linear, rising()), "constraints: a measurement matrix is no function");
     let grid = Nodes::grid(dense(4), dense(4), vec![0.0; 25], None, None).unwrap();
-    refused(&grid, &plain(), Field::ConstraintAlong(0), R::AxisMissing);
+    refused(&grid, &plain(), "constraints[0].along: missing");
     let four = Nodes::curve(vec![0.0, 1.0, 2.0, 3.0], vec![3.0, 1.0, 2.0, 4.0], None).unwrap();
-    refused(&four, &plain(), Field::NoiseSigma, R::NoNoise);
+    refused(&four, &plain(), "noise_sigma: as many coefficients as nodes");
     certified(&fit(&four, &FitSpec { noise_sigma: Some(0.1), ..plain() }));
     let big = Nodes::grid(dense(24), dense(24), vec![0.0; 625], None, None).unwrap();
     let many = spec(splines(3, 18), along(FilterAxis::U));
-    refused(&big, &many, Field::Constraints, R::TooMany { coefficients: 441, most: 400 });
+    refused(&big, &many, "constraints: constraints are for at most 400 coefficients, this model has 441");
 }

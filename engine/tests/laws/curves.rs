@@ -4,8 +4,8 @@
 use crate::problems::config;
 use flankfit_engine::geometry::BSplineBasis;
 use flankfit_engine::geometry::curve::{
-    BSplineCurve, Closest, Curve, CurveShape, Ends, KnotChoice, Method, Parametrization, Part, Points, Tangents,
-    arc_length, bending, construct::shape_through, knots, measure::DEFAULT_TOLERANCE, through,
+    BSplineCurve, Closest, Curve, CurveShape, Ends, KnotChoice, Method, Parametrization, Points, Tangents, arc_length,
+    bending, construct::shape_through, knots, measure::DEFAULT_TOLERANCE, through,
 };
 use flankfit_engine::geometry::space::{Dimension, Vector};
 use proptest::prelude::*;
@@ -389,14 +389,14 @@ proptest! {
     fn faults_name_what_they_refuse((x, values) in nodes(4..9), place in 1usize..3) {
         for method in methods(x.len()) {
             let polynomial = matches!(method, Method::Lagrange | Method::Newton | Method::Hermite { .. });
-            let of = |x: &[f64], values: &[Vector]| shape_through(&graph(x, values), &method).unwrap_err();
+            let of = |x: &[f64], values: &[Vector]| shape_through(&graph(x, values), &method).unwrap_err().list()[0].path.clone();
             let mut bad = x.clone();
             bad[place] = bad[place - 1];
             let fault = of(&bad, &values);
-            prop_assert_eq!((fault.part(), fault.indices()), (Some(Part::X), vec![place]));
+            prop_assert_eq!(fault, format!("points.x[{place}]"));
             bad[place] = f64::NAN;
             let fault = of(&bad, &values);
-            prop_assert_eq!((fault.part(), fault.indices()), (Some(Part::X), vec![place]));
+            prop_assert_eq!(fault, format!("points.x[{place}]"));
             let mut bad = x.clone();
             bad.reverse();
             if polynomial {
@@ -405,18 +405,18 @@ proptest! {
                 prop_assert_eq!((curve.domain(), at), ([x[0], x[x.len() - 1]], bad));
             } else {
                 let fault = of(&bad, &values);
-                prop_assert_eq!((fault.part(), fault.indices()), (Some(Part::X), vec![1]));
+                prop_assert_eq!(fault, "points.x[1]");
             }
             let mut bad = values.clone();
             bad[place].x = f64::INFINITY;
             let fault = of(&x, &bad);
-            prop_assert_eq!((fault.part(), fault.indices()), (Some(Part::Y), vec![place]));
-            prop_assert_eq!(of(&x, &values[1..]).part(), Some(Part::Y));
+            prop_assert_eq!(fault, format!("points.y[{place}]"));
+            prop_assert_eq!(of(&x, &values[1..]), "points.y");
             let fault = shape_through(&space(bad.clone(), Parametrization::Uniform), &method).unwrap_err();
-            prop_assert_eq!((fault.part(), fault.indices()), (Some(Part::Points), vec![place]));
+            prop_assert_eq!(&*fault.list()[0].path, format!("points.xyz[{place}]"));
             bad[place] = bad[place - 1];
             let fault = shape_through(&space(bad, Parametrization::Centripetal), &method).unwrap_err();
-            prop_assert_eq!((fault.part(), fault.indices()), (Some(Part::Points), vec![place]));
+            prop_assert_eq!(&*fault.list()[0].path, format!("points.xyz[{place}]"));
         }
     }
 }

@@ -1,7 +1,6 @@
 //! Curves and surfaces near points: the shape is the fit; NURBS with given weights; what they
 //! reproduce.
 
-use flankfit_engine::estimation::Field;
 use flankfit_engine::estimation::near::{Shape, shape_of};
 use flankfit_engine::estimation::spec::{
     Count, Degree, Estimator, FitSpec, Include, Knots, Model, NodeUncertainty, Parameter, Regularization, Scaling,
@@ -266,12 +265,12 @@ fn weights_are_checked() {
     let field = |weights: Vec<f64>| {
         let model = Model::BSpline { degree: Degree::Both(2), knots: Knots::Spans(2), weights: Some(weights) };
         match fit(&nodes, &plain(model)) {
-            Err(flankfit_engine::estimation::FitError::Invalid(faults)) => faults.list()[0].field,
+            Err(flankfit_engine::estimation::FitError::Invalid(faults)) => faults.list()[0].path.clone(),
             other => panic!("{other:?}"),
         }
     };
-    assert_eq!(field(vec![1.0; 3]), Field::ControlWeights);
-    assert_eq!(field(vec![1.0, 1.0, 0.0, 1.0]), Field::ControlWeight(2));
+    assert_eq!(field(vec![1.0; 3]), "model.weights");
+    assert_eq!(field(vec![1.0, 1.0, 0.0, 1.0]), "model.weights[2]");
     let auto = Regularization::Spectral {
         scheme: flankfit_engine::estimation::spec::Scheme::Exact,
         count: Count::Given(1),

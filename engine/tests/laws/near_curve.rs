@@ -1,11 +1,11 @@
 //! Curves near points: every coordinate is a fit of the service; circles; knots by data and by
 //! residuals.
 
+use flankfit_engine::estimation::FitError;
 use flankfit_engine::estimation::near::{
     Adaptive, CurveFit, CurvePoints, CurveSettings, KnotPlacement, Parameters, Stop, curve,
 };
 use flankfit_engine::estimation::spec::{Degree, Estimator, FitSpec, Include, Knots, Model, Regularization};
-use flankfit_engine::estimation::{Field, Refused, near::fault::CurveField};
 use flankfit_engine::estimation::{Nodes, fit};
 use flankfit_engine::geometry::curve::{Curve, parametrization::Parametrization};
 use proptest::prelude::*;
@@ -193,22 +193,22 @@ fn averaged_knots_and_faults() {
         &CurvePoints { coordinates, parameters, weight: None },
         asked,
     ) {
-        Err(Refused::Invalid(faults)) => faults.list()[0].field,
+        Err(FitError::Invalid(faults)) => faults.list()[0].path.clone(),
         other => panic!("{other:?}"),
     };
     let spans = asked(3, KnotPlacement::Spans(4), None);
     let mut bad = coordinates.clone();
     bad[1][7] = f64::NAN;
-    assert_eq!(field(&bad, by, &spans), CurveField::Coordinate(7, 1));
-    assert_eq!(field(&coordinates[..1], by, &spans), CurveField::Parametrization);
+    assert_eq!(field(&bad, by, &spans), "points.xyz[7][1]");
+    assert_eq!(field(&coordinates[..1], by, &spans), "points.parametrization");
     let many = asked(3, KnotPlacement::Averaged { controls: 70 }, None);
-    assert_eq!(field(&coordinates, by, &many), CurveField::ControlCount);
+    assert_eq!(field(&coordinates, by, &many), "method.control_count");
     let knots = asked(3, KnotPlacement::Given(vec![0., 0., 0., 0., 2., 1., 3., 3., 3., 3.]), None);
-    assert_eq!(field(&coordinates, by, &knots), CurveField::Fit(Field::Knot(5)));
+    assert_eq!(field(&coordinates, by, &knots), "model.knots[5]");
     let weights = asked(3, KnotPlacement::Spans(2), Some(vec![1.0, 1.0, -1.0, 1.0, 1.0]));
-    assert_eq!(field(&coordinates, by, &weights), CurveField::Fit(Field::ControlWeight(2)));
+    assert_eq!(field(&coordinates, by, &weights), "model.weights[2]");
     let outside = asked(3, KnotPlacement::Given(vec![0., 0., 0., 0., 0.5, 0.5, 0.5, 0.5]), None);
-    assert!(matches!(field(&coordinates, by, &outside), CurveField::Point(_)));
+    assert!(field(&coordinates, by, &outside).starts_with("points.xyz["));
 }
 
 /// A point of weight 0 beyond the others is not what knots are laid over.

@@ -8,7 +8,6 @@ use flankfit_engine::estimation::spec::{
     Parameter, PolynomialBasis, Regularization, Scaling, Scheme, ShrinkageFactor, Terms, Tikhonov,
 };
 use flankfit_engine::estimation::spec::{Filter, Gaussian};
-use flankfit_engine::estimation::{Field, NodeList, Reason};
 use flankfit_engine::estimation::{FitError, Nodes, Recursive, fit};
 
 const BY: Parameter = Parameter::Criterion(Criterion::Gcv);
@@ -72,9 +71,9 @@ fn regularizations() -> Vec<Regularization> {
     all
 }
 
-fn field(error: &FitError) -> Field {
+fn path(error: &FitError) -> &str {
     match error {
-        FitError::Invalid(faults) => faults.list()[0].field,
+        FitError::Invalid(faults) => &faults.list()[0].path,
         other => panic!("{other:?}"),
     }
 }
@@ -104,7 +103,7 @@ fn a_stream_refuses_at_opening_what_its_fit_would_refuse_in_the_end() {
                         opened += 1;
                     }
                     (Err(batch), Err(stream)) => {
-                        assert_eq!(field(&batch), stream.list()[0].field, "{spec:?}");
+                        assert_eq!(path(&batch), stream.list()[0].path, "{spec:?}");
                         refused += 1;
                     }
                     (batch, stream) => panic!("{batch:?} {:?} {spec:?}", stream.err()),
@@ -134,21 +133,22 @@ fn where_the_first_block_decides_it_is_refused_and_changes_nothing() {
     let tikhonov = |order, weights| Regularization::Tikhonov(Tikhonov { order, weights, parameter: BY });
     let attraction = |n| Regularization::Attraction(Attraction { target: vec![0.0; n], parameter: BY });
     let cases = [
-        (of(&linear, Regularization::TruncatedSvd { rank: 3 }), wide(2), Field::List(NodeList::X), wide(3)),
-        (of(&linear, attraction(3)), wide(4), Field::List(NodeList::X), wide(3)),
-        (of(&linear, tikhonov(2, None)), wide(2), Field::List(NodeList::X), wide(3)),
-        (of(&raw, Regularization::TruncatedSvd { rank: 5 }), curve.clone(), Field::NodesType, surface.clone()),
-        (of(&raw, attraction(4)), surface.clone(), Field::NodesType, curve.clone()),
-        (of(&raw, tikhonov(1, Some(vec![1.0, 2.0]))), curve.clone(), Field::NodesType, surface.clone()),
-        (of(&raw, tikhonov(1, Some(vec![1.0]))), surface.clone(), Field::NodesType, curve.clone()),
+        (of(&linear, Regularization::TruncatedSvd { rank: 3 }), wide(2), "nodes.x", wide(3)),
+        (of(&linear, attraction(3)), wide(4), "nodes.x", wide(3)),
+        (of(&linear, tikhonov(2, None)), wide(2), "nodes.x", wide(3)),
+        (of(&raw, Regularization::TruncatedSvd { rank: 5 }), curve.clone(), "nodes.type", surface.clone()),
+        (of(&raw, attraction(4)), surface.clone(), "nodes.type", curve.clone()),
+        (of(&raw, tikhonov(1, Some(vec![1.0, 2.0]))), curve.clone(), "nodes.type", surface.clone()),
+        (of(&raw, tikhonov(1, Some(vec![1.0]))), surface.clone(), "nodes.type", curve.clone()),
     ];
     for (spec, wrong, place, right) in cases {
-        let batch = field(&fit(&wrong, &spec).unwrap_err());
+        let batch = fit(&wrong, &spec).unwrap_err();
+        let batch = path(&batch).replace(['.', '['], "/").replace(']', "");
         let mut stream = Recursive::new(&spec, 1.0).unwrap();
         let faults = stream.push(&wrong).expect_err(&format!("{spec:?}"));
-        assert_eq!(faults.list()[0].field, place, "{spec:?}");
-        let reason = &faults.list()[0].reason;
-        assert!(matches!(reason, Reason::Unsuited { field, .. } if *field == batch), "{reason}");
+        assert_eq!(faults.list()[0].path, place, "{spec:?}");
+        let told = &faults.list()[0].message;
+        assert!(told.starts_with(&format!("the stream's /{batch} does not suit these nodes: ")), "{told}");
         assert_eq!((stream.count(), stream.size(), stream.state()), (0, None, None));
         stream.push(&right).unwrap();
         assert!(stream.result().unwrap().is_some());
@@ -156,18 +156,14 @@ fn where_the_first_block_decides_it_is_refused_and_changes_nothing() {
     // as a curve or as a surface: one place, and what is wrong with either
     for regularization in [Regularization::TruncatedSvd { rank: 17 }, attraction(5), tikhonov(1, Some(vec![1.0; 3]))] {
         let faults = Recursive::new(&of(&raw, regularization.clone()), 1.0).err().unwrap();
-        let fields: Vec<Field> = faults.list().iter().map(|fault| fault.field).collect();
+        let paths: Vec<&str> = faults.list().iter().map(|fault| &*fault.path).collect();
         let expected = match regularization {
-            Regularization::TruncatedSvd { .. } => Field::Rank,
-            Regularization::Attraction(_) => Field::Target,
-            _ => Field::PenaltyWeights,
+            Regularization::TruncatedSvd { .. } => "regularization.rank",
+            Regularization::Attraction(_) => "regularization.target",
+            _ => "regularization.weights",
         };
-        assert_eq!(fields, [expected; 2]);
-        assert!(
-            faults.list()[1].reason.to_string().starts_with("for a surface: "),
-            "{}",
-            faults.list()[1].reason.to_string()
-        );
+        assert_eq!(paths, [expected; 2]);
+        assert!(faults.list()[1].message.starts_with("for a surface: "), "{}", faults.list()[1].message);
     }
 }
 
@@ -179,7 +175,7 @@ fn constraints_are_for_all_nodes_together() {
         regularization: Regularization::None,
         ..polynomial(Degree::Each(1, 1), PolynomialBasis::Monomial)
     };
-    assert_eq!(Recursive::new(&spec, 1.0).err().unwrap().list()[0].field, Field::Constraints);
+    assert_eq!(Recursive::new(&spec, 1.0).err().unwrap().list()[0].path, "constraints");
 }
 
 #[test]
@@ -188,5 +184,5 @@ fn filters_are_for_whole_profiles() {
         filters: vec![Filter::Gaussian(Gaussian { axis: None, cutoff: 1.0, robust: None })],
         ..polynomial(Degree::Each(1, 1), PolynomialBasis::Monomial)
     };
-    assert_eq!(Recursive::new(&spec, 1.0).err().unwrap().list()[0].field, Field::Filters);
+    assert_eq!(Recursive::new(&spec, 1.0).err().unwrap().list()[0].path, "filters");
 }

@@ -7,9 +7,7 @@ use std::f64::consts::TAU;
 
 use crate::oracle::random::Random;
 use flankfit_engine::estimation::{
-    FitError, FitResult, FitSpec, Nodes, Plans, Reason,
-    fault::NodesReason,
-    fit, fit_remembering,
+    FitError, FitResult, FitSpec, Nodes, Plans, fit, fit_remembering,
     result::{Outliers, Warning},
     spec::{
         Along, Constraint, ConstraintKind, Correlation, Degree, Errors, Estimator, Filter, FilterAxis, Gaussian, Loss,
@@ -268,24 +266,20 @@ fn an_excluded_node_is_a_missing_one() {
     for (a, b) in scattered.expect("a fit").coefficients.iter().zip(&missing.coefficients) {
         assert!((a.value - b.value).abs() < 1e-10);
     }
-    let reasons = |nodes: &Nodes, exclude: Vec<NodeAt>| match fit(nodes, &excluding(exclude)) {
-        Err(FitError::Invalid(faults)) => faults.list().iter().map(|fault| fault.reason.clone()).collect(),
+    let told = |nodes: &Nodes, exclude: Vec<NodeAt>| match fit(nodes, &excluding(exclude)) {
+        Err(FitError::Invalid(faults)) => faults.to_string(),
         other => panic!("{other:?}"),
     };
     let beyond = vec![NodeAt::Cell { row: 5, column: 0 }, NodeAt::Index(45), NodeAt::Index(3), named[0], named[0]];
-    let why: Vec<Reason> = reasons(&SMALL.grid(&errors), beyond);
     assert_eq!(
-        why,
-        [
-            Reason::Nodes(NodesReason::NoSuchCell { rows: 5, columns: 9 }),
-            Reason::Nodes(NodesReason::NoSuchNode { posted: 45 }),
-            Reason::Nodes(NodesReason::ExcludedTwice(3)),
-        ]
+        told(&SMALL.grid(&errors), beyond),
+        "exclude[0]: the grid has 5 rows and 9 columns, which count from 0; exclude[1]: there is no such node: 45 were \
+         posted, numbers count from 0; exclude[4]: this node is already excluded by entry 3: name it once"
     );
-    let cell: Vec<Reason> = reasons(&SMALL.scattered(&errors, None), vec![named[0]]);
-    assert_eq!(cell, [Reason::Nodes(NodesReason::NoCells)]);
-    let most: Vec<Reason> = reasons(&SMALL.grid(&errors), (0..37).map(NodeAt::Index).collect());
-    assert_eq!(most, [Reason::Nodes(NodesReason::TooFewLeft { left: 8, coefficients: 9 })]);
-    let all: Vec<Reason> = reasons(&SMALL.grid(&errors), (0..45).map(NodeAt::Index).collect());
-    assert_eq!(all, [Reason::Nodes(NodesReason::NoneLeft)]);
+    let cell = told(&SMALL.scattered(&errors, None), vec![named[0]]);
+    assert_eq!(cell, "exclude[0]: only the nodes of a grid have a row and a column: give the node's index");
+    let most = told(&SMALL.grid(&errors), (0..37).map(NodeAt::Index).collect());
+    assert_eq!(most, "exclude: 8 nodes are left for 9 coefficients: leave fewer out, or lower the degree");
+    let all = told(&SMALL.grid(&errors), (0..45).map(NodeAt::Index).collect());
+    assert_eq!(all, "exclude: no node is left: leave fewer out");
 }

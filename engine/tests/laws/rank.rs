@@ -5,7 +5,6 @@ use crate::oracle::matrix::{doubles, least_squares, rows, vector};
 use crate::oracle::random::Random;
 use crate::problems::{assert_close, config, fit, linear, matrix, polynomial, values};
 use flankfit_engine::estimation::spec::{Degree, FitSpec, Parameter, PolynomialBasis, Regularization, Scaling};
-use flankfit_engine::estimation::{Field, NodeList};
 use flankfit_engine::estimation::{FitError, FitResult, Nodes, fit as try_fit};
 use proptest::prelude::*;
 
@@ -162,6 +161,6 @@ fn nodes_outside_a_given_domain_are_refused() {
     for basis in [PolynomialBasis::Monomial, PolynomialBasis::Legendre] {
         let refused = try_fit(&nodes, &FitSpec { domain, ..polynomial(Degree::Both(1), basis) });
         let Err(FitError::Invalid(faults)) = refused else { panic!("{refused:?}") };
-        assert_eq!(faults.list()[0].field, Field::Entry(NodeList::X, 3));
+        assert_eq!(faults.list()[0].path, "nodes.x[3]");
     }
 }

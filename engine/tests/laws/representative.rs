@@ -6,8 +6,7 @@ use crate::{
     problems::{config, fit},
 };
 use flankfit_engine::estimation::{
-    self, Field, FitError, FitResult, Nodes, Recursive,
-    fault::{Reason, RegularizationReason},
+    self, FitError, FitResult, Nodes, Recursive,
     spec::{
         Count, Criterion, DEFAULT_CONDITION_LIMIT, Degree, FitSpec, Include, Kinds, Model, Parameter, Piece, PieceOf,
         Places, PolynomialBasis, Predict, Regularization, Representative, Scaling, Scheme, Terms,
@@ -210,19 +209,15 @@ fn a_piece_of_other_directions_is_told() {
 }
 
 #[track_caller]
-fn refused(nodes: &Nodes, spec: &FitSpec, field: Field, reason: Reason) {
+fn refused(nodes: &Nodes, spec: &FitSpec, told: &str) {
     match estimation::fit(nodes, spec) {
-        Err(FitError::Invalid(faults)) => {
-            let found = &faults.list()[0];
-            assert_eq!((found.field, &found.reason), (field, &reason));
-        }
+        Err(FitError::Invalid(faults)) => assert!(faults.to_string().starts_with(told), "{faults}"),
         other => panic!("{other:?}"),
     }
 }
 
 #[test]
 fn a_piece_has_to_be_of_the_model() {
-    use RegularizationReason as R;
     let random = &mut Random::new(9);
     let x: Vec<f64> = (0..15).map(|k| 1.0 + f64::from(k) / 14.0).collect();
     let (first, second) = (nodes(&x, random), nodes(&x, random));
@@ -241,27 +236,30 @@ fn a_piece_has_to_be_of_the_model() {
     fit(&second, &with(&|_| {}));
     let none = Representative { of: PieceOf { iteration: Some(3), fit_id: None }, piece: None };
     let spec = FitSpec { regularization: Regularization::Representative(none), ..FitSpec::new(powers(3)) };
-    refused(&second, &spec, Field::PieceIteration, R::NoJob.into());
+    refused(&second, &spec, "regularization.iteration: iterations are those of a job");
     let spec = FitSpec { scaling: Scaling::Standardized, ..with(&|_| {}) };
-    refused(&second, &spec, Field::Scaling, R::PieceOfStandardized.into());
-    refused(&second, &with(&|p| p.model = powers(4)), Field::PieceModel, R::OtherModel.into());
+    refused(&second, &spec, "scaling: a representative piece is of columns that are not standardised");
+    refused(&second, &with(&|p| p.model = powers(4)), "regularization.piece.model: the piece is of another model");
     // a mapped basis is another one on another domain, powers are the same
     fit(&second, &with(&|p| p.domain = None));
     let mut elsewhere = of(legendre.clone());
     elsewhere.domain.as_mut().unwrap().u = Some([1.0, 2.5]);
     let spec = FitSpec { regularization: by(elsewhere), ..FitSpec::new(legendre) };
-    refused(&second, &spec, Field::PieceDomain, R::OtherDomain.into());
-    let count = |given, wanted| Reason::from(R::PieceCount { given, wanted });
-    refused(&second, &with(&|p| p.scale.truncate(3)), Field::PieceScale, count(3, 4));
-    refused(&second, &with(&|p| p.directions.truncate(1)), Field::PieceDirections, count(1, 2));
-    refused(&second, &with(&|p| p.directions[1].push(0.0)), Field::PieceDirection(1), count(5, 4));
+    refused(&second, &spec, "regularization.piece.domain: the piece has another domain");
+    refused(&second, &with(&|p| p.scale.truncate(3)), "regularization.piece.scale: 3 entries; there are 4");
+    refused(&second, &with(&|p| p.directions.truncate(1)), "regularization.piece.directions: 1 entry; there are 2");
+    refused(
+        &second,
+        &with(&|p| p.directions[1].push(0.0)),
+        "regularization.piece.directions[1]: 5 entries; there are 4",
+    );
     let empty = with(&|p| (p.directions, p.eigenvalues) = (vec![], vec![]));
-    refused(&second, &empty, Field::PieceEigenvalues, R::PieceEigenvalues { coefficients: 4 }.into());
-    refused(&second, &with(&|p| p.eigenvalues[1] = 0.0), Field::PieceEigenvalue(1), R::NotPositive(0.0).into());
-    refused(&second, &with(&|p| p.scale[2] = -1.0), Field::PieceScaleOf(2), R::NotPositive(-1.0).into());
-    refused(&second, &with(&|p| p.lambda_star = 0.0), Field::PieceLambdaStar, R::NotPositive(0.0).into());
+    refused(&second, &empty, "regularization.piece.eigenvalues: from 1 to 4 eigenvalues");
+    refused(&second, &with(&|p| p.eigenvalues[1] = 0.0), "regularization.piece.eigenvalues[1]: 0 is not greater");
+    refused(&second, &with(&|p| p.scale[2] = -1.0), "regularization.piece.scale[2]: -1 is not greater");
+    refused(&second, &with(&|p| p.lambda_star = 0.0), "regularization.piece.lambda_star: 0 is not greater");
     let longer = with(&|p| p.directions[0][0] += 0.1);
-    refused(&second, &longer, Field::PieceDirection(0), R::NotOrthonormal.into());
+    refused(&second, &longer, "regularization.piece.directions[0]: directions are of length 1");
     // what gives nothing says so
     let ridge = Regularization::Ridge { parameter: Parameter::Fixed(1.0) };
     let found = fit(&first, &FitSpec { regularization: ridge, include, ..FitSpec::new(powers(3)) });

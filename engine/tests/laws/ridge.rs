@@ -5,7 +5,6 @@ use crate::oracle::big::Big;
 use crate::oracle::matrix::{column, dot, doubles, gram, inverse, times, vector};
 use crate::oracle::spectral::Filter;
 use crate::problems::{Problem, assert_all_close, assert_close, by, close, columns, config, fit, linear, values};
-use flankfit_engine::estimation::Field;
 use flankfit_engine::estimation::spec::{Criterion, FitSpec, Parameter, Regularization, Scaling};
 use flankfit_engine::estimation::{FitError, fit as try_fit};
 use proptest::prelude::*;
@@ -83,7 +82,7 @@ fn ridge_has_no_least_condition() {
     let spec = FitSpec { regularization: ridge(by(Criterion::MinCondition)), ..linear() };
     let refused = try_fit(&problem.nodes(), &spec);
     let Err(FitError::Invalid(faults)) = refused else { panic!("{refused:?}") };
-    assert!(faults.list()[0].field == Field::Criterion, "{faults:?}");
+    assert!(faults.list()[0].path == "regularization.parameter.criterion", "{faults:?}");
 }
 
 #[test]
@@ -95,6 +94,6 @@ fn no_regularised_count_reaches_n() {
         let spec = FitSpec { regularization: spectral(scheme, Count::Given(count), by(Criterion::MinMse)), ..linear() };
         let refused = try_fit(&problem.nodes(), &spec);
         let Err(FitError::Invalid(faults)) = refused else { panic!("{refused:?}") };
-        assert_eq!(faults.list()[0].field, Field::Count);
+        assert_eq!(faults.list()[0].path, "regularization.count");
     }
 }

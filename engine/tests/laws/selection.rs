@@ -4,7 +4,7 @@
 use crate::oracle::random::Random;
 use crate::problems::{assert_close, by, fit, linear, polynomial, warned};
 use flankfit_engine::estimation::{
-    Field, FitError, FitResult, Nodes, fit as try_fit,
+    FitError, FitResult, Nodes, fit as try_fit,
     result::TermKey,
     spec::{
         Candidates, Criterion, Degree, FitSpec, Folds, FoldsBy, Include, Model, ModelCriterion, Places,
@@ -253,12 +253,12 @@ fn columns_of_a_matrix() {
     assert_close("value", value, a + 0.5 * c + 2.0 * e, 1e-12, 0.0);
     // as wide as the columns that were chosen, not as those that were posted
     let wrong = FitSpec { predict: at(vec![vec![1.0; 3]]), ..spec };
-    assert_eq!(refused(&nodes, wrong), Field::PredictRow(0));
+    assert_eq!(refused(&nodes, wrong), "predict.at.x[0]");
 }
 
-fn refused(nodes: &Nodes, spec: FitSpec) -> Field {
+fn refused(nodes: &Nodes, spec: FitSpec) -> String {
     match try_fit(nodes, &spec) {
-        Err(FitError::Invalid(faults)) => faults.list()[0].field,
+        Err(FitError::Invalid(faults)) => faults.list()[0].path.clone(),
         other => panic!("{other:?}"),
     }
 }
@@ -267,31 +267,31 @@ fn refused(nodes: &Nodes, spec: FitSpec) -> Field {
 fn what_cannot_be_chosen_is_refused() {
     let nodes = Surface::new().nodes();
     let bic = ModelCriterion::Bic;
-    assert_eq!(refused(&nodes, selecting(Degree::Each(8, 8), bic)), Field::SelectDegrees);
-    assert_eq!(refused(&nodes, selecting(Degree::Both(usize::MAX), bic)), Field::SelectDegrees);
+    assert_eq!(refused(&nodes, selecting(Degree::Each(8, 8), bic)), "select.degrees");
+    assert_eq!(refused(&nodes, selecting(Degree::Both(usize::MAX), bic)), "select.degrees");
     let curve = Nodes::curve(vec![0.0, 1.0, 2.0, 3.0], vec![1.0, 0.0, 2.0, 1.0], None).unwrap();
-    assert_eq!(refused(&curve, selecting(Degree::Each(1, 1), bic)), Field::SelectDegrees);
+    assert_eq!(refused(&curve, selecting(Degree::Each(1, 1), bic)), "select.degrees");
     let few = Nodes::curve(vec![0.0, 1.0], vec![1.0, 0.0], None).unwrap();
-    assert_eq!(refused(&few, selecting(Degree::Both(0), ModelCriterion::Aicc)), Field::SelectCriterion);
+    assert_eq!(refused(&few, selecting(Degree::Both(0), ModelCriterion::Aicc)), "select.criterion");
     let matrix = Nodes::matrix(vec![1.0, 1.0, 2.0], 1, vec![1.0, 2.0, 1.0], None, None).unwrap();
     let of_matrix = FitSpec { model: Model::Linear, ..selecting(Degree::Both(1), bic) };
-    assert_eq!(refused(&matrix, of_matrix), Field::SelectDegrees);
+    assert_eq!(refused(&matrix, of_matrix), "select.degrees");
     let free = Select { hierarchical: false, ..by_terms(TermSearch::Backward, bic).unwrap() };
-    assert_eq!(refused(&nodes, FitSpec { select: Some(free), ..plain(Degree::Both(1)) }), Field::SelectHierarchical);
+    assert_eq!(refused(&nodes, FitSpec { select: Some(free), ..plain(Degree::Both(1)) }), "select.hierarchical");
     let unequal = FitSpec { variance: Variance::Hc3, ..selecting(Degree::Both(1), bic) };
-    assert_eq!(refused(&nodes, unequal), Field::Variance);
+    assert_eq!(refused(&nodes, unequal), "variance");
     for alpha in [0.0, 1.5, f64::NAN] {
         let select = by_terms(TermSearch::ElasticNet { alpha }, bic);
-        assert_eq!(refused(&nodes, FitSpec { select, ..plain(Degree::Both(1)) }), Field::SelectAlpha);
+        assert_eq!(refused(&nodes, FitSpec { select, ..plain(Degree::Both(1)) }), "select.alpha");
     }
     let folds = |by, count| Some(Folds { by, count });
     let ridge = Regularization::Ridge { parameter: by(Criterion::BlockedCv) };
     let with = |folds| FitSpec { regularization: ridge.clone(), folds, ..plain(Degree::Both(1)) };
-    assert_eq!(refused(&nodes, with(folds(FoldsBy::Rows, Some(10)))), Field::FoldsCount);
-    assert_eq!(refused(&nodes, with(folds(FoldsBy::Lines(vec![1]), None))), Field::FoldsLine);
-    assert_eq!(refused(&curve, with(folds(FoldsBy::Columns, None))), Field::FoldsBy);
+    assert_eq!(refused(&nodes, with(folds(FoldsBy::Rows, Some(10)))), "folds.count");
+    assert_eq!(refused(&nodes, with(folds(FoldsBy::Lines(vec![1]), None))), "folds.line");
+    assert_eq!(refused(&curve, with(folds(FoldsBy::Columns, None))), "folds.by");
     let unused = FitSpec { folds: folds(FoldsBy::Rows, None), ..plain(Degree::Both(1)) };
-    assert_eq!(refused(&nodes, unused), Field::Folds);
+    assert_eq!(refused(&nodes, unused), "folds");
 }
 
 #[test]
@@ -301,14 +301,14 @@ fn terms_that_cannot_stand_together_are_refused() {
         let terms = Terms::Listed(listed.to_vec());
         FitSpec::new(Model::Polynomial { degree: Degree::Each(2, 1), basis: PolynomialBasis::Monomial, terms })
     };
-    assert_eq!(refused(&nodes, of(&[])), Field::Terms);
-    assert_eq!(refused(&nodes, of(&[[0, 0], [1, 0], [1, 1]])), Field::Term(2));
-    assert_eq!(refused(&nodes, of(&[[0, 0], [1, 0], [1, 0]])), Field::Term(2));
-    assert_eq!(refused(&nodes, of(&[[0, 0], [0, 1], [0, 2]])), Field::Term(2));
+    assert_eq!(refused(&nodes, of(&[])), "model.terms");
+    assert_eq!(refused(&nodes, of(&[[0, 0], [1, 0], [1, 1]])), "model.terms[2]");
+    assert_eq!(refused(&nodes, of(&[[0, 0], [1, 0], [1, 0]])), "model.terms[2]");
+    assert_eq!(refused(&nodes, of(&[[0, 0], [0, 1], [0, 2]])), "model.terms[2]");
     let curve = Nodes::curve(vec![0.0, 1.0, 2.0], vec![1.0, 0.0, 2.0], None).unwrap();
     let listed = Terms::Listed(vec![[0, 0]]);
     let model = Model::Polynomial { degree: Degree::Both(1), basis: PolynomialBasis::Monomial, terms: listed };
-    assert_eq!(refused(&curve, FitSpec::new(model)), Field::Terms);
+    assert_eq!(refused(&curve, FitSpec::new(model)), "model.terms");
 }
 
 /// Coverage of the interval of the height in the middle, and how often the parabola is chosen, for

@@ -6,7 +6,6 @@ use crate::problems::{
     Problem, assert_all_close, assert_close, by, columns, config, fit, least_squares_values, linear, matrix, values,
     warned,
 };
-use flankfit_engine::estimation::Field;
 use flankfit_engine::estimation::spec::{
     Attraction, Criterion, FitSpec, JamesStein, Parameter, Regularization, Scaling, ShrinkageFactor,
 };
@@ -187,7 +186,7 @@ fn truncation_of_dependent_columns() {
     assert_close("sum of slopes", values(&result)[1] + values(&result)[2], values(&plain)[1], 1e-10, 0.0);
     for rank in [0, 4, 5] {
         let Err(FitError::Invalid(faults)) = try_fit(&nodes, &spec(rank)) else { panic!("rank {rank}") };
-        assert_eq!(faults.list()[0].field, Field::Rank);
+        assert_eq!(faults.list()[0].path.clone(), "regularization.rank");
     }
 }
 
@@ -225,19 +224,22 @@ fn what_cannot_be_shrunk_is_refused() {
     let problem = Problem::graded(3, 4, 5, 2.0);
     let nodes = problem.nodes();
     let field = |regularization| match try_fit(&nodes, &FitSpec { regularization, ..linear() }) {
-        Err(FitError::Invalid(faults)) => faults.list()[0].field,
+        Err(FitError::Invalid(faults)) => faults.list()[0].path.clone(),
         other => panic!("{other:?}"),
     };
-    assert_eq!(field(attraction(&[1.0, 2.0], by(Criterion::Optimal))), Field::Target);
-    assert_eq!(field(attraction(&[1.0, 2.0, 3.0, 4.0], by(Criterion::MinCondition))), Field::Criterion);
+    assert_eq!(field(attraction(&[1.0, 2.0], by(Criterion::Optimal))), "regularization.target");
+    assert_eq!(
+        field(attraction(&[1.0, 2.0, 3.0, 4.0], by(Criterion::MinCondition))),
+        "regularization.parameter.criterion"
+    );
     let stein = |factor, target| Regularization::JamesStein(JamesStein { factor, positive_part: true, target });
-    assert_eq!(field(stein(ShrinkageFactor::JamesStein, Some(vec![0.0; 3]))), Field::Target);
+    assert_eq!(field(stein(ShrinkageFactor::JamesStein, Some(vec![0.0; 3]))), "regularization.target");
     // random columns cannot make a constant
-    assert_eq!(field(stein(ShrinkageFactor::EfronMorris, None)), Field::Variant);
+    assert_eq!(field(stein(ShrinkageFactor::EfronMorris, None)), "regularization.variant");
     let two = Problem::graded(3, 2, 5, 2.0);
     let spec = FitSpec { regularization: stein(ShrinkageFactor::JamesStein, None), ..linear() };
     let Err(FitError::Invalid(faults)) = try_fit(&two.nodes(), &spec) else { panic!("two directions") };
-    assert_eq!(faults.list()[0].field, Field::RegularizationType);
+    assert_eq!(faults.list()[0].path.clone(), "regularization.type");
     // without σ least squares is answered
     let square = Problem::graded(3, 4, 0, 2.0);
     let result = fit(&square.nodes(), &spec);

@@ -8,7 +8,6 @@ use crate::problems::{
     Problem, assert_all_close, assert_close, by, columns, config, filter, fit, linear, matrix, polynomial, spectral,
     values, warned,
 };
-use flankfit_engine::estimation::Field;
 use flankfit_engine::estimation::spec::{
     Count, Criterion, Degree, FitSpec, Include, Parameter, PolynomialBasis, Regularization, Scaling, Scheme,
 };
@@ -177,7 +176,7 @@ fn standardized_needs_one_constant() {
     for x in [rows_of(|k| vec![k, k * k]), rows_of(|k| vec![1.0, k, 2.0])] {
         let refused = try_fit(&matrix(&x, &y, None), &spec);
         let Err(FitError::Invalid(faults)) = refused else { panic!("{refused:?}") };
-        assert_eq!(faults.list()[0].field, Field::Scaling);
+        assert_eq!(faults.list()[0].path, "scaling");
     }
 }
 

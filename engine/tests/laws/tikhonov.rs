@@ -9,7 +9,6 @@ use crate::penalised::{check, check_curve, plus, roughness};
 use crate::problems::{
     Problem, Surface, assert_all_close, assert_close, by, config, fit, linear, matrix, polynomial, values, warned,
 };
-use flankfit_engine::estimation::Field;
 use flankfit_engine::estimation::spec::{
     Criterion, Degree, Domain, FitSpec, Knots, Model, Parameter, PolynomialBasis, Regularization, Scaling, Terms,
     Tikhonov,
@@ -329,7 +328,7 @@ fn what_cannot_be_penalised_is_refused() {
     let (x, y) = wave(2, 20);
     let nodes = Nodes::curve(x, y, None).expect("checked nodes");
     let field = |nodes: &Nodes, spec: FitSpec| match try_fit(nodes, &spec) {
-        Err(FitError::Invalid(faults)) => faults.list()[0].field,
+        Err(FitError::Invalid(faults)) => faults.list()[0].path.clone(),
         other => panic!("{other:?}"),
     };
     let of = |degree, order, weights: &[f64], scaling| FitSpec {
@@ -338,18 +337,18 @@ fn what_cannot_be_penalised_is_refused() {
         ..polynomial(Degree::Both(degree), PolynomialBasis::Chebyshev)
     };
     let unit = Scaling::UnitLength;
-    assert_eq!(field(&nodes, of(2, 3, &[1.0], unit)), Field::Order);
-    assert_eq!(field(&nodes, of(4, 4, &[1.0], unit)), Field::Order);
-    assert_eq!(field(&nodes, of(4, 0, &[1.0], Scaling::Standardized)), Field::Order);
-    assert_eq!(field(&nodes, of(4, 2, &[1.0, 1.0], unit)), Field::PenaltyWeights);
-    assert_eq!(field(&nodes, of(4, 2, &[0.0], unit)), Field::PenaltyWeights);
-    assert_eq!(field(&nodes, of(4, 2, &[-1.0], unit)), Field::PenaltyWeight(0));
+    assert_eq!(field(&nodes, of(2, 3, &[1.0], unit)), "regularization.order");
+    assert_eq!(field(&nodes, of(4, 4, &[1.0], unit)), "regularization.order");
+    assert_eq!(field(&nodes, of(4, 0, &[1.0], Scaling::Standardized)), "regularization.order");
+    assert_eq!(field(&nodes, of(4, 2, &[1.0, 1.0], unit)), "regularization.weights");
+    assert_eq!(field(&nodes, of(4, 2, &[0.0], unit)), "regularization.weights");
+    assert_eq!(field(&nodes, of(4, 2, &[-1.0], unit)), "regularization.weights[0]");
     let problem = Problem::graded(3, 3, 5, 2.0);
     let spec = FitSpec { regularization: tikhonov(3, &[1.0], by(Criterion::Gcv)), ..linear() };
-    assert_eq!(field(&problem.nodes(), spec), Field::Order);
+    assert_eq!(field(&problem.nodes(), spec), "regularization.order");
     // order 2 does not see the line that equal columns leave free
     let x: Vec<Vec<f64>> = (0..8).map(|i| vec![f64::from(i), f64::from(i), f64::from(i)]).collect();
     let y: Vec<f64> = (0..8).map(f64::from).collect();
     let spec = FitSpec { regularization: tikhonov(2, &[1.0], Parameter::Fixed(1.0)), ..linear() };
-    assert_eq!(field(&matrix(&x, &y, None), spec), Field::Order);
+    assert_eq!(field(&matrix(&x, &y, None), spec), "regularization.order");
 }

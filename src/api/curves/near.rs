@@ -9,11 +9,10 @@ use super::{
 };
 use crate::api::{
     faults::Faults,
-    fits::faults::{no_parameter, refused_curve},
     fits::{answer::text, canonical, reader::regularization::parameter},
     json::writer::{Json, Object},
     problem::Problem,
-    shapes::places::beyond,
+    shapes::{fault::refused, places::beyond},
     warning::WarningBody,
 };
 use flankfit_engine::{
@@ -21,12 +20,7 @@ use flankfit_engine::{
         FitSpec, Nodes,
         near::{self, Adaptive, CurveFit, CurvePoints, CurveSettings, KnotPlacement, Parameters, Stop},
         result::Warning,
-        smoothing::{
-            Smoothing, SmoothingFault, SmoothingSpline,
-            choice::NoParameter,
-            smoothing_spline,
-            spline::{self, Part},
-        },
+        smoothing::{Smoothing, SmoothingSpline, smoothing_spline, spline},
         spec::{Criterion, Parameter},
     },
     fault::words::rounded,
@@ -101,11 +95,12 @@ fn least_squares(given: &GivenPoints, weight: Option<Vec<f64>>, settings: CurveS
         },
         weight: weight.as_deref(),
     };
-    let fit = near::curve(&points, &settings).map_err(refused_curve)?;
+    let fit = near::curve(&points, &settings).map_err(|error| refused(error, "/points"))?;
     let CurveFit { curve, parameters, results, spec, max_error: _, rms_error: _, steps, stop } = &fit;
     let mut texts = Vec::with_capacity(results.len());
     for (result, heights) in results.iter().zip(&columns.values) {
-        let nodes = Nodes::curve(parameters.clone(), heights.clone(), weight.clone()).map_err(Problem::invalid)?;
+        let nodes = Nodes::curve(parameters.clone(), heights.clone(), weight.clone())
+            .map_err(|found| Problem::invalid(Faults::of_engine("/nodes", &found)))?;
         let digest = canonical::input_sha256(&nodes, spec);
         let text = text::write(result, None, &digest, spec.include).map_err(Problem::internal)?;
         texts.push(String::from_utf8(text).map_err(Problem::internal)?);
@@ -168,7 +163,7 @@ fn smoothed(given: &GivenPoints, method: &SmoothingSplineMethod) -> Result<Vec<u
         Points::Space { points, parametrization, .. } => {
             own = parametrization
                 .parameters(points)
-                .map_err(|fault| Problem::invalid(Faults::one("/points/xyz", fault.to_string())))?;
+                .map_err(|found| Problem::invalid(Faults::placed(&found, |_| "/points/xyz".to_owned())))?;
             &own
         }
     };
@@ -188,7 +183,7 @@ fn smoothed(given: &GivenPoints, method: &SmoothingSplineMethod) -> Result<Vec<u
     let weight = method.weight.as_ref().or(given.weight.as_ref());
     let points = spline::Points { x, coordinates: &columns.values, weight: weight.map(Vec::as_slice) };
     let settings = spline::SmoothingSpec { smoothing, noise_sigma: method.noise_sigma, pointwise: false };
-    let spline = smoothing_spline(&points, &settings).map_err(|fault| refused(&fault, columns.names.len()))?;
+    let spline = smoothing_spline(&points, &settings).map_err(Problem::invalid)?;
     let mut json = Json::with_capacity(1024 + 60 * x.len());
     let mut object = json.object();
     write_curve(&mut object, &CurveShape::BSpline(spline.curve.clone()), (columns.names.len() > 1).then_some(x));
@@ -216,30 +211,4 @@ fn write_smoothing(object: &mut Object<'_>, spline: &SmoothingSpline, names: &[&
                 .number("max_abs", spline.max_abs[c])
                 .maybe_number("sigma", spline.sigma[c]);
         });
-}
-
-/// Where in the request the reason of a fault stands.
-fn refused(fault: &SmoothingFault, coordinates: usize) -> Problem {
-    let part = |part: &Part| match part {
-        Part::Abscissae => "/points/x",
-        Part::Coordinate(_) if coordinates == 1 => "/points/y",
-        Part::Coordinate(_) => "/points/xyz",
-        Part::Weights => "/method/weight",
-    };
-    let pointer = match fault {
-        SmoothingFault::Count { part: place, .. } => part(place).to_owned(),
-        SmoothingFault::NotFinite { part: place, index } => format!("{}/{index}", part(place)),
-        SmoothingFault::Weight { index, .. } => format!("/method/weight/{index}"),
-        SmoothingFault::Descending { index, .. } => format!("/points/x/{index}"),
-        SmoothingFault::TooFew { .. } | SmoothingFault::Coordinates { .. } => "/points".to_owned(),
-        SmoothingFault::Parameter(NoParameter::NoSigma(_)) => "/method/noise_sigma".to_owned(),
-        SmoothingFault::Parameter(NoParameter::Degrees { .. }) => "/method/degrees_of_freedom".to_owned(),
-        SmoothingFault::Parameter(_) => "/method/parameter".to_owned(),
-        SmoothingFault::Range => "/points".to_owned(),
-    };
-    let detail = match fault {
-        SmoothingFault::Parameter(why) => no_parameter(why),
-        other => other.to_string(),
-    };
-    Problem::invalid(Faults::one(pointer, detail))
 }

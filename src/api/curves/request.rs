@@ -13,7 +13,6 @@ use crate::api::{
     fits::{reader::fields, spec::request::FitFields},
     json::{members::of_request, request::request},
     problem::Problem,
-    shapes::fault::{CurveFields, curve_fault},
 };
 use flankfit_engine::{
     estimation::Nodes,
@@ -69,16 +68,7 @@ pub fn build(text: &[u8], own: Option<&Nodes>) -> Result<Built, Problem> {
     faults.into_result(()).map_err(Problem::invalid)?;
     match method {
         RequestedMethod::Through { name, method } => {
-            let constructed = through(&points.points, &method).map_err(|fault| {
-                let fields = if graph {
-                    CurveFields { x: "points/x", values: "points/y" }
-                } else {
-                    CurveFields { x: "points/xyz", values: "points/xyz" }
-                };
-                let mut faults = Faults::default();
-                curve_fault(&fault, "", &fields, &mut faults);
-                Problem::invalid(faults)
-            })?;
+            let constructed = through(&points.points, &method).map_err(Problem::invalid)?;
             Ok(Built { method: name.to_owned(), result: result::through(&constructed, !graph)? })
         }
         RequestedMethod::Near { name, method } => {

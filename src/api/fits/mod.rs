@@ -2,7 +2,6 @@
 
 pub mod answer;
 pub mod canonical;
-pub mod faults;
 pub mod nodes_text;
 pub mod reader;
 pub mod service;

@@ -8,10 +8,10 @@ use super::{
     spec::json,
 };
 use crate::{
-    api::{faults, measurand::axes::MeasurandBody, problem::Problem},
+    api::{faults::pointer_of, measurand::axes::MeasurandBody, problem::Problem},
     telemetry,
 };
-use flankfit_engine::estimation::{self, Field, FitResult, FitSpec, Nodes, Plans, near};
+use flankfit_engine::estimation::{self, FitResult, FitSpec, Nodes, Plans, near};
 
 /// A fit and its texts.
 pub struct Written {
@@ -22,14 +22,14 @@ pub struct Written {
     pub text: Vec<u8>,
 }
 
-/// Fits and writes the answer, with what was asked where `with_spec`; `place` says where in the
-/// request the fields of a refused fit stand. Processor work.
+/// Fits and writes the answer, with what was asked where `with_spec`; `place` makes pointers into the
+/// request of the paths of a refused fit. Processor work.
 pub fn write(
     nodes: &Nodes,
     spec: &FitSpec,
     plans: &Plans,
     with_spec: bool,
-    place: impl Fn(&Field) -> String,
+    place: impl Fn(&str) -> String,
 ) -> Result<Written, Problem> {
     let begun = Instant::now();
     let result = estimation::fit_remembering(nodes, spec, plans).map_err(|error| Problem::of_fit(error, place))?;
@@ -45,7 +45,7 @@ pub fn write(
 
 /// Fits and writes the answer with what was asked. Processor work.
 pub fn fit(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<Vec<u8>, Problem> {
-    write(nodes, spec, plans, true, faults::Field::pointer).map(|written| written.text)
+    write(nodes, spec, plans, true, pointer_of).map(|written| written.text)
 }
 
 /// A JSON fit request in, the JSON answer out. Processor work.

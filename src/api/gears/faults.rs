@@ -2,7 +2,6 @@
 //! contract says of it in other words than the engine, whose angles are radians.
 
 use flankfit_engine::{
-    estimation::Field as FitField,
     fault::words::{Shown, counted, entries, rounded},
     gear::{
         GearField, GearReason, Kind, NoInvolute, ProfileAxis, Refused,
@@ -426,8 +425,8 @@ impl Field<CorrectionReason> for CorrectionField {
     }
 }
 
-/// A refused fit of a flank: by the table, or where `fit` says that a field of the fit stands.
-pub fn refused<F, R>(error: Refused<F, R>, fit: impl Fn(&FitField) -> String) -> Problem
+/// A refused fit of a flank: by the table, or where `fit` places a path of the fit.
+pub fn refused<F, R>(error: Refused<F, R>, fit: impl Fn(&str) -> String) -> Problem
 where
     F: Field<R> + std::fmt::Debug,
     R: std::fmt::Debug + std::fmt::Display,

@@ -8,7 +8,7 @@ use utoipa::ToSchema;
 
 use crate::{
     api::{
-        faults,
+        faults::pointer_of,
         fits::{
             reader,
             service::{self, Written},
@@ -21,7 +21,7 @@ use crate::{
     jobs::{Computed, Difference, Figures, FitRecord, Replay},
 };
 use flankfit_engine::estimation::{
-    Field, FitSpec, Nodes, Plans, fit,
+    FitSpec, Nodes, Plans, fit,
     spec::{Earlier, Include, Piece, Regularization, Scaling},
 };
 
@@ -63,22 +63,22 @@ impl From<Replay> for ReplayBody {
 
 /// Fits and writes down what is stored of it. Processor work.
 pub fn compute(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<Computed, Problem> {
-    compute_at(nodes, spec, plans, None, faults::Field::pointer)
+    compute_at(nodes, spec, plans, None, pointer_of)
 }
 
 /// The same with the figures of the flank that the nodes are on, where they are told to be on one.
 pub fn compute_on(nodes: &Nodes, spec: &FitSpec, plans: &Plans, on: Option<&OfFlank>) -> Result<Computed, Problem> {
-    compute_at(nodes, spec, plans, on, faults::Field::pointer)
+    compute_at(nodes, spec, plans, on, pointer_of)
 }
 
-/// The same where a request is more than one for a fit: `place` says where in it the fields of a
-/// refused fit stand.
+/// The same where a request is more than one for a fit: `place` makes pointers into it of the paths
+/// of a refused fit.
 pub fn compute_at(
     nodes: &Nodes,
     spec: &FitSpec,
     plans: &Plans,
     on: Option<&OfFlank>,
-    place: impl Fn(&Field) -> String,
+    place: impl Fn(&str) -> String,
 ) -> Result<Computed, Problem> {
     let asked = on.and_then(|on| on.ask(nodes, spec));
     let asking = asked.as_ref().and_then(Asked::sums).map(|sums| FitSpec { sums: Some(sums), ..spec.clone() });

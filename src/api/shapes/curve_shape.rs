@@ -4,7 +4,6 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::{
-    fault::{CurveFields, control_fault, curve_fault, knot_fault},
     net::Net,
     point::{self, PointBody},
 };
@@ -20,10 +19,10 @@ use flankfit_engine::{
     fault::words::counted,
     geometry::{
         BSplineBasis,
-        curve::{BSplineCurve, Curve, CurveFault, CurveShape, PiecewisePolynomial, Polynomial, polynomial::Form},
-        space::{ControlFault, HIGHEST_DEGREE, Vector},
+        curve::{BSplineCurve, Curve, CurveShape, PiecewisePolynomial, Polynomial, polynomial::Form},
+        space::{HIGHEST_DEGREE, Vector, degree_too_high},
     },
-    numerics::Dd,
+    numerics::{Dd, check},
 };
 
 /// A curve. Values are numbers for a graph y(x), points for a curve of plane or space.
@@ -168,6 +167,11 @@ pub fn read_curve(slice: &[u8], at: &str, faults: &mut Faults) -> Option<CurveSh
     }
 }
 
+/// Builds a part of the object at `at`.
+pub fn built<T>(made: Result<T, check::Faults>, at: &str, faults: &mut Faults) -> Option<T> {
+    made.map_err(|found| faults.append(Faults::of_engine(at, &found))).ok()
+}
+
 fn polynomial(body: PolynomialCurveBody, at: &str, faults: &mut Faults) -> Option<Polynomial> {
     let foreign: &[(&str, bool)] = match body.form {
         PolynomialFormName::Barycentric => &[
@@ -193,12 +197,9 @@ fn polynomial(body: PolynomialCurveBody, at: &str, faults: &mut Faults) -> Optio
         return None;
     };
     let (dimension, values) = point::read(&values, &place, faults)?;
-    let fields = CurveFields { x: "nodes", values: name };
-    let refused = |fault: CurveFault, faults: &mut Faults| curve_fault(&fault, at, &fields, faults);
     match body.form {
         PolynomialFormName::Barycentric => {
-            let polynomial =
-                Polynomial::lagrange(dimension, body.nodes, values).map_err(|fault| refused(fault, faults)).ok()?;
+            let polynomial = built(Polynomial::lagrange(dimension, body.nodes, values), at, faults)?;
             check_weights(body.weights.as_deref(), &polynomial, at, faults)?;
             Some(polynomial)
         }
@@ -217,7 +218,7 @@ fn polynomial(body: PolynomialCurveBody, at: &str, faults: &mut Faults) -> Optio
             };
             let sum = |(high, low): (&Vector, &Vector)| std::array::from_fn(|c| Dd::from(high[c]) + Dd::from(low[c]));
             let differences = values.iter().zip(&remainders).map(sum).collect();
-            Polynomial::of_differences(dimension, body.nodes, differences).map_err(|fault| refused(fault, faults)).ok()
+            built(Polynomial::of_differences(dimension, body.nodes, differences), at, faults)
         }
     }
 }
@@ -248,10 +249,7 @@ fn pieces(body: PiecewisePolynomialBody, at: &str, faults: &mut Faults) -> Optio
         faults.push(format!("{at}/coefficients"), detail);
         return None;
     }
-    let fields = CurveFields { x: "breaks", values: "coefficients" };
-    PiecewisePolynomial::new(net.dimension, body.breaks, net.columns - 1, net.values)
-        .map_err(|fault| curve_fault(&fault, at, &fields, faults))
-        .ok()
+    built(PiecewisePolynomial::new(net.dimension, body.breaks, net.columns - 1, net.values), at, faults)
 }
 
 fn b_spline(
@@ -264,17 +262,12 @@ fn b_spline(
 ) -> Option<BSplineCurve> {
     let points = point::read(control_points, &format!("{at}/control_points"), faults);
     if degree > HIGHEST_DEGREE {
-        faults.push(format!("{at}/degree"), ControlFault::Degree { degree }.to_string());
+        faults.append(Faults::of_engine(at, &degree_too_high("degree", degree)));
         return None;
     }
-    let basis = BSplineBasis::new(degree, knots);
-    if let Err(fault) = &basis {
-        knot_fault(fault, &format!("{at}/knots"), faults);
-    }
+    let basis = built(BSplineBasis::new(degree, knots), &format!("{at}/knots"), faults);
     let (dimension, points) = points?;
-    BSplineCurve::new(basis.ok()?, dimension, points, weights)
-        .map_err(|fault| control_fault(&fault, at, |index| index.to_string(), faults))
-        .ok()
+    built(BSplineCurve::new(basis?, dimension, points, weights), at, faults)
 }
 
 impl From<&CurveShape> for CurveBody {

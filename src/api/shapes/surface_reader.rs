@@ -1,16 +1,15 @@
 //! Surfaces of requests: wire parts to checked surfaces.
 
 use super::{
-    curve_shape::read_curve,
+    curve_shape::{built, read_curve},
     degree::DegreeBody,
     domain::DomainBody,
-    fault::{control_fault, knot_fault},
     net::{Net, equal_rows},
     point::PointBody,
     surface_shape::*,
 };
 use crate::api::{
-    faults::Faults,
+    faults::{Faults, pointer_of},
     json::{
         members::{Member, of_object},
         slice::Slice,
@@ -23,16 +22,13 @@ use flankfit_engine::{
     geometry::{
         BSplineBasis,
         curve::{Curve, CurveShape},
-        space::{ControlFault, Dimension, HIGHEST_DEGREE, Vector},
+        space::{Dimension, HIGHEST_DEGREE, Vector, degree_too_high},
         surface::{
             BSplineSurface, BezierSurface, Boundaries, CoonsPatch, GregoryPatch, Patchwork, SurfaceShape,
-            bezier::BezierFault,
-            boundaries::BoundaryFault,
-            coons::Twists,
-            gregory::{GregoryFault, GregoryNet},
-            patchwork::PatchworkFault,
+            coons::Twists, gregory::GregoryNet,
         },
     },
+    numerics::check::{self, rest_of},
 };
 
 /// Corners may be this share of the largest coordinate apart, where no tolerance is given.
@@ -66,10 +62,10 @@ pub fn read_surface(slice: &[u8], at: &str, faults: &mut Faults) -> Option<Surfa
                 Some(slice) => borders(slice, &members.cross_derivatives.pointer(), faults)?,
                 None => Default::default(),
             };
-            CoonsPatch::bicubic(boundaries, cross, &Twists::default(), tolerance)
-                .map_err(|fault| boundary_fault(&fault, at, "cross_derivatives", faults))
-                .ok()
-                .map(|patch| SurfaceShape::Coons(Box::new(patch)))
+            const CROSS: &str = "cross_derivatives";
+            let patch = CoonsPatch::bicubic(boundaries, cross, &Twists::default(), tolerance)
+                .map_err(|found| found.moved("boundaries", CROSS).moved("twists[0][0]", CROSS));
+            built(patch, at, faults).map(|patch| SurfaceShape::Coons(Box::new(patch)))
         }
         "gregory" => {
             gregory(&read_value(slice, at, faults)?, at, faults).map(|patch| SurfaceShape::Gregory(Box::new(patch)))
@@ -90,10 +86,7 @@ fn boundaries(
     faults: &mut Faults,
 ) -> Option<(Boundaries, f64)> {
     let (curves, tolerance) = boundary_curves(boundaries, tolerance, faults)?;
-    Boundaries::three_sided(curves, tolerance)
-        .map_err(|fault| boundary_fault(&fault, at, "boundaries", faults))
-        .ok()
-        .map(|boundaries| (boundaries, tolerance))
+    built(Boundaries::three_sided(curves, tolerance), at, faults).map(|boundaries| (boundaries, tolerance))
 }
 
 /// The same before it is known that they meet.
@@ -123,18 +116,6 @@ pub fn borders(slice: &[u8], at: &str, faults: &mut Faults) -> Option<[Option<Cu
     (faults.count() == before).then_some(curves)
 }
 
-/// A fault of borders that stand in the field `field` of the object at `at`.
-pub fn boundary_fault(fault: &BoundaryFault, at: &str, field: &str, faults: &mut Faults) {
-    let pointer = match fault {
-        BoundaryFault::Tolerance { .. } => format!("{at}/tolerance"),
-        _ => match fault.border() {
-            Some(border) => format!("{at}/{field}/{}", border.name()),
-            None => format!("{at}/{field}"),
-        },
-    };
-    faults.push(pointer, fault.to_string());
-}
-
 fn b_spline(
     degree: DegreeBody,
     knots: [Vec<f64>; 2],
@@ -150,14 +131,11 @@ fn b_spline(
     if let Some(axis) = degrees.iter().position(|degree| *degree > HIGHEST_DEGREE) {
         let degree = degrees[axis];
         let place = if degree_of_each { format!("{at}/degree/{axis}") } else { format!("{at}/degree") };
-        faults.push(place, ControlFault::Degree { degree }.to_string());
+        faults.append(Faults::of_engine(&place, &degree_too_high("", degree)));
         return None;
     }
-    let mut basis = |axis: usize, knots| {
-        BSplineBasis::new(degrees[axis], knots)
-            .map_err(|fault| knot_fault(&fault, &format!("{at}/knots/{axis}"), faults))
-            .ok()
-    };
+    let mut basis =
+        |axis: usize, knots| built(BSplineBasis::new(degrees[axis], knots), &format!("{at}/knots/{axis}"), faults);
     let (u, v) = (basis(0, u), basis(1, v));
     let (net, u, v) = (net?, u?, v?);
     for (axis, given, wanted) in [("row", net.columns, v.size()), ("column", net.rows, u.size())] {
@@ -168,10 +146,7 @@ fn b_spline(
         }
     }
     let weights = flat_weights(weights, net.columns, at, faults)?;
-    let columns = net.columns;
-    BSplineSurface::new([u, v], surface_dimension(&net, at, faults)?, net.values, weights)
-        .map_err(|fault| control_fault(&fault, at, |index| Net::place(columns, index), faults))
-        .ok()
+    built(BSplineSurface::new([u, v], surface_dimension(&net, at, faults)?, net.values, weights), at, faults)
 }
 
 /// The degrees along u and v.
@@ -219,15 +194,8 @@ fn bezier(body: BezierSurfaceBody, at: &str, faults: &mut Faults) -> Option<Bezi
     let net = Net::read(&body.control_points, &format!("{at}/control_points"), faults)?;
     let weights = flat_weights(body.weights.as_deref(), net.columns, at, faults)?;
     let (columns, dimension) = (net.columns, surface_dimension(&net, at, faults)?);
-    BezierSurface::new([net.rows, columns], domain(body.domain), dimension, net.values, weights)
-        .map_err(|fault| match &fault {
-            BezierFault::Net { .. } | BezierFault::Control(ControlFault::Degree { .. }) => {
-                faults.push(format!("{at}/control_points"), fault.to_string());
-            }
-            BezierFault::Domain { axis, .. } => faults.push(domain_pointer(at, *axis), fault.to_string()),
-            BezierFault::Control(fault) => control_fault(fault, at, |index| Net::place(columns, index), faults),
-        })
-        .ok()
+    let patch = BezierSurface::new([net.rows, columns], domain(body.domain), dimension, net.values, weights);
+    built(in_domain(patch), at, faults)
 }
 
 fn gregory(body: &GregoryBody, at: &str, faults: &mut Faults) -> Option<GregoryPatch> {
@@ -251,17 +219,7 @@ fn gregory(body: &GregoryBody, at: &str, faults: &mut Faults) -> Option<GregoryP
         net: std::array::from_fn(|i| std::array::from_fn(|j| net_of(i, j))),
         b: std::array::from_fn(|i| std::array::from_fn(|j| -> Vector { inner.values[2 * i + j] })),
     };
-    GregoryPatch::new(domain(body.domain.clone()), dimension, points)
-        .map_err(|fault| match &fault {
-            GregoryFault::Domain { axis, .. } => faults.push(domain_pointer(at, *axis), fault.to_string()),
-            GregoryFault::Control(own) => match own.index() {
-                Some(index) if index >= 16 => {
-                    faults.push(format!("{at}/inner_points/{}", Net::place(2, index - 16)), own.to_string());
-                }
-                _ => control_fault(own, at, |index| Net::place(4, index), faults),
-            },
-        })
-        .ok()
+    built(in_domain(GregoryPatch::new(domain(body.domain.clone()), dimension, points)), at, faults)
 }
 
 fn patchwork(slice: &[u8], at: &str, faults: &mut Faults) -> Option<Patchwork> {
@@ -286,16 +244,11 @@ fn patchwork(slice: &[u8], at: &str, faults: &mut Faults) -> Option<Patchwork> {
     if faults.count() > before {
         return None;
     }
-    Patchwork::new(u, v, patches)
-        .map_err(|fault| {
-            let pointer = match (&fault, fault.index()) {
-                (_, Some(index)) => format!("{at_patches}/{}", Net::place(columns, index)),
-                (PatchworkFault::Lines(_), None) => at.to_owned(),
-                (_, None) => at_patches.clone(),
-            };
-            faults.push(pointer, fault.to_string());
-        })
-        .ok()
+    let place = |path: &str| match rest_of(path, "patches") {
+        Some(rest) => format!("{at_patches}{}", pointer_of(rest)),
+        None => at.to_owned(),
+    };
+    Patchwork::new(u, v, patches).map_err(|found| faults.append(Faults::placed(&found, place))).ok()
 }
 
 fn domain(body: Option<DomainBody>) -> [[f64; 2]; 2] {
@@ -303,6 +256,7 @@ fn domain(body: Option<DomainBody>) -> [[f64; 2]; 2] {
     [body.u, body.v].map(|range| range.unwrap_or([0.0, 1.0]))
 }
 
-fn domain_pointer(at: &str, axis: usize) -> String {
-    format!("{at}/domain/{}", ["u", "v"][axis])
+/// Places the ranges of a domain as a request has them.
+fn in_domain<T>(made: Result<T, check::Faults>) -> Result<T, check::Faults> {
+    made.map_err(|found| found.moved("domain[0]", "domain.u").moved("domain[1]", "domain.v"))
 }

@@ -11,7 +11,7 @@ use super::{
 use crate::{
     api::{
         built::Built,
-        faults::{Faults, Field},
+        faults::{Faults, is_within, pointer_of},
         fits::{canonical, spec::regularization_json},
         gears::correction::{
             self,
@@ -26,7 +26,7 @@ use crate::{
 };
 use flankfit_engine::{
     estimation::{
-        Faults as FitFaults, Field as FitField, FitSpec, Nodes, Plans,
+        FitSpec, Nodes, Plans,
         spec::{Degree, Include, Model, PolynomialBasis, Regularization, Scaling, Terms},
     },
     gear::{
@@ -34,7 +34,7 @@ use flankfit_engine::{
         correction::{Correction, DEFAULT_RESPONSE_UNCERTAINTY, Damping, fault::CorrectionField},
         simulation::{MachineSpec, Simulation, Strategy, closed_loop},
     },
-    numerics::cancel,
+    numerics::{cancel, check},
 };
 
 /// Most corrections of a run.
@@ -103,14 +103,14 @@ fn condition(machine: &MachineSpec) -> Result<Option<f64>, Problem> {
 
 /// What a run cannot go on with, by places in the request; `number` is how often the machine was
 /// corrected.
-fn place(number: usize) -> impl Fn(&FitField) -> String {
-    move |field| match field {
-        field if field.is_of_regularization() => "/strategies".to_owned(),
+fn place(number: usize) -> impl Fn(&str) -> String {
+    move |path| match path {
+        _ if is_within(path, &["regularization"]) => "/strategies".to_owned(),
         // the settings can be told from all nodes, as `condition` knows
-        field if field.is_of_model() => "/missing".to_owned(),
+        _ if is_within(path, &["model"]) => "/missing".to_owned(),
         // numbers within their limits are out of range only when settings have run away
         _ if number > 0 => "/corrections".to_owned(),
-        field => field.pointer(),
+        _ => pointer_of(path),
     }
 }
 
@@ -130,8 +130,8 @@ fn simulate_run(
     for number in 0..=corrections {
         let measured = simulation.measure();
         let true_rms = simulation.true_rms();
-        let nodes =
-            grid(rows, columns, &measured).map_err(|faults| Problem::invalid(Faults::by(&faults, place(number))))?;
+        let nodes = grid(rows, columns, &measured)
+            .map_err(|found| Problem::invalid(Faults::placed(&found.within("nodes"), place(number))))?;
         let mut round = ClosedLoopRoundBody {
             iteration: u32::try_from(number + 1).unwrap_or(u32::MAX),
             rms_measured_um: rms(&measured),
@@ -193,7 +193,7 @@ fn rms(measured: &[f64]) -> f64 {
 }
 
 /// Deviations over [-1, 1] × [-1, 1].
-fn grid(rows: usize, columns: usize, measured: &[f64]) -> Result<Nodes, FitFaults> {
+fn grid(rows: usize, columns: usize, measured: &[f64]) -> Result<Nodes, check::Faults> {
     let axis = |n: usize| (0..n).map(|i| 2.0 * i as f64 / (n - 1) as f64 - 1.0).collect::<Vec<f64>>();
     Nodes::grid(axis(rows), axis(columns), measured.to_vec(), None, None)
 }

@@ -30,11 +30,7 @@ use crate::{
     jobs::{NewStream, PostedBlock, Stream, StreamDraft},
 };
 use flankfit_engine::{
-    estimation::{
-        FitError, Recursive,
-        fault::{PriorReason, Reason},
-        near,
-    },
+    estimation::{FitError, Recursive, near},
     fault::words::counted,
 };
 
@@ -214,11 +210,15 @@ pub fn estimate_text(estimate: &Recursive, input_sha256: &[u8; 32]) -> Result<Es
 
 /// Nodes that do not allow the fit yet are no fault of their block: the code is that of a warning.
 fn waiting(error: FitError) -> EstimateText {
-    let code = match error.first() {
-        Some(Reason::Prior(PriorReason::NoNoise)) => Some("no_degrees_of_freedom"),
-        Some(Reason::Prior(PriorReason::Undetermined)) => Some("rank_deficient"),
-        Some(Reason::Prior(PriorReason::BeyondDouble) | Reason::Range(_)) => Some("beyond_double"),
-        _ => None,
+    let code = match &error {
+        FitError::BeyondDouble(_) => Some("beyond_double"),
+        // what a prior needs of the nodes
+        FitError::Invalid(faults) => match &*faults.list()[0].path {
+            "noise_sigma" => Some("no_degrees_of_freedom"),
+            "prior" => Some("rank_deficient"),
+            _ => None,
+        },
+        FitError::RankDeficient { .. } | FitError::NotConverged(_) => None,
     };
     let problem = Problem::from(error);
     let details: Vec<&str> = problem.errors.iter().map(|error| error.detail.as_str()).collect();

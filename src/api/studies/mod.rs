@@ -1,6 +1,5 @@
 //! The randomisation study of the paper.
 
-mod faults;
 pub mod reader;
 pub mod request;
 pub mod result;

@@ -2,7 +2,7 @@
 
 use super::request::{RandomizationMembers, StudyScaling};
 use crate::api::{
-    faults::{Faults, Field},
+    faults::{Faults, is_within, pointer_of},
     fits::{
         reader::{nodes::RawNodes, spec},
         spec::request::FitSpecMembers,
@@ -14,8 +14,8 @@ use crate::api::{
     problem::Problem,
 };
 use flankfit_engine::{
-    estimation::randomization::{ColumnScaling, Measured, Setup, Study, StudyFaults, StudyField},
-    numerics::{Rows, cancel},
+    estimation::randomization::{ColumnScaling, Measured, Setup, Study},
+    numerics::{Rows, cancel, check},
 };
 
 /// A request read and checked.
@@ -51,7 +51,7 @@ pub fn read_in_parts(text: &[u8]) -> Result<CheckedStudy, Problem> {
     read_by(text, Study::in_parts)
 }
 
-fn read_by(text: &[u8], check: fn(Setup) -> Result<Study, StudyFaults>) -> Result<CheckedStudy, Problem> {
+fn read_by(text: &[u8], make: fn(Setup) -> Result<Study, check::Faults>) -> Result<CheckedStudy, Problem> {
     let mut faults = Faults::default();
     let members: RandomizationMembers<'_> = of_request(text, &mut faults)?;
     let x = members.x.optional_with(&mut faults, read_rows);
@@ -89,7 +89,7 @@ fn read_by(text: &[u8], check: fn(Setup) -> Result<Study, StudyFaults>) -> Resul
     let seed = seed.unwrap_or(0);
     let scaling = scaling.unwrap_or(StudyScaling::None);
     let rows = material.x.count();
-    let study = check(Setup {
+    let study = make(Setup {
         x: material.x,
         coefficients: coefficients.clone(),
         noise_sigma,
@@ -103,12 +103,9 @@ fn read_by(text: &[u8], check: fn(Setup) -> Result<Study, StudyFaults>) -> Resul
     })
     .map_err(|found| {
         // the matrix was made from the nodes, as were coefficients that are not given
-        let made = |field: &StudyField| match field {
-            StudyField::Matrix | StudyField::Row(_) => from_nodes,
-            StudyField::Coefficients | StudyField::Coefficient(_) => from_nodes && !coefficients_given,
-            _ => false,
-        };
-        Problem::invalid(Faults::by(&found, |field| if made(field) { "/nodes".to_owned() } else { field.pointer() }))
+        let lists: &[&str] = if coefficients_given { &["x"] } else { &["x", "coefficients"] };
+        let made = |path: &str| from_nodes && is_within(path, lists);
+        Problem::invalid(Faults::placed(&found, |path| if made(path) { "/nodes".to_owned() } else { pointer_of(path) }))
     })?;
     Ok(CheckedStudy {
         study,

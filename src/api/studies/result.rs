@@ -6,12 +6,11 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::{
-    faults,
     reader::{CheckedStudy, read},
     request::StudyScaling,
 };
 use crate::api::{
-    faults::Faults,
+    faults::moved,
     fits::{answer::parts::LimitSource, spec::criteria::ChosenBy},
     problem::Problem,
     warning::WarningBody,
@@ -225,11 +224,17 @@ pub fn of_repetitions(checked: CheckedStudy, outcomes: &[Outcome]) -> Result<Ran
     Ok(RandomizationResult::new(result, checked))
 }
 
-fn refused(error: FitError) -> Problem {
-    match error {
-        FitError::Invalid(found) => Problem::invalid(Faults::by(&found, faults::of_matrix)),
-        other => other.into(),
+/// The study's matrix goes through the checks of nodes of type matrix, whose lists stand in the
+/// request itself.
+fn place(path: &str) -> String {
+    match path {
+        "nodes" => "/x".to_owned(),
+        _ => moved(path, &[("nodes", "")]),
     }
+}
+
+fn refused(error: FitError) -> Problem {
+    Problem::of_fit(error, place)
 }
 
 impl RandomizationResult {

@@ -5,11 +5,10 @@ use super::{method_reader::RequestedMethod, result::write_surface};
 use crate::api::{
     curves::result::write_warnings,
     faults::Faults,
-    fits::faults::refused_shape,
     fits::{answer::text, canonical},
     json::writer::{Json, Object},
     problem::Problem,
-    shapes::places::beyond,
+    shapes::{fault::refused, places::beyond},
     warning::WarningBody,
 };
 use flankfit_engine::{
@@ -60,7 +59,7 @@ pub fn build(
     if size > FEW && is_banded(&spec) {
         return banded(nodes, &spec, base);
     }
-    let result = estimation::fit_remembering(nodes, &spec, plans).map_err(|error| refused_shape(error, base))?;
+    let result = estimation::fit_remembering(nodes, &spec, plans).map_err(|error| refused(error, base))?;
     let Some(Shape::Surface(shape)) = near::shape_of(&spec, &result) else {
         return Err(Problem::internal("a fit of a B-spline surface is none"));
     };
@@ -100,7 +99,7 @@ fn banded(nodes: &Nodes, spec: &FitSpec, base: &str) -> Result<Vec<u8>, Problem>
     // without a penalty they come with the factorisation, with one each asks for a solution
     let standard_errors = spec.regularization == Regularization::None;
     let include = SurfaceInclude { standard_errors, residuals: spec.include.residuals };
-    let fit = near::surface(&points, spec, include).map_err(|error| refused_shape(error, base))?;
+    let fit = near::surface(&points, spec, include).map_err(|error| refused(error, base))?;
     let told = fit.coordinates.iter().filter_map(|c| c.residuals.as_ref()).map(Vec::len).sum::<usize>();
     let mut json = Json::with_capacity(4096 + 60 * fit.surface.control_points().len() + 22 * told);
     let mut object = json.object();

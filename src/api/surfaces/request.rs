@@ -9,8 +9,8 @@ use super::{
 };
 use crate::api::{
     built::Built,
-    faults::Faults,
-    fits::{faults::shape_faults, reader::fields, spec::request::FitFields},
+    faults::{Faults, pointer_of},
+    fits::{reader::fields, spec::request::FitFields},
     json::{
         members::{self, of_request},
         request::request,
@@ -20,11 +20,8 @@ use crate::api::{
 };
 use flankfit_engine::{
     estimation::{Nodes, Plans},
-    geometry::surface::{
-        Border,
-        construct::{self, Given, Method},
-        construct_fault::{Field, SurfaceFault},
-    },
+    geometry::surface::construct::{self, Given, Method},
+    numerics::check,
 };
 
 /// Most patches of a mesh or grid that is filled.
@@ -73,7 +70,7 @@ pub fn build(text: &[u8], own: Option<&Nodes>, plans: &Plans) -> Result<Built, P
         },
         GivenSurface::Grid { u, v, z } if requested.is_near() && !plain => {
             let nodes = Nodes::grid(u, v, z.concat(), None, None)
-                .map_err(|faults| Problem::invalid(shape_faults(&faults, "/grid")))?;
+                .map_err(|found| Problem::invalid(Faults::of_engine("/grid", &found)))?;
             return near(&nodes, requested, "/grid");
         }
         GivenSurface::Grid { u, v, z } => (Given::Grid { u, v, z }, None),
@@ -100,7 +97,8 @@ pub fn build(text: &[u8], own: Option<&Nodes>, plans: &Plans) -> Result<Built, P
         Given::Points { rows, .. } => Some(rows.iter().map(Vec::len).sum()),
         _ => None,
     };
-    let built = construct::build(given, requested.method).map_err(|fault| refused(&fault, kind))?;
+    let built = construct::build(given, requested.method)
+        .map_err(|found| Problem::invalid(Faults::placed(&found, |path| place(path, kind))))?;
     Ok(Built { method: name, result: result::built(&built, nodes, tolerance)? })
 }
 
@@ -144,39 +142,22 @@ fn control_points(net: Net, requested: &RequestedMethod) -> Given {
     })
 }
 
-/// Where in the request the reason of a fault stands.
-fn refused(fault: &SurfaceFault, kind: Option<&str>) -> Problem {
-    let (field, indices) = fault.place();
-    let mut indices = indices.into_iter();
-    let base = kind.unwrap_or("");
-    let nodes = base == "grid" || base == "nodes";
-    let border = |index: Option<usize>| index.and_then(|i| Border::ALL.get(i)).map_or("", |border| border.name());
-    let mut pointer = match field {
-        Field::U | Field::V | Field::Z if base.is_empty() => String::new(),
-        Field::U if nodes || base == "mesh" => format!("/{base}/u"),
-        Field::V if nodes || base == "mesh" => format!("/{base}/v"),
-        Field::Z if nodes => format!("/{base}/z"),
-        // a column of points has no pointer of its own: that of its first point
-        Field::V if base == "xyz" => "/xyz/0".to_owned(),
-        Field::U | Field::V | Field::Z | Field::Points => format!("/{base}"),
-        Field::Boundaries => format!("/boundaries/{}", border(indices.next())),
-        Field::Cross => format!("/method/cross_derivatives/{}", border(indices.next())),
-        Field::Mesh => match indices.next() {
-            Some(family) => format!("/mesh/{}", ["u_curves", "v_curves"][family.min(1)]),
-            None => "/mesh".to_owned(),
-        },
-        Field::ControlPoints => "/control_points".to_owned(),
-        Field::Inner => "/method/inner_points".to_owned(),
-        Field::Weights => "/method/weights".to_owned(),
-        Field::Knots => "/method/knots".to_owned(),
-        Field::Degrees => "/method/degree".to_owned(),
-        Field::Spans => "/method/spans".to_owned(),
-        Field::Domain => "/method/domain".to_owned(),
-        Field::Tolerance => "/tolerance".to_owned(),
-        Field::Twists | Field::Method => "/method".to_owned(),
-    };
-    for index in indices {
-        pointer.push_str(&format!("/{index}"));
+/// The pointer of a path of the construction, of what is given as `kind`.
+fn place(path: &str, kind: Option<&str>) -> String {
+    let base = kind.map_or_else(String::new, |kind| format!("/{kind}"));
+    if let Some(rest) = check::rest_of(path, "nodes") {
+        return match (kind, rest.split_at(rest[1..].find('[').map_or(rest.len(), |end| end + 1))) {
+            (Some("grid" | "nodes" | "mesh"), _) => base + &pointer_of(rest),
+            // a column of points has no pointer of its own: that of its first point
+            (Some("xyz"), (".v", index)) => format!("/xyz/0{}", pointer_of(index)),
+            (_, (_, index)) => base + &pointer_of(index),
+        };
     }
-    Problem::invalid(Faults::one(pointer.trim_end_matches('/'), fault.to_string()))
+    match path.split(['.', '[']).next() {
+        Some("boundaries" | "mesh" | "control_points" | "tolerance" | "method") => pointer_of(path),
+        _ => match check::rest_of(path, "twists") {
+            Some(rest) => format!("/method{}", pointer_of(rest)),
+            None => format!("/method{}", pointer_of(path)),
+        },
+    }
 }

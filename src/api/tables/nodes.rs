@@ -95,7 +95,7 @@ pub fn name_of(set: &NodeSet) -> String {
 /// The nodes of one flank of a table.
 pub fn of_set(table: &Table, set: NodeSet, pointer: &str) -> Result<TableNodes, ReadError> {
     let NodeSet { tooth, flank, missing, nodes, layout, crossings, own_zeros, count: _ } = set;
-    let nodes = nodes.map_err(|faults| Faults::by(&faults, |_| pointer.to_owned()))?;
+    let nodes = nodes.map_err(|faults| Faults::placed(&faults, |_| pointer.to_owned()))?;
     let tooth = tooth.and_then(|tooth| {
         let tooth: String = tooth.chars().filter(|c| !c.is_control()).take(SHORT).collect();
         ShortText::new(&tooth)

@@ -40,7 +40,8 @@ impl Dropped {
 
 /// The refusal of a fit whose figures are beyond double.
 pub fn beyond() -> FitError {
-    Faults::one("nodes", "figures of this fit leave the range of double precision: choose another unit or basis").into()
+    let message = "figures of this fit leave the range of double precision: choose another unit or basis";
+    FitError::BeyondDouble(Faults::one("nodes", message))
 }
 
 fn all(values: &[f64]) -> bool {
@@ -173,18 +174,17 @@ pub fn checked(mut result: FitResult) -> Result<FitResult, FitError> {
     look_at_parts(&mut result, &mut dropped);
     dropped.warn(&mut result.warnings);
     if !all(&result.spectrum.regularized.eigenvalues) {
-        return Err(Faults::one("regularization", "λ* lifts an eigenvalue beyond the range of double precision").into());
+        let message = "λ* lifts an eigenvalue beyond the range of double precision";
+        return Err(FitError::BeyondDouble(Faults::one("regularization", message)));
     }
     if result
         .robust
         .as_ref()
         .is_some_and(|r| !(r.scale.is_none_or(f64::is_finite) && r.objective.is_finite() && all(&r.weights)))
     {
-        return Err(Faults::one(
-            "estimator",
-            "scale or sum of this estimator leave the range of double precision: choose another scale or unit",
-        )
-        .into());
+        let message =
+            "scale or sum of this estimator leave the range of double precision: choose another scale or unit";
+        return Err(FitError::BeyondDouble(Faults::one("estimator", message)));
     }
     let residuals = &result.residuals;
     let sound = result.coefficients.iter().all(|c| all(&[c.value, c.least_squares, c.bias_bound]))

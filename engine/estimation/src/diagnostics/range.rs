@@ -6,7 +6,7 @@ use crate::{data::Heights, design::Design, error::FitError};
 use flankfit_numerics::{Dd, check::Faults};
 
 /// Lengths of columns are squared: they must neither overflow nor vanish.
-pub(crate) fn columns_within_range(design: &Design, caller: &DMatrix<Dd>) -> Result<(), FitError> {
+pub(crate) fn columns_within_range(design: &Design, caller: &DMatrix<Dd>) -> Result<(), Faults> {
     const RANGE: std::ops::Range<f64> = 1e-145..1e145;
     let rows = caller.nrows();
     for (label, column) in design.labels.iter().zip(caller.as_slice().chunks_exact(rows)) {
@@ -15,13 +15,11 @@ pub(crate) fn columns_within_range(design: &Design, caller: &DMatrix<Dd>) -> Res
             return Err(Faults::one(
                 "nodes",
                 format_args!(
-                    "the column of {} (weights included) is about {largest:.0e} long, whose square leaves the range \
-                     of double precision: choose another unit or basis; weights are relative and may be divided by \
-                     their largest",
-                    label
+                    "the column of {label} (weights included) is about {largest:.0e} long, whose square leaves the \
+                     range of double precision: choose another unit or basis; weights are relative and may be divided \
+                     by their largest"
                 ),
-            )
-            .into());
+            ));
         }
     }
     Ok(())
@@ -29,19 +27,12 @@ pub(crate) fn columns_within_range(design: &Design, caller: &DMatrix<Dd>) -> Res
 
 /// Squares of heights are summed: they must neither overflow nor vanish.
 pub(crate) fn within_range(list: &str, heights: &Heights) -> Result<(), FitError> {
-    if !(heights.about_zero.is_finite() && heights.weight.is_finite()) {
-        return Err(Faults::one(
-            format_args!("nodes.{list}"),
-            "squares of these heights leave the range of double precision: choose a larger unit",
-        )
-        .into());
-    }
-    if heights.about_zero < 1e-280 && heights.largest_plain > 0.0 {
-        return Err(Faults::one(
-            format_args!("nodes.{list}"),
-            "squares of these heights vanish in double precision: choose a smaller unit",
-        )
-        .into());
-    }
-    Ok(())
+    let message = if !(heights.about_zero.is_finite() && heights.weight.is_finite()) {
+        "squares of these heights leave the range of double precision: choose a larger unit"
+    } else if heights.about_zero < 1e-280 && heights.largest_plain > 0.0 {
+        "squares of these heights vanish in double precision: choose a smaller unit"
+    } else {
+        return Ok(());
+    };
+    Err(FitError::BeyondDouble(Faults::one(format_args!("nodes.{list}"), message)))
 }

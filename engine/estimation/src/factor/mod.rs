@@ -7,7 +7,7 @@ mod orthonormal_rows;
 mod residual_pass;
 mod separable;
 
-pub(crate) use orthogonal::{Factor, multiply_upper_vector, scaled_condition};
+pub(crate) use orthogonal::{Factor, multiply_upper_vector, scaled_condition, squares_beyond};
 pub(crate) use orthonormal_rows::orthonormal_rows;
 pub(crate) use residual_pass::{Precision, Wanted, residual_pass};
 pub(crate) use separable::{Axes, AxisFactor, Separable, kronecker};

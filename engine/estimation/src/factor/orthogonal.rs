@@ -64,6 +64,13 @@ pub(crate) struct Factor {
     pub rounded: f64,
 }
 
+/// Squares of numbers beyond the range of double.
+pub(crate) fn squares_beyond() -> Faults {
+    let message =
+        "powers or squares of these numbers leave the range of double precision: choose another unit or basis";
+    Faults::one("nodes", message)
+}
+
 impl Factor {
     /// Factors the working matrix of `design` on the counted nodes.
     pub(crate) fn new(design: &Design, sample: &Sample) -> Result<Self, FitError> {
@@ -79,10 +86,7 @@ impl Factor {
         if self.r.as_slice().iter().chain(&self.qty).chain(self.change.as_slice()).all(|x| x.is_finite()) {
             Ok(self)
         } else {
-            Err(FitError::Invalid(Faults::one(
-                "nodes",
-                "powers or squares of these numbers leave the range of double precision: choose another unit or basis",
-            )))
+            Err(FitError::BeyondDouble(squares_beyond()))
         }
     }
 

@@ -214,10 +214,8 @@ pub(super) fn report(
         (0..system.size()).map(|k| Vector::from_fn(|d, _| columns.get(d).map_or(0.0, |column| column[k]))).collect();
     let kind = if dimension == 1 { Dimension::Graph } else { Dimension::Space };
     let surface = BSplineSurface::new(problem.bases.clone(), kind, controls, None).map_err(|_| {
-        FitError::Invalid(Faults::one(
-            "nodes",
-            "these numbers leave the range of double precision: choose another unit",
-        ))
+        let message = "these numbers leave the range of double precision: choose another unit";
+        FitError::BeyondDouble(Faults::one("nodes", message))
     })?;
     Ok(SurfaceFit {
         surface,

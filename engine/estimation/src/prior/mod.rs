@@ -228,7 +228,7 @@ pub(crate) fn weigh(current: &Current, prior: &Prior) -> Result<Option<Outcome>,
         }
     };
     if !mixture.is_finite() {
-        return Err(beyond_double(prior).into());
+        return Err(beyond_double(prior));
     }
     let posterior = Some(mixture).filter(|_| !conflict.is_some_and(|found| found.let_go));
     Ok(Some(Outcome { noise, conflict, ratio, posterior, intervals, unequal }))
@@ -243,13 +243,13 @@ fn stepped(links: &[Link], branches: &[Branch], sizes: &[f64], now: &Information
 }
 
 /// What a prior says beside these nodes is beyond doubles.
-pub(crate) fn beyond_double(prior: &Prior) -> Faults {
+pub(crate) fn beyond_double(prior: &Prior) -> FitError {
     let path = match prior {
         Prior::Given { spread: PriorSpread::StdError(_), .. } => "prior.std_error",
         Prior::Given { spread: PriorSpread::Covariance(_), .. } => "prior.covariance",
         Prior::Iterations(_) => "prior.iterations",
     };
-    beyond_at(path)
+    FitError::BeyondDouble(beyond_at(path))
 }
 
 fn beyond_at(path: &str) -> Faults {

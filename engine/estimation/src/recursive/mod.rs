@@ -33,7 +33,7 @@ use super::{
     result::{FitResult, Warning},
     spec::FitSpec,
 };
-use crate::design::none_counts;
+use crate::{design::none_counts, factor::squares_beyond};
 use flankfit_numerics::check::Faults;
 pub use state::State;
 use sums::Sums;
@@ -140,10 +140,7 @@ impl Recursive {
         }
         sums.add(&sample, self.forgetting, self.spec.node_uncertainty.is_some());
         if !sums.is_finite() {
-            return Err(Faults::one(
-                "nodes",
-                "powers or squares of these numbers leave the range of double precision: choose another unit or basis",
-            ));
+            return Err(squares_beyond());
         }
         if unusual || !sums.are_plain(&sample) {
             sums.columns_within_range()?;

@@ -1,5 +1,7 @@
 //! From what is kept to what a fit goes on with: design, heights, factor.
 
+use nalgebra::DMatrix;
+
 use super::{caller_row::CallerRow, sums::Sums};
 use crate::{
     data::{Form, Heights, Sample},
@@ -52,25 +54,14 @@ impl Sums {
     /// Whether every later fit can take the caller's columns; a block that spoils them is refused,
     /// since it could not be taken back.
     pub(super) fn columns_within_range(&self) -> Result<(), Faults> {
-        let beyond = || Faults::one("nodes", "powers of these numbers leave the range of double precision");
-        let change = self.design.change_of_basis();
-        if !change.iter().all(|x| x.is_finite()) {
-            return Err(beyond());
-        }
-        let caller = triangular::multiply_upper(&self.triangle.r(), &change);
-        columns_within_range(&self.design, &caller).map_err(|error| match error {
-            FitError::Invalid(faults) => faults,
-            _ => beyond(),
-        })
+        let change = finite_change(&self.design)?;
+        columns_within_range(&self.design, &triangular::multiply_upper(&self.triangle.r(), &change))
     }
 
     pub(super) fn factor(&self, design: &Design, heights: &Heights) -> Result<Factor, FitError> {
         let r = self.triangle.r();
         let qty = self.triangle.qty().to_vec();
-        let change = design.change_of_basis();
-        if !change.iter().all(|x| x.is_finite()) {
-            return Err(Faults::one("nodes", "powers of these numbers leave the range of double precision").into());
-        }
+        let change = finite_change(design).map_err(FitError::BeyondDouble)?;
         // rounding of so many updates adds up like a random walk
         let rounded = (self.summary.count as f64).sqrt();
         let rss = self.triangle.rss().to_f64();
@@ -98,4 +89,13 @@ impl Sums {
             rounded,
         })
     }
+}
+
+/// The change to the caller's basis, where doubles hold it.
+fn finite_change(design: &Design) -> Result<DMatrix<Dd>, Faults> {
+    let change = design.change_of_basis();
+    if change.iter().all(|x| x.is_finite()) {
+        return Ok(change);
+    }
+    Err(Faults::one("nodes", "powers of these numbers leave the range of double precision"))
 }

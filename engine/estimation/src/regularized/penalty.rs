@@ -12,6 +12,7 @@ use nalgebra::{DMatrix, DVector};
 use super::{context::Context, rational_penalty};
 use crate::{
     design::{Axis, Basis, Design},
+    error::FitError,
     spec::{HIGHEST_ORDER, Scaling, Tikhonov},
 };
 use flankfit_geometry::{WeightNet, polynomial};
@@ -107,7 +108,7 @@ impl Penalty {
 }
 
 /// The penalty of `asked`, which has been checked.
-pub(super) fn factor(context: &Context, asked: &Tikhonov) -> Result<Penalty, Faults> {
+pub(super) fn factor(context: &Context, asked: &Tikhonov) -> Result<Penalty, FitError> {
     let design = context.linear.design;
     let order = asked.order;
     let weights = weights(asked, design);
@@ -141,10 +142,9 @@ pub(super) fn factor(context: &Context, asked: &Tikhonov) -> Result<Penalty, Fau
         }
     };
     if !RANGE.contains(&penalty.largest()) {
-        return Err(Faults::one(
-            "regularization.weights",
-            "the square of this penalty leaves the range of double precision: choose other weights or another unit",
-        ));
+        let message =
+            "the square of this penalty leaves the range of double precision: choose other weights or another unit";
+        return Err(FitError::BeyondDouble(Faults::one("regularization.weights", message)));
     }
     Ok(penalty)
 }

@@ -68,7 +68,7 @@ pub(super) fn apply(context: &Context, prior: &Prior, warnings: &mut Vec<Warning
             context.warn_of_missing(Regularized::Posterior, false, warnings);
             match posterior.applied(context, prior, &outcome) {
                 Ok(applied) if is_finite(&applied) => Ok(applied),
-                Ok(_) | Err(FitError::NotConverged(Unconverged::SingularValues)) => Err(beyond_double(prior).into()),
+                Ok(_) | Err(FitError::NotConverged(Unconverged::SingularValues)) => Err(beyond_double(prior)),
                 Err(other) => Err(other),
             }
         }

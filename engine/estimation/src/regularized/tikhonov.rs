@@ -92,11 +92,8 @@ pub(super) fn apply(context: &Context, asked: &Tikhonov, warnings: &mut Vec<Warn
     let residuals = linear.of_working(&working, context.spec.include.residuals);
     let eigenvalues = match chosen {
         Some(lambda) if !oblique.within_range(lambda) => {
-            return Err(Faults::one(
-                "regularization.parameter",
-                "λ times this penalty leaves the range of double precision",
-            )
-            .into());
+            let message = "λ times this penalty leaves the range of double precision";
+            return Err(FitError::BeyondDouble(Faults::one("regularization.parameter", message)));
         }
         Some(lambda) => oblique.eigenvalues(lambda).ok_or(NOT_CONVERGED)?,
         None => spectrum.lambda.clone(),

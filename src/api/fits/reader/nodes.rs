@@ -16,8 +16,9 @@ use crate::api::{
     },
 };
 use flankfit_engine::{
-    estimation::{Faults as NodeFaults, Nodes},
+    estimation::Nodes,
     fault::words::{counted, entries},
+    numerics::check,
 };
 
 /// The fields of all four types, before the type is known (it may come last).
@@ -187,14 +188,14 @@ impl<'a> RawNodes<'a> {
 
 /// Builds the nodes. The faults of reading come first; what the check says of the NaN that stands
 /// where a value was refused is dropped.
-fn finish(mut faults: Faults, build: impl FnOnce() -> Result<Nodes, NodeFaults>) -> Result<Nodes, Faults> {
+fn finish(mut faults: Faults, build: impl FnOnce() -> Result<Nodes, check::Faults>) -> Result<Nodes, Faults> {
     if faults.count() >= Faults::MOST {
         return Err(faults);
     }
     match build() {
         Ok(nodes) => faults.into_result(nodes),
         Err(found) => {
-            let found = Faults::from(found);
+            let found = Faults::of_engine("/nodes", &found);
             for fault in found.list() {
                 if !faults.list().iter().any(|known| known.pointer == fault.pointer) {
                     faults.push(fault.pointer.as_str(), fault.detail.as_str());

@@ -116,5 +116,5 @@ fn with_heights(nodes: &Nodes, heights: Vec<f64>) -> Result<Nodes, String> {
             Nodes::grid(grid.u().to_vec(), grid.v().to_vec(), heights, valid, weight(grid.weight()))
         }
     };
-    made.map_err(|faults| faults.list().first().map_or_else(String::new, |fault| fault.reason.to_string()))
+    made.map_err(|faults| faults.list().first().map_or_else(String::new, |fault| fault.message.clone()))
 }

@@ -17,7 +17,7 @@ use super::{
 };
 use crate::api::{
     built::Built,
-    faults::Field,
+    faults::{is_within, pointer_of},
     fits::{
         answer::{result::FitResultBody, text},
         canonical,
@@ -34,7 +34,7 @@ use crate::api::{
     warning::WarningBody,
 };
 use flankfit_engine::{
-    estimation::{Field as FitField, FitError, NodeList, spec::Include},
+    estimation::{FitError, spec::Include},
     gear::correction::{Change, Correction, Flank, LeftAlone, Limit, Predicted, SettingsUsed, Solution, Trust},
 };
 
@@ -246,12 +246,12 @@ fn refuse_implausible(measured: &[&Measured], nodes: &Blocks) -> Result<(), Prob
 
 /// A fit that was refused, by places in the request.
 fn refused(error: FitError) -> Problem {
-    let place = |field: &FitField| match field.list() {
+    let place = |path: &str| match path {
         // the deviations of an iteration have been fitted before
-        Some(NodeList::Y) => "/target".to_owned(),
-        Some(NodeList::Weight) => "/weight".to_owned(),
-        _ if field.is_of_nodes() || field.is_of_model() => "/sensitivity".to_owned(),
-        _ => field.pointer(),
+        _ if is_within(path, &["nodes.y"]) => "/target".to_owned(),
+        _ if is_within(path, &["nodes.weight"]) => "/weight".to_owned(),
+        _ if is_within(path, &["nodes", "model"]) => "/sensitivity".to_owned(),
+        _ => pointer_of(path),
     };
     Problem::of_fit(error, place)
 }

@@ -436,10 +436,7 @@ pub(super) fn first(faults: &Faults) -> String {
 
 /// The first thing that stands in the way.
 fn why(error: FitError) -> String {
-    match error {
-        FitError::Invalid(faults) => first(&faults.into()),
-        other => other.to_string(),
-    }
+    error.faults().map_or_else(|| error.to_string(), |faults| faults.list()[0].message.clone())
 }
 
 impl MachineAnswerBody {

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use crate::api::{
-    faults::Field,
+    faults::{is_within, pointer_of},
     fits::answer::{result::FitResultBody, text},
     gears::faults,
     json::writer::Json,
@@ -92,10 +92,10 @@ pub struct IndistinguishableBody {
 
 /// A refused registration, by places in the request.
 pub fn refused(error: RegistrationRefused) -> Problem {
-    faults::refused(error, |field| match field {
-        field if field.is_of_nodes() => "/points".to_owned(),
-        field if field.is_of_model() => "/registration/motions".to_owned(),
-        field => field.pointer(),
+    faults::refused(error, |path| match path {
+        _ if is_within(path, &["nodes"]) => "/points".to_owned(),
+        _ if is_within(path, &["model"]) => "/registration/motions".to_owned(),
+        _ => pointer_of(path),
     })
 }
 

@@ -10,7 +10,7 @@ use super::{
 };
 use crate::api::{
     built::Built,
-    faults::{Faults, Field},
+    faults::{Faults, is_within, pointer_of},
     fits::{
         answer::{result::FitResultBody, text},
         canonical,
@@ -232,9 +232,9 @@ fn check_rows(lengths: &[usize], columns: usize, faults: &mut Faults) {
 
 /// A refused fit, by places in the request.
 fn refused(error: SurfaceRefused) -> Problem {
-    faults::refused(error, |field| match field {
-        field if field.is_of_nodes() || field.is_of_model() => "/deviation_um".to_owned(),
-        field => field.pointer(),
+    faults::refused(error, |path| match path {
+        _ if is_within(path, &["nodes", "model"]) => "/deviation_um".to_owned(),
+        _ => pointer_of(path),
     })
 }
 

@@ -102,7 +102,7 @@ impl FlankNodes {
             (false, true) => Nodes::curve(column(1), column(2), None),
             _ => Nodes::scattered(column(0), column(1), column(2), None),
         };
-        nodes.map_err(|faults| Problem::invalid(Faults::by(&faults, |_| "/file".to_owned())))
+        nodes.map_err(|faults| Problem::invalid(Faults::placed(&faults, |_| "/file".to_owned())))
     }
 
     fn varies(&self, c: usize) -> bool {

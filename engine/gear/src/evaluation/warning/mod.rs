@@ -289,10 +289,7 @@ pub fn helices_turned(flank: &FlankName, apart: f64, turned: f64) -> impl fmt::D
 }
 
 fn reason(error: &FitError) -> String {
-    match error {
-        FitError::Invalid(faults) => faults.list()[0].message.clone(),
-        other => other.to_string(),
-    }
+    error.faults().map_or_else(|| error.to_string(), |faults| faults.list()[0].message.clone())
 }
 
 fn hundredth(x: f64) -> Shown {
