@@ -2,8 +2,6 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use super::fault::GearField;
-
 /// No length of a gear is smaller (but a radius of its tool), mm: a µm.
 pub const LEAST_LENGTH: f64 = 1e-3;
 /// No length is larger, mm: a kilometre.
@@ -137,13 +135,20 @@ impl Gear {
         }
     }
 
-    /// The datum that circles hang on.
-    pub(crate) fn given_circle(&self) -> GearField {
+    /// The datum that circles depend on, as a path.
+    pub(crate) fn given_circle(&self) -> &'static str {
         match (self.data.tip_diameter, self.data.root_diameter) {
-            (Some(_), _) => GearField::TipDiameter,
-            (None, Some(_)) => GearField::RootDiameter,
-            (None, None) => GearField::ProfileShift,
+            (Some(_), _) => "tip_diameter_mm",
+            (None, Some(_)) => "root_diameter_mm",
+            (None, None) => "profile_shift_coefficient",
         }
+    }
+
+    /// The message for a number that no tooth has.
+    pub(crate) fn no_such_tooth(&self, tooth: u32) -> Option<String> {
+        let teeth = self.data.teeth;
+        let there = (1..=teeth).contains(&tooth);
+        (!there).then(|| format!("{tooth} is not within 1 and {teeth}, the number of teeth"))
     }
 
     /// What was asked for.

@@ -11,18 +11,18 @@
 
 #![warn(missing_docs, unnameable_types, unreachable_pub)]
 
-mod check;
+pub mod check;
 pub mod correction;
 pub mod data;
 pub mod deviation;
 pub mod evaluation;
-pub mod fault;
 pub mod flank_grid;
 pub mod generation;
 pub mod geometry;
 pub mod involute;
 pub mod modification;
 pub mod profile_axis;
+mod refused;
 pub mod registration;
 pub mod simulation;
 pub mod solid;
@@ -32,9 +32,9 @@ pub mod trace;
 pub mod warning;
 
 pub use data::{Gear, GearData, Hand, Side, Tool};
-pub use fault::{GearField, GearReason, Refused};
 pub use flank_grid::{FlankGrid, GridSpec};
 pub use geometry::Geometry;
 pub use modification::Modifications;
-pub use profile_axis::{NoInvolute, ProfileAxis};
+pub use profile_axis::ProfileAxis;
+pub use refused::Refused;
 pub use trace::{Kind, Trace};

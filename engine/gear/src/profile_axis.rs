@@ -1,7 +1,8 @@
 //! Coordinates along the profile.
 
 use super::Gear;
-use flankfit_numerics::fault::{Faults, words::Shown};
+use crate::check::degrees;
+use flankfit_numerics::{check::Faults, fault::words::Shown};
 
 /// What profile values are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -14,34 +15,6 @@ pub enum ProfileAxis {
     /// mm.
     Diameter,
 }
-
-/// A place along the profile where there is no involute.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct NoInvolute {
-    /// What the value is.
-    pub axis: ProfileAxis,
-    /// mm, or rad.
-    pub value: f64,
-    /// d_b, mm.
-    pub base_diameter: f64,
-}
-
-impl std::fmt::Display for NoInvolute {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let value = Shown(self.value);
-        match self.axis {
-            ProfileAxis::RollLength => write!(f, "a roll length of {value} mm has no involute"),
-            ProfileAxis::RollAngle => write!(f, "a roll angle of {value} rad has no involute"),
-            ProfileAxis::Diameter => write!(
-                f,
-                "a diameter of {value} mm, where the base circle has {} mm, has no involute",
-                Shown(self.base_diameter)
-            ),
-        }
-    }
-}
-
-impl std::error::Error for NoInvolute {}
 
 /// What no gear reaches, and no square of it overflows, mm.
 const MOST_ROLL_LENGTH: f64 = 1e7;
@@ -75,19 +48,28 @@ impl ProfileAxis {
         }
     }
 
-    /// Roll lengths of `values`; faults by their indices.
-    pub fn roll_lengths(self, gear: &Gear, values: &[f64]) -> Result<Vec<f64>, Faults<usize, NoInvolute>> {
+    /// Roll lengths of the list `values`.
+    pub fn roll_lengths(self, gear: &Gear, values: &[f64]) -> Result<Vec<f64>, Faults> {
         let mut faults = Faults::default();
         let mut rolls = Vec::with_capacity(values.len());
         for (index, &value) in values.iter().enumerate() {
             match self.roll_length(gear, value) {
                 Some(roll) => rolls.push(roll),
-                None => {
-                    let base_diameter = 2.0 * gear.base_radius();
-                    faults.push(index, NoInvolute { axis: self, value, base_diameter });
-                }
+                None => faults.push(format_args!("[{index}]"), self.no_involute(gear, value)),
             }
         }
         faults.into_result(rolls)
+    }
+
+    /// The message of a value where there is no involute.
+    fn no_involute(self, gear: &Gear, value: f64) -> String {
+        match self {
+            ProfileAxis::RollLength => format!("a roll length of {} mm has no involute", Shown(value)),
+            ProfileAxis::RollAngle => format!("a roll angle of {}° has no involute", degrees(value)),
+            ProfileAxis::Diameter => {
+                let [value, base] = [value, 2.0 * gear.base_radius()].map(Shown);
+                format!("a diameter of {value} mm, where the base circle has {base} mm, has no involute")
+            }
+        }
     }
 }

@@ -4,7 +4,9 @@ mod sentences;
 
 use std::fmt::{self, Display};
 
-pub use sentences::{not_ascending, not_finite};
+pub use sentences::{
+    deviation_beyond, length_beyond, negative, not_ascending, not_finite, not_positive, per_node, per_position, range,
+};
 
 /// A value that cannot be used.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -7,10 +7,8 @@
 
 use std::collections::BTreeMap;
 
-use super::{
-    fault::{CorrectionFaults, CorrectionField, CorrectionReason},
-    problem::{Correction, lost},
-};
+use super::problem::{Correction, lost};
+use flankfit_numerics::check::Faults;
 
 /// A column of which less than this is left when its mean is taken off moves the flank as a whole,
 /// by what nobody measures: using the rest of it would shift the flank by a multiple of what it
@@ -22,7 +20,7 @@ const NOTHING: f64 = 1e-3;
 impl Correction {
     /// The same for deviations of which nobody knows what they (or those of a trace) have in
     /// common.
-    pub(super) fn without_datum(self) -> Result<Self, CorrectionFaults> {
+    pub(super) fn without_datum(self) -> Result<Self, Faults> {
         let columns = self.asked.settings.len();
         let groups = Groups::of(&self);
         let means: Vec<Vec<f64>> = (0..columns).map(|j| groups.means(&self, |k| self.row(k)[j])).collect();
@@ -45,8 +43,14 @@ impl Correction {
         };
         let (alike, open): (Vec<usize>, Vec<usize>) = self.open.iter().copied().partition(|j| constant(j));
         if open.is_empty() {
-            let traces = self.asked.traces.is_some();
-            return Err(CorrectionFaults::one(CorrectionField::Absolute, CorrectionReason::NoDatum { traces }));
+            let nodes = if self.asked.traces.is_some() { "all nodes of a trace" } else { "all nodes" };
+            return Err(Faults::one(
+                "absolute",
+                format_args!(
+                    "the deviations have no datum, and every setting changes {nodes} nearly alike: nothing can be \
+                     determined"
+                ),
+            ));
         }
         let levels = Some(groups.of_node.iter().map(|&group| levels[group]).collect());
         let mut undetermined = [self.undetermined.as_slice(), &alike].concat();

@@ -16,17 +16,14 @@ use crate::{
         },
         settings::{DeviationSign, SlopeSign},
     },
-    modification::{
-        Flanks, Law, Modification, Range,
-        fault::{LawFaults, RangeFaults},
-    },
+    modification::{Flanks, Law, Modification, Range},
     trace::Direction,
 };
 use flankfit_estimation::{
     self, FitSpec, Nodes,
     spec::{Degree, Model, PolynomialBasis, Regularization, Terms},
 };
-use flankfit_numerics::cancel::Asking;
+use flankfit_numerics::{cancel::Asking, check::Faults};
 
 /// Degrees of freedom from which on the noise that is left over is well enough known.
 pub const LEAST_FREEDOM: usize = 10;
@@ -62,28 +59,13 @@ pub struct Design {
     pub helix: Option<[f64; 2]>,
 }
 
-/// Why a design cannot be made on a flank.
-#[derive(Clone, Debug, PartialEq)]
-pub enum DesignRefused {
-    /// Its ranges are none.
-    Range(RangeFaults),
-    /// A modification is none. The figures stand behind the modifications.
-    Law(LawFaults),
-}
-
 impl Design {
     /// Returns the modifications of a flank. `ranges` are those of what was measured; the figures
-    /// have `terms`.
-    pub fn on(
-        &self,
-        gear: &Gear,
-        side: Side,
-        ranges: Ranges,
-        terms: FigureTerms,
-    ) -> Result<Modifications, DesignRefused> {
+    /// have `terms`, and stand behind the modifications in their list.
+    pub fn on(&self, gear: &Gear, side: Side, ranges: Ranges, terms: FigureTerms) -> Result<Modifications, Faults> {
         let profile = self.profile.unwrap_or(ranges.profile);
         let helix = self.helix.unwrap_or(ranges.helix);
-        let range = Range::of_roll_lengths(gear, profile, helix).map_err(DesignRefused::Range)?;
+        let range = Range::of_roll_lengths(gear, profile, helix)?;
         // what is removed is counted in a law, what stands out in a figure; DIN counts helices
         // towards the right hand
         let hand = side.sign();
@@ -103,7 +85,7 @@ impl Design {
         ];
         let figures = laws.into_iter().flatten().map(|law| Modification { flanks: Flanks::Both, law });
         let list = self.modifications.iter().cloned().chain(figures).collect();
-        Modifications::new(gear, range, list).map_err(DesignRefused::Law)
+        Modifications::new(gear, range, list).map_err(|found| found.within("modifications"))
     }
 }
 
@@ -193,7 +175,7 @@ impl Flank {
     }
 
     /// The deviations of a flank made as designed, µm for each node.
-    pub fn designed(&self, design: &Design) -> Result<Vec<f64>, DesignRefused> {
+    pub fn designed(&self, design: &Design) -> Result<Vec<f64>, Faults> {
         let modifications = design.on(&self.gear, self.side, self.ranges, self.terms)?;
         let deviation = |place: &FlankNode| 0.0 - modifications.relief(self.side, place.roll_length, place.z).value;
         Ok(self.places.iter().asking(100).map(deviation).collect())

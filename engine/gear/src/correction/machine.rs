@@ -38,13 +38,10 @@
 //! right flanks. The contact of wheel and gap is taken to lie in one transverse section, so a
 //! crowning over z has no natural twist and there is no setting that makes twist alone.
 
-use super::{
-    fault::{MachineFaults, MachineField, MachineReason},
-    problem::Setting,
-};
+use super::problem::Setting;
 use crate::{Gear, Side, involute::Flank};
 use flankfit_geometry::space::Vector;
-use flankfit_numerics::cancel::Asking;
+use flankfit_numerics::{cancel::Asking, check::Faults, fault::words::Shown};
 
 /// One arc-minute, rad.
 const MINUTE: f64 = std::f64::consts::PI / 10_800.0;
@@ -160,7 +157,7 @@ impl Machine {
     /// assert_eq!(found.matrix.len(), nodes.len() * found.settings.len());
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
-    pub fn sensitivity(self, gear: &Gear, nodes: &[FlankNode], ranges: Ranges) -> Result<Sensitivity, MachineFaults> {
+    pub fn sensitivity(self, gear: &Gear, nodes: &[FlankNode], ranges: Ranges) -> Result<Sensitivity, Faults> {
         check(nodes, ranges)?;
         let made = Made { machine: self, gear, ranges };
         let kinds = self.kinds();
@@ -245,25 +242,31 @@ impl Made<'_> {
     }
 }
 
-fn check(nodes: &[FlankNode], ranges: Ranges) -> Result<(), MachineFaults> {
-    let mut faults = MachineFaults::default();
+fn check(nodes: &[FlankNode], ranges: Ranges) -> Result<(), Faults> {
+    let mut faults = Faults::default();
     let [from, to] = ranges.profile;
     if !(from.is_finite() && to.is_finite() && from != to) {
-        faults.push(MachineField::ProfileRange, MachineReason::ProfileRange(ranges.profile));
+        let [from, to] = ranges.profile.map(Shown);
+        let message = format_args!("{from} to {to} mm is not a range of roll lengths");
+        faults.push("profile_diameter_range_mm", message);
     }
     let [from, to] = ranges.helix;
     if !(from.is_finite() && to.is_finite() && from < to) {
-        faults.push(MachineField::HelixRange, MachineReason::HelixRange(ranges.helix));
+        let [from, to] = ranges.helix.map(Shown);
+        faults.push("helix_range_mm", format_args!("{from} to {to} mm is not an ascending range of z"));
     }
     if nodes.is_empty() {
-        faults.push(MachineField::Nodes, MachineReason::NoNodes);
+        faults.push("nodes", "0 nodes; at least one is needed");
     }
     for (k, place) in nodes.iter().enumerate().asking(1000) {
         if !(0.0..=1e6).contains(&place.roll_length) {
-            faults.push(MachineField::RollLength { node: k }, MachineReason::RollLength(place.roll_length));
+            let roll_length = Shown(place.roll_length);
+            let message = format_args!("{roll_length} is not a roll length of at least 0 mm");
+            faults.push(format_args!("nodes[{k}].roll_length_mm"), message);
         }
         if !(place.z.abs() <= 1e6) {
-            faults.push(MachineField::Position { node: k }, MachineReason::Position(place.z));
+            let z = Shown(place.z);
+            faults.push(format_args!("nodes[{k}].z_mm"), format_args!("{z} is not a place on a gear, mm"));
         }
     }
     faults.into_result(())

@@ -24,7 +24,6 @@
 pub mod compare;
 pub mod damping;
 mod datum;
-pub mod fault;
 pub mod figures;
 pub mod flank;
 mod gain;
@@ -45,7 +44,7 @@ pub use figures::HeldFigure;
 pub use flank::Flank;
 pub use limits::Limit;
 pub use needed::{DEFAULT_KEEP_WITHIN, LeftAlone};
-pub use problem::{Correction, CorrectionSpec, ResponseErrors, Setting, SettingsUsed};
+pub use problem::{Correction, CorrectionSpec, MOST_ENTRIES, MOST_SETTINGS, ResponseErrors, Setting, SettingsUsed};
 pub use scatter::Scatter;
 pub use solution::{Change, Indistinguishable, Noise, Predicted, Solution};
 pub use teeth::TeethMean;

@@ -4,12 +4,19 @@ use std::collections::BTreeSet;
 
 use super::{
     damping::{DEFAULT_RESPONSE_UNCERTAINTY, Damping},
-    fault::{CorrectionFaults, CorrectionField, CorrectionReason, Left, LimitField, MOST_ENTRIES, MOST_SETTINGS},
     figures::HeldFigure,
     scatter::Scatter,
 };
 use flankfit_estimation::spec::{Include, Scaling};
-use flankfit_numerics::fault::Common;
+use flankfit_numerics::{
+    check::{Faults, not_positive, per_node},
+    fault::words::{Shown, counted, entries},
+};
+
+/// Most settings of a machine.
+pub const MOST_SETTINGS: usize = 64;
+/// Most entries of a sensitivity matrix.
+pub const MOST_ENTRIES: usize = 2_000_000;
 
 /// One setting of the machine.
 #[derive(Clone, Debug, PartialEq)]
@@ -188,49 +195,54 @@ pub struct Correction {
 }
 
 impl Correction {
-    /// Checks everything.
-    pub fn new(asked: CorrectionSpec) -> Result<Self, CorrectionFaults> {
-        let mut faults = CorrectionFaults::default();
+    /// Checks everything. The limits of setting j are at `limits[j]`.
+    pub fn new(asked: CorrectionSpec) -> Result<Self, Faults> {
+        let mut faults = Faults::default();
         check_settings(&asked.settings, &mut faults);
         let (rows, columns) = (asked.deviation.len(), asked.settings.len());
         if columns == 0 || columns > MOST_SETTINGS || rows == 0 {
             if rows == 0 {
-                faults.push(CorrectionField::Deviations, CorrectionReason::NoNodes);
+                faults.push("deviation_um", "there are no nodes");
             }
             return Err(faults);
         }
         if asked.sensitivity.len() != rows * columns || asked.sensitivity.len() > MOST_ENTRIES {
-            let given = asked.sensitivity.len();
-            let reason = CorrectionReason::Matrix { given, nodes: rows, settings: columns };
-            faults.push(CorrectionField::Matrix, reason);
+            let (given, wanted) = (entries(asked.sensitivity.len()), rows * columns);
+            let (nodes, settings) = (counted(rows, "node", "nodes"), counted(columns, "setting", "settings"));
+            faults.push(
+                "sensitivity.matrix",
+                format_args!("{given}; {nodes} and {settings} ask for {wanted} (at most {MOST_ENTRIES})"),
+            );
         }
         for (at, value) in asked.sensitivity.iter().enumerate().filter(|(_, x)| !x.is_finite()) {
-            let field = CorrectionField::Entry { row: at / columns, column: at % columns };
-            faults.push(field, CorrectionReason::NotFinite(*value));
+            let path = format_args!("sensitivity.matrix[{}][{}]", at / columns, at % columns);
+            faults.push(path, format_args!("{value} is not a finite number"));
         }
         for (index, _) in asked.deviation.iter().enumerate().filter(|(_, d)| d.is_infinite()) {
-            faults.push(CorrectionField::Deviation { index }, CorrectionReason::Infinite);
+            let message = "the deviation is infinite; an undefined one is null";
+            faults.push(format_args!("deviation_um[{index}]"), message);
         }
         check_lists(&asked, rows, &mut faults);
         if asked.traces.is_some() && asked.absolute {
-            faults.push(CorrectionField::Absolute, CorrectionReason::TracesWithDatum);
+            let message = "traces that have a zero each have no common one: leave it out, or `trace`";
+            faults.push("absolute", message);
         }
-        for (field, value) in [
-            (CorrectionField::NoiseSigma, asked.noise_sigma),
-            (CorrectionField::CoefficientNormLimit, asked.coefficient_norm_limit),
-        ] {
+        for (path, value) in
+            [("noise_sigma_um", asked.noise_sigma), ("coefficient_norm_limit", asked.coefficient_norm_limit)]
+        {
             if let Some(value) = value.filter(|value| !(value.is_finite() && *value > 0.0)) {
-                faults.push(field, Common::NotPositive { value });
+                faults.push(path, not_positive(value));
             }
         }
-        if !(0.0..=1.0).contains(&asked.response_uncertainty) {
-            let reason = CorrectionReason::Share(asked.response_uncertainty);
-            faults.push(CorrectionField::ResponseUncertainty, reason);
-        }
-        if let SettingsUsed::Needed { keep_within } = asked.used
-            && !(0.0..=1.0).contains(&keep_within)
+        let keep_within = match asked.used {
+            SettingsUsed::Needed { keep_within } => Some(keep_within),
+            SettingsUsed::All => None,
+        };
+        for (path, share) in [("response_uncertainty", Some(asked.response_uncertainty)), ("keep_within", keep_within)]
         {
-            faults.push(CorrectionField::KeepWithin, CorrectionReason::Share(keep_within));
+            if let Some(share) = share.filter(|share| !(0.0..=1.0).contains(share)) {
+                faults.push(path, format_args!("{} is not a share between 0 and 1", Shown(share)));
+            }
         }
         if !faults.is_empty() {
             return Err(faults);
@@ -240,7 +252,7 @@ impl Correction {
         let counted_nodes: Vec<usize> = defined.iter().copied().filter(weighs).collect();
         let open: Vec<usize> = (0..columns).filter(|&j| !asked.settings[j].fixed).collect();
         if open.is_empty() {
-            return Err(CorrectionFaults::one(CorrectionField::Limits, CorrectionReason::AllFixed));
+            return Err(Faults::one("limits", "every setting is fixed: there is nothing to correct"));
         }
         let mut plain = Correction {
             asked,
@@ -255,24 +267,31 @@ impl Correction {
             (plain.open, plain.undetermined) = plain.open.iter().copied().partition(|&j| plain.has_effect(j));
         }
         if plain.open.is_empty() {
-            return Err(CorrectionFaults::one(CorrectionField::Settings, CorrectionReason::NoEffect));
+            let message = "no setting that may be changed has an effect at the defined nodes";
+            return Err(Faults::one("sensitivity.settings", message));
         }
-        let lost = lost(&plain.asked, &plain.counted);
-        let columns_open = plain.open.len() + lost;
-        if plain.counted.len() < columns_open {
-            // at the place that can be changed: what leaves too few nodes, or asks too much of
-            // those that there are
-            let (field, left) = match defined.len() {
-                0 => (CorrectionField::Deviations, Left::Defined),
-                there if there >= columns_open => (CorrectionField::Weights, Left::Weighted),
-                _ => (CorrectionField::Settings, Left::Defined),
-            };
-            let (settings, nodes) = (plain.open.len(), plain.counted.len());
-            let traces = plain.asked.traces.as_ref().map(|_| lost);
-            let reason = CorrectionReason::TooFew { settings, nodes, left, traces };
-            return Err(CorrectionFaults::one(field, reason));
+        if plain.counted.len() < plain.open.len() + lost(&plain.asked, &plain.counted) {
+            return Err(plain.too_few(defined.len()));
         }
         if plain.asked.absolute { Ok(plain) } else { plain.without_datum() }
+    }
+
+    /// Says that so many defined nodes do not determine the settings, at the place that can be
+    /// changed: what leaves too few nodes, or asks too much of those that there are.
+    fn too_few(&self, defined: usize) -> Faults {
+        let lost = lost(&self.asked, &self.counted);
+        let (path, left) = match defined {
+            0 => ("deviation_um", "defined"),
+            there if there >= self.open.len() + lost => ("weight", "with a weight above 0"),
+            _ => ("sensitivity.settings", "defined"),
+        };
+        let traces = match &self.asked.traces {
+            Some(_) => format!(" of {} with a zero each", counted(lost, "trace", "traces")),
+            None => String::new(),
+        };
+        let settings = counted(self.open.len(), "setting", "settings");
+        let nodes = counted(self.counted.len(), "node", "nodes");
+        Faults::one(path, format_args!("{settings} cannot be determined from {nodes} {left}{traces}"))
     }
 
     /// What was asked for.
@@ -318,68 +337,75 @@ impl Correction {
     }
 }
 
-fn check_settings(settings: &[Setting], faults: &mut CorrectionFaults) {
+fn check_settings(settings: &[Setting], faults: &mut Faults) {
     if settings.is_empty() || settings.len() > MOST_SETTINGS {
-        faults.push(CorrectionField::Settings, CorrectionReason::SettingCount(settings.len()));
+        let given = counted(settings.len(), "setting", "settings");
+        faults.push("sensitivity.settings", format_args!("{given}; a correction has 1 to {MOST_SETTINGS}"));
     }
     for (index, setting) in settings.iter().enumerate().take(MOST_SETTINGS) {
+        let path = format_args!("sensitivity.settings[{index}]");
         if setting.name.trim().is_empty() {
-            faults.push(CorrectionField::Setting { index }, CorrectionReason::NoName);
+            faults.push(path, "a setting needs a name");
         } else if settings[..index].iter().any(|other| other.name == setting.name) {
-            faults.push(CorrectionField::Setting { index }, CorrectionReason::Twice(setting.name.clone()));
+            faults.push(path, format_args!("`{}` is there twice", setting.name));
         }
-        check_limits(setting, faults);
+        faults.append(limit_faults(setting).within(&format!("limits[{index}]")));
     }
 }
 
-fn check_limits(setting: &Setting, faults: &mut CorrectionFaults) {
+/// Checks the limits of a setting.
+fn limit_faults(setting: &Setting) -> Faults {
+    let mut faults = Faults::default();
     let Setting { min, max, fixed, increment, .. } = setting;
-    let at = |limit| CorrectionField::Limit { setting: setting.name.clone(), limit };
-    let ends = [(LimitField::Min, min), (LimitField::Max, max), (LimitField::Increment, increment)];
+    let ends = [("min", min), ("max", max), ("increment", increment)];
     for (end, _) in ends.iter().filter(|(_, limit)| limit.is_some_and(|limit| !limit.is_finite())) {
-        faults.push(at(*end), CorrectionReason::LimitNotFinite);
+        faults.push(end, "the number is not finite; leave it out for none");
     }
     if *fixed {
         for (end, _) in ends.iter().filter(|(_, limit)| limit.is_some()) {
-            faults.push(at(*end), CorrectionReason::Fixed);
+            faults.push(end, "a setting that is fixed is not changed: it has no limits and no increment");
         }
-        return;
+        return faults;
     }
     if let (Some(min), Some(max)) = (*min, *max)
         && min > max
     {
-        faults.push(at(LimitField::Min), CorrectionReason::Crossed { min, max });
-        return;
+        let [min, max] = [min, max].map(Shown);
+        faults.push("min", format_args!("the least change {min} is above the greatest, {max}"));
+        return faults;
     }
-    let Some(increment) = increment.filter(|increment| increment.is_finite()) else { return };
+    let Some(increment) = increment.filter(|increment| increment.is_finite()) else { return faults };
     if !(increment > 0.0) {
-        faults.push(at(LimitField::Increment), CorrectionReason::Step(increment));
+        faults.push("increment", format_args!("{} is not a step above 0", Shown(increment)));
     } else if let Some([least, most]) = setting.steps()
         && least > most
     {
-        faults.push(at(LimitField::Increment), CorrectionReason::NoMultiple(increment));
+        faults.push("increment", format_args!("no multiple of {} lies within the limits", Shown(increment)));
     }
+    faults
 }
 
 /// Lists with an entry for each of so many nodes.
-fn check_lists(asked: &CorrectionSpec, nodes: usize, faults: &mut CorrectionFaults) {
-    let count = |given: Option<usize>, field: CorrectionField, faults: &mut CorrectionFaults| {
+fn check_lists(asked: &CorrectionSpec, nodes: usize, faults: &mut Faults) {
+    let count = |given: Option<usize>, path: &str, faults: &mut Faults| {
         if let Some(given) = given.filter(|given| *given != nodes) {
-            faults.push(field, Common::PerNode { given, nodes });
+            faults.push(path, per_node(given, nodes));
         }
     };
-    count(asked.target.as_ref().map(Vec::len), CorrectionField::Targets, faults);
+    count(asked.target.as_ref().map(Vec::len), "target.deviation_um", faults);
     for (index, target) in asked.target.iter().flatten().enumerate().filter(|(_, x)| !x.is_finite()) {
-        faults.push(CorrectionField::Target { index }, CorrectionReason::NotFinite(*target));
+        let path = format_args!("target.deviation_um[{index}]");
+        faults.push(path, format_args!("{target} is not a finite number"));
     }
-    count(asked.weight.as_ref().map(Vec::len), CorrectionField::Weights, faults);
+    count(asked.weight.as_ref().map(Vec::len), "weight", faults);
     let usable = |weight: f64| weight.is_finite() && weight >= 0.0;
     for (index, weight) in asked.weight.iter().flatten().enumerate().filter(|(_, w)| !usable(**w)) {
-        faults.push(CorrectionField::Weight { index }, CorrectionReason::Weight(*weight));
+        let message = format_args!("{weight} is not a finite weight of at least 0");
+        faults.push(format_args!("weight[{index}]"), message);
     }
-    count(asked.traces.as_ref().map(Vec::len), CorrectionField::Traces, faults);
+    count(asked.traces.as_ref().map(Vec::len), "trace", faults);
     for column in &asked.scatter.columns {
-        count(Some(column.len()), CorrectionField::Deviations, faults);
+        count(Some(column.len()), "deviation_um", faults);
     }
 }
 

@@ -3,12 +3,12 @@
 //!
 //! *Toe* is the end of the smaller z, *heel* the other.
 
-use super::{
-    Deviations, Node,
-    fault::{BorderFaults, BorderField, BorderReason},
-};
+use super::{Deviations, Node};
 use crate::Gear;
-use flankfit_numerics::fault::Common;
+use flankfit_numerics::{
+    check::{self, Faults},
+    fault::words::Shown,
+};
 
 /// What part of an axis takes part.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -51,16 +51,17 @@ impl Borders {
 }
 
 impl Border {
-    /// The range over nodes at `at`; `None`: everything.
-    fn range(&self, at: impl Iterator<Item = f64>) -> Result<Option<[f64; 2]>, BorderReason> {
+    /// The range over nodes at `at`, or what is wrong with it; `None`: everything.
+    fn range(&self, at: impl Iterator<Item = f64>) -> Result<Option<[f64; 2]>, String> {
         match *self {
             Border::Whole => Ok(None),
             Border::Range { from, to } if from <= to && from.is_finite() && to.is_finite() => Ok(Some([from, to])),
-            Border::Range { from, to } => Err(Common::Range { range: [from, to] }.into()),
+            Border::Range { from, to } => Err(check::range([from, to])),
             Border::Trimmed { low, high } => {
                 let share = |x: f64| (0.0..=100.0).contains(&x);
                 if !(share(low) && share(high) && low + high < 100.0) {
-                    return Err(BorderReason::Nothing { low, high });
+                    let [low, high] = [low, high].map(Shown);
+                    return Err(format!("{low} % and {high} % leave nothing between the edges"));
                 }
                 let [least, most] =
                     at.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], x| [least.min(x), most.max(x)]);
@@ -76,17 +77,17 @@ impl Border {
 impl Deviations {
     /// Marks the nodes inside `borders`; earlier borders no longer hold. Refuses borders that leave
     /// no node.
-    pub fn set_borders(&mut self, borders: &Borders) -> Result<(), BorderFaults> {
+    pub fn set_borders(&mut self, borders: &Borders) -> Result<(), Faults> {
         let at = |place: fn(&Node) -> f64| self.nodes.iter().filter(|n| n.deviation.is_finite()).map(place);
         let profile = borders.profile.range(at(|node| node.roll_length));
         let face = borders.face.range(at(|node| node.z));
         let (profile, face) = match (profile, face) {
             (Ok(profile), Ok(face)) => (profile, face),
             (profile, face) => {
-                let mut faults = BorderFaults::default();
-                for (field, range) in [(BorderField::Profile, profile), (BorderField::Face, face)] {
-                    if let Err(reason) = range {
-                        faults.push(field, reason);
+                let mut faults = Faults::default();
+                for (path, range) in [("diameter_range_mm", profile), ("z_range_mm", face)] {
+                    if let Err(message) = range {
+                        faults.push(path, message);
                     }
                 }
                 return Err(faults);
@@ -100,7 +101,7 @@ impl Deviations {
             .collect();
         let left = |(node, within): (&Node, &bool)| *within && node.deviation.is_finite();
         if self.undefined() < self.nodes.len() && !self.nodes.iter().zip(&within).any(left) {
-            return Err(BorderFaults::one(BorderField::Whole, BorderReason::NoNode));
+            return Err(Faults::one("", "no measured node lies inside these borders"));
         }
         self.nodes.iter_mut().zip(within).for_each(|(node, within)| node.within = within);
         Ok(())

@@ -1,12 +1,13 @@
 //! A topography that is given as deviations from the unmodified involute, on a grid of roll lengths
 //! and axial positions; like a measured point's, they get the relief of the reference added.
 
-use super::{
-    Deviations, Direction, Node, Reference,
-    fault::{TopographyFaults, TopographyField, TopographyReason},
+use super::{Deviations, Direction, Node, Reference};
+use crate::{Side, trace::MOST_DEVIATION};
+use flankfit_numerics::{
+    Rows,
+    check::{Faults, deviation_beyond, not_ascending, not_finite},
+    fault::words::{Shown, counted, entries},
 };
-use crate::{Side, fault::NoSuchTooth, trace::MOST_DEVIATION};
-use flankfit_numerics::{Rows, fault::Common};
 
 /// Deviations at the crossings of two strictly ascending axes.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,30 +28,29 @@ pub struct Topography {
 }
 
 /// The topography as nodes, row by row.
-pub fn grid(reference: &Reference, topography: &Topography) -> Result<Deviations, TopographyFaults> {
+pub fn grid(reference: &Reference, topography: &Topography) -> Result<Deviations, Faults> {
     let Topography { tooth, side, roll_length, z, deviation, direction } = topography;
-    let mut faults = TopographyFaults::default();
-    let teeth = reference.gear.data().teeth;
-    if !(1..=teeth).contains(tooth) {
-        faults.push(TopographyField::Tooth, NoSuchTooth { tooth: *tooth, teeth });
+    let mut faults = Faults::default();
+    if let Some(message) = reference.gear.no_such_tooth(*tooth) {
+        faults.push("tooth", message);
     }
-    check_axis(&mut faults, TopographyField::RollLengths, |index| TopographyField::RollLength { index }, roll_length);
-    check_axis(&mut faults, TopographyField::Positions, |index| TopographyField::Position { index }, z);
+    check_axis(&mut faults, "roll_length_mm", roll_length);
+    check_axis(&mut faults, "z_mm", z);
     if let Some(least) = roll_length.first().filter(|least| **least < 0.0) {
-        faults.push(TopographyField::RollLength { index: 0 }, TopographyReason::BelowBase(*least));
+        let least = Shown(*least);
+        faults.push("roll_length_mm[0]", format_args!("{least} mm is below 0, the start of the involute"));
     }
     if deviation.count() != roll_length.len() {
-        let reason = TopographyReason::Rows { rows: deviation.count(), roll_lengths: roll_length.len() };
-        faults.push(TopographyField::Deviations, reason);
+        let (rows, wanted) = (counted(deviation.count(), "row", "rows"), roll_length.len());
+        faults.push("deviation_um", format_args!("{rows}, but {wanted} would match roll_length_mm"));
     }
     for (i, row) in deviation.iter().enumerate() {
         if row.len() != z.len() {
-            let reason = TopographyReason::Columns { given: row.len(), positions: z.len() };
-            faults.push(TopographyField::Row { row: i }, reason);
+            let (given, wanted) = (entries(row.len()), z.len());
+            faults.push(format_args!("deviation_um[{i}]"), format_args!("{given}, but {wanted} would match z_mm"));
         }
         for (j, value) in row.iter().enumerate().filter(|(_, value)| value.abs() > MOST_DEVIATION) {
-            let reason = Common::DeviationBeyond { value: *value, most: MOST_DEVIATION };
-            faults.push(TopographyField::Deviation { row: i, column: j }, reason);
+            faults.push(format_args!("deviation_um[{i}][{j}]"), deviation_beyond(*value, MOST_DEVIATION));
         }
     }
     faults.into_result(())?;
@@ -74,20 +74,15 @@ pub fn grid(reference: &Reference, topography: &Topography) -> Result<Deviations
     Ok(Deviations { direction: *direction, ball_radius: 0.0, nodes, strays: Vec::new() })
 }
 
-fn check_axis(
-    faults: &mut TopographyFaults,
-    whole: TopographyField,
-    place: fn(usize) -> TopographyField,
-    axis: &[f64],
-) {
+fn check_axis(faults: &mut Faults, path: &str, axis: &[f64]) {
     if axis.is_empty() {
-        faults.push(whole, TopographyReason::EmptyAxis);
+        faults.push(path, "the axis has no positions");
     }
     for (i, x) in axis.iter().enumerate() {
         if !x.is_finite() {
-            faults.push(place(i), Common::NotFinite);
+            faults.push(format_args!("{path}[{i}]"), not_finite());
         } else if i > 0 && *x <= axis[i - 1] && axis[i - 1].is_finite() {
-            faults.push(place(i), Common::NotAscending { value: *x, before: axis[i - 1] });
+            faults.push(format_args!("{path}[{i}]"), not_ascending(*x, axis[i - 1]));
         }
     }
 }

@@ -5,12 +5,11 @@
 
 use super::{
     Deviations, Direction, Foot, NoFoot, Node, Reference,
-    fault::{MeasureFaults, MeasureField, MeasureReason},
     foot::{foot, normal},
 };
-use crate::{Side, fault::NoSuchTooth};
+use crate::Side;
 use flankfit_geometry::space::Vector;
-use flankfit_numerics::cancel::Asking;
+use flankfit_numerics::{cancel::Asking, check::Faults, fault::words::Shown};
 
 /// No coordinate is larger, mm.
 const MOST_COORDINATE: f64 = 1e7;
@@ -76,15 +75,20 @@ impl Measurement {
         self.reach.unwrap_or_else(|| Self::MOST_REACH.min(0.25 * normal_base_pitch(reference)))
     }
 
-    fn check(&self, reference: &Reference) -> Result<(), MeasureFaults> {
-        let mut faults = MeasureFaults::default();
+    fn check(&self, reference: &Reference) -> Result<(), Faults> {
+        let mut faults = Faults::default();
         if !(self.ball_radius >= 0.0 && self.ball_radius <= 1e3) {
-            faults.push(MeasureField::BallRadius, MeasureReason::BallRadius(self.ball_radius));
+            let radius = Shown(self.ball_radius);
+            faults.push("probe_radius_mm", format_args!("{radius} is not a radius of 0 to 1000 mm"));
         }
         if let Some(reach) = self.reach {
             let most = 0.5 * normal_base_pitch(reference);
             if !(reach > 0.0 && reach <= most) {
-                faults.push(MeasureField::Reach, MeasureReason::Reach { reach, most });
+                let reach = Shown(reach);
+                faults.push(
+                    "reach_mm",
+                    format_args!("{reach} is not above 0 and up to half the base pitch, {most:.4} mm"),
+                );
             }
         }
         faults.into_result(())
@@ -119,11 +123,10 @@ pub fn measure(
     reference: &Reference,
     touches: &[MeasuredPoint],
     measurement: &Measurement,
-) -> Result<Deviations, MeasureFaults> {
+) -> Result<Deviations, Faults> {
     measurement.check(reference)?;
     let reach = measurement.reach(reference);
-    let teeth = reference.gear.data().teeth;
-    let mut faults = MeasureFaults::default();
+    let mut faults = Faults::default();
     let mut strays = Vec::new();
     let mut nodes = Vec::with_capacity(touches.len());
     for (index, touch) in touches.iter().enumerate().asking(5000) {
@@ -135,10 +138,11 @@ pub fn measure(
             deviation: f64::NAN,
             within: true,
         };
-        if let Some(tooth) = touch.tooth.filter(|tooth| !(1..=teeth).contains(tooth)) {
-            faults.push(MeasureField::Tooth { index }, NoSuchTooth { tooth, teeth });
+        if let Some(message) = touch.tooth.and_then(|tooth| reference.gear.no_such_tooth(tooth)) {
+            faults.push(format_args!("teeth[{index}]"), message);
         } else if touch.point.iter().any(|x| x.abs() > MOST_COORDINATE) {
-            faults.push(MeasureField::Point { index }, MeasureReason::Coordinate(MOST_COORDINATE));
+            let most = Shown(MOST_COORDINATE);
+            faults.push(format_args!("points[{index}]"), format_args!("a coordinate is beyond {most} mm"));
         } else if !touch.point.iter().any(|x| x.is_nan()) {
             let found = nearest(reference, touch, measurement.ball_radius, reach)
                 .and_then(|foot| reference.node(&foot, measurement.direction));
@@ -147,7 +151,7 @@ pub fn measure(
                     nodes.push(node);
                     continue;
                 }
-                (Err(stray), FootlessPoints::Refuse) => faults.push(MeasureField::Point { index }, stray),
+                (Err(stray), FootlessPoints::Refuse) => faults.push(format_args!("points[{index}]"), stray),
                 (Err(stray), FootlessPoints::Undefined) => strays.push((index, stray)),
             }
         }

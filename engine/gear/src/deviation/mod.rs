@@ -11,7 +11,6 @@
 //! z. A point that is undefined (NaN) keeps its place in the list and has no deviation.
 
 pub mod border;
-pub mod fault;
 mod flanks;
 pub mod foot;
 mod grid;

@@ -1,6 +1,5 @@
 //! Limits that figures of a flank must lie within, and what is inferred of a figure.
 
-use super::fault::{ToleranceField, ToleranceReason};
 use crate::{
     Gear, Kind, Side,
     tolerance::{COARSEST, Characteristic, FINEST, OutOfScope, Rounding, Tolerances},
@@ -9,7 +8,7 @@ use flankfit_estimation::{
     inference::{Conformity, Inferred},
     result::IntervalKind,
 };
-use flankfit_numerics::fault::Faults;
+use flankfit_numerics::{check::Faults, fault::words::Shown};
 
 /// Limits of the figures, µm, in the sign that they are answered in; ascending.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -63,11 +62,7 @@ impl SidedLimits {
     }
 
     /// What is wrong with them, each fault once.
-    pub(super) fn check(
-        &self,
-        tolerances: &Result<Tolerances, OutOfScope>,
-        helix: bool,
-    ) -> Faults<ToleranceField, ToleranceReason> {
+    pub(super) fn check(&self, tolerances: &Result<Tolerances, OutOfScope>, helix: bool) -> Faults {
         let left = self.left.check(tolerances, helix);
         if left.is_empty() { self.right.check(tolerances, helix) } else { left }
     }
@@ -117,54 +112,68 @@ impl Inference {
     }
 }
 
-/// Why a class gives no tolerances, where one is asked for.
-pub(super) fn class_refused(class: Option<u8>, tolerances: &Result<Tolerances, OutOfScope>) -> Option<ToleranceReason> {
-    match (class?, tolerances) {
-        (class, _) if !(FINEST..=COARSEST).contains(&class) => Some(ToleranceReason::NoClass(class)),
-        (_, Err(out)) => Some(ToleranceReason::OutOfScope(out.clone())),
+/// The message of limits that do not ascend, µm, where they do not.
+pub fn not_ascending_limits([low, high]: [f64; 2]) -> Option<String> {
+    let ascend = low < high;
+    let [low, high] = [low, high].map(Shown);
+    (!ascend).then(|| format!("{low} to {high} µm leave nothing between them; write the lower limit first"))
+}
+
+/// The message of a class that there is not, where there is none.
+pub fn no_class(class: u8) -> Option<String> {
+    let there = (FINEST..=COARSEST).contains(&class);
+    (!there).then(|| format!("{class} is not one of {FINEST} to {COARSEST}"))
+}
+
+/// The message of a class that gives no tolerances, where one is asked for.
+pub(super) fn class_refused(class: Option<u8>, tolerances: &Result<Tolerances, OutOfScope>) -> Option<String> {
+    match (no_class(class?), tolerances) {
+        (Some(message), _) => Some(message),
+        (_, Err(out)) => Some(format!("the class gives no limits: {out}")),
         (_, Ok(_)) => None,
     }
 }
 
 impl ToleranceLimits {
     /// What is wrong with the limits; `helix` says whether slopes of helices are asked for.
-    pub(super) fn check(
-        &self,
-        tolerances: &Result<Tolerances, OutOfScope>,
-        helix: bool,
-    ) -> Faults<ToleranceField, ToleranceReason> {
+    pub(super) fn check(&self, tolerances: &Result<Tolerances, OutOfScope>, helix: bool) -> Faults {
         let mut faults = Faults::default();
         let told = [
-            (ToleranceField::ProfileSlope, self.profile_slope),
-            (ToleranceField::HelixSlope, self.helix_slope),
-            (ToleranceField::ProfileCrowning, self.profile_crowning),
-            (ToleranceField::HelixCrowning, self.helix_crowning),
-            (ToleranceField::Twist, self.twist),
-            (ToleranceField::ProfileForm, self.profile_form),
-            (ToleranceField::HelixForm, self.helix_form),
-            (ToleranceField::ProfileTotal, self.profile_total),
-            (ToleranceField::HelixTotal, self.helix_total),
+            ("profile_slope_um", self.profile_slope),
+            ("helix_slope_um", self.helix_slope),
+            ("profile_crowning_um", self.profile_crowning),
+            ("helix_crowning_um", self.helix_crowning),
+            ("twist_um", self.twist),
+            ("profile_form_um", self.profile_form),
+            ("helix_form_um", self.helix_form),
+            ("profile_total_um", self.profile_total),
+            ("helix_total_um", self.helix_total),
         ];
-        for (field, limits) in told {
-            if let Some([low, high]) = limits.filter(|[low, high]| !(low < high)) {
-                faults.push(field, ToleranceReason::NotAscending([low, high]));
+        for (path, limits) in told {
+            if let Some(message) = limits.and_then(not_ascending_limits) {
+                faults.push(path, message);
             }
         }
-        let no_face_width = || {
-            let open = helix && self.helix_slope.is_none();
-            let slope = tolerances.as_ref().ok()?.unrounded(Characteristic::HelixSlope, self.class?);
-            (open && slope.is_none()).then_some(ToleranceReason::NoFaceWidth)
-        };
-        if let Some(why) = class_refused(self.class, tolerances).or_else(no_face_width) {
-            faults.push(ToleranceField::Class, why);
+        if let Some(message) = self.class_without_limits(tolerances, helix) {
+            faults.push("class", message);
         }
         faults
     }
 
-    /// Why the class gives no limits on this gear, where one is asked for and gives none.
-    pub fn class_refused(&self, gear: &Gear, helix: bool) -> Option<ToleranceReason> {
-        let faults = self.check(&Tolerances::new(gear), helix);
-        faults.list().iter().find(|fault| fault.field == ToleranceField::Class).map(|fault| fault.reason.clone())
+    fn class_without_limits(&self, tolerances: &Result<Tolerances, OutOfScope>, helix: bool) -> Option<String> {
+        let no_face_width = || {
+            let open = helix && self.helix_slope.is_none();
+            let slope = tolerances.as_ref().ok()?.unrounded(Characteristic::HelixSlope, self.class?);
+            let message =
+                "the class gives no limits of helix slopes without the face width of the gear; give it, or the limits";
+            (open && slope.is_none()).then(|| message.to_owned())
+        };
+        class_refused(self.class, tolerances).or_else(no_face_width)
+    }
+
+    /// The message of a class that gives no limits on this gear, where one is asked for.
+    pub fn class_refused(&self, gear: &Gear, helix: bool) -> Option<String> {
+        self.class_without_limits(&Tolerances::new(gear), helix)
     }
 
     /// Returns the limits of a slope over a share of the length that it refers to: those given,

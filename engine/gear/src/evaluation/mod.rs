@@ -13,7 +13,6 @@ mod classes;
 mod contradiction;
 mod coverage;
 mod design;
-pub mod fault;
 pub mod flank_surface;
 mod flank_traces;
 mod gap;
@@ -41,9 +40,8 @@ pub use against::Against;
 pub use classes::Classes;
 use classes::Classified;
 pub use design::design;
-use fault::{MOST_SAMPLES, SettingFaults, SettingField, SettingReason, TraceFaults, TraceField, TraceReason};
 pub use flank_traces::{FlankTraces, flank_traces};
-pub use limits::{Inference, SidedLimits, ToleranceLimits, TraceLimits, within};
+pub use limits::{Inference, SidedLimits, ToleranceLimits, TraceLimits, no_class, not_ascending_limits, within};
 pub use outliers::THRESHOLD as OUTLIER_THRESHOLD;
 pub use samples::Samples;
 use settings::{Outliers, Settings, Window};
@@ -62,8 +60,14 @@ use super::{
     tolerance::{Class, OutOfScope, Tolerances},
     trace::MOST_DEVIATION,
 };
-use flankfit_numerics::cancel;
-use flankfit_numerics::fault::{Common, Faults};
+use flankfit_numerics::{
+    cancel,
+    check::{Faults, deviation_beyond, length_beyond, per_position},
+    fault::words::Shown,
+};
+
+/// The most samples of all traces together.
+pub const MOST_SAMPLES: usize = 20_000_000;
 
 /// A trace and, where the flank is modified by design, its design line: µm per sample in the sign
 /// and direction of the deviations.
@@ -153,11 +157,11 @@ pub struct Evaluation {
 /// assert!((values.slope.abs() - 8.0).abs() < 1e-9 && values.form < 1e-9);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub fn evaluate(gear: &Gear, posted: &[Posted], settings: &Settings) -> Result<Evaluation, TraceFaults> {
+pub fn evaluate(gear: &Gear, posted: &[Posted], settings: &Settings) -> Result<Evaluation, Faults> {
     check(posted)?;
-    let [profile, helix] = windows(gear, posted, settings).map_err(Faults::widened)?;
+    let [profile, helix] = windows(gear, posted, settings).map_err(|found| found.within("evaluation"))?;
     let tolerances = Tolerances::new(gear);
-    checked(settings, &tolerances, helix.is_some()).map_err(Faults::widened)?;
+    checked(settings, &tolerances, helix.is_some()).map_err(|found| found.within("evaluation"))?;
     let mut warnings = Vec::new();
     if let Err(out) = &tolerances {
         warnings.push(Warning::OutsideTheStandard(out.clone()));
@@ -236,12 +240,12 @@ pub fn evaluate(gear: &Gear, posted: &[Posted], settings: &Settings) -> Result<E
 }
 
 /// Refuses levels and limits that there are not.
-fn checked(settings: &Settings, tolerances: &Result<Tolerances, OutOfScope>, helix: bool) -> Result<(), SettingFaults> {
-    let mut faults = SettingFaults::default();
+fn checked(settings: &Settings, tolerances: &Result<Tolerances, OutOfScope>, helix: bool) -> Result<(), Faults> {
+    let mut faults = Faults::default();
     if !(settings.level > 0.5 && settings.level < 1.0) {
-        faults.push(SettingField::Level, SettingReason::Level(settings.level));
+        faults.push("level", format_args!("{} is not a level: above 0.5 and below 1", Shown(settings.level)));
     }
-    faults.append(settings.limits.check(tolerances, helix));
+    faults.append(settings.limits.check(tolerances, helix).within("tolerance_limits"));
     faults.into_result(())
 }
 
@@ -283,17 +287,21 @@ fn near_base_circle(gear: &Gear, window: &Window) -> Option<Warning> {
 pub const NEAR_BASE_ROLL: f64 = 0.087_266_462_599_716_48;
 
 /// What profiles and helices are evaluated with, where there are any.
-fn windows(gear: &Gear, posted: &[Posted], settings: &Settings) -> Result<[Option<Window>; 2], SettingFaults> {
+fn windows(gear: &Gear, posted: &[Posted], settings: &Settings) -> Result<[Option<Window>; 2], Faults> {
     let first = |kind| posted.iter().position(|posted| posted.trace.kind == kind);
-    let mut faults = SettingFaults::default();
-    let mut window = |kind, made: Option<Result<Window, SettingFaults>>| match (first(kind), made) {
+    let mut faults = Faults::default();
+    let mut window = |kind, made: Option<Result<Window, Faults>>| match (first(kind), made) {
         (_, Some(Ok(window))) => Some(window),
         (_, Some(Err(more))) => {
             faults.append(more);
             None
         }
         (Some(i), None) => {
-            faults.push(SettingField::range(kind), SettingReason::NoRange(i));
+            let path = match kind {
+                Kind::Profile => "profile_diameter_range_mm",
+                Kind::Helix => "helix_range_mm",
+            };
+            faults.push(path, format_args!("trace {i} needs an evaluation range, and none is given"));
             None
         }
         (None, None) => None,
@@ -307,48 +315,45 @@ fn windows(gear: &Gear, posted: &[Posted], settings: &Settings) -> Result<[Optio
     faults.into_result([profile, helix])
 }
 
-fn too_large(deviation: f64) -> Common {
-    Common::DeviationBeyond { value: deviation, most: MOST_DEVIATION }
-}
-
-fn check(posted: &[Posted]) -> Result<(), TraceFaults> {
-    let mut faults = TraceFaults::default();
+fn check(posted: &[Posted]) -> Result<(), Faults> {
+    let mut faults = Faults::default();
     if posted.is_empty() {
-        faults.push(TraceField::Traces, TraceReason::None);
+        faults.push("traces", "there are no traces");
     }
     let mut samples = 0;
     for (i, Posted { trace, design }) in posted.iter().enumerate() {
         cancel::checkpoint();
-        samples += trace.at.len();
         let positions = trace.at.len();
-        let lengths = [
-            (TraceField::Deviations { trace: i }, Some(trace.deviation.len())),
-            (TraceField::Design { trace: i }, design.map(<[f64]>::len)),
-        ];
-        for (field, length) in lengths {
+        samples += positions;
+        let lengths = [("deviation_um", Some(trace.deviation.len())), ("design_um", design.map(<[f64]>::len))];
+        for (name, length) in lengths {
             if let Some(given) = length.filter(|&length| length != positions) {
-                faults.push(field, Common::PerPosition { given, positions });
+                faults.push(format_args!("traces[{i}].{name}"), per_position(given, positions));
             }
         }
-        for (index, at) in trace.at.iter().enumerate() {
+        let places = match trace.kind {
+            Kind::Profile => "roll_length_mm",
+            Kind::Helix => "z_mm",
+        };
+        for (k, at) in trace.at.iter().enumerate() {
             if !(at.abs() <= MOST_LENGTH) {
-                let field = TraceField::Position { trace: i, kind: trace.kind, index };
-                faults.push(field, Common::LengthBeyond { value: *at, most: MOST_LENGTH });
+                faults.push(format_args!("traces[{i}].{places}[{k}]"), length_beyond(*at, MOST_LENGTH));
             }
         }
-        for (index, deviation) in trace.deviation.iter().enumerate() {
+        for (k, deviation) in trace.deviation.iter().enumerate() {
             if deviation.abs() > MOST_DEVIATION {
-                faults.push(TraceField::Deviation { trace: i, index }, too_large(*deviation));
+                let message = deviation_beyond(*deviation, MOST_DEVIATION);
+                faults.push(format_args!("traces[{i}].deviation_um[{k}]"), message);
             }
         }
-        for (index, line) in design.iter().flat_map(|design| design.iter()).enumerate() {
+        for (k, line) in design.iter().flat_map(|design| design.iter()).enumerate() {
             if !(line.abs() <= MOST_DEVIATION) {
-                faults.push(TraceField::DesignAt { trace: i, index }, too_large(*line));
+                faults.push(format_args!("traces[{i}].design_um[{k}]"), deviation_beyond(*line, MOST_DEVIATION));
             }
         }
     }
     if samples > MOST_SAMPLES {
-        faults.push(TraceField::Traces, TraceReason::TooMany(samples));
+        faults.push("traces", format_args!("{samples} samples; at most {MOST_SAMPLES} are evaluated at once"));
     }
     faults.into_result(())
 }

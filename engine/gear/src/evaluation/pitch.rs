@@ -16,15 +16,16 @@
 
 use std::{collections::VecDeque, f64::consts::TAU};
 
-use super::{
-    fault::{PitchFaults, PitchField, PitchReason},
-    warning::PitchWarning,
-};
+use super::warning::PitchWarning;
 use crate::{
     Gear, Side,
     data::MOST_LENGTH,
     tolerance::{Characteristic, Class, Rounding, Tolerances},
     trace::MOST_DEVIATION,
+};
+use flankfit_numerics::{
+    check::Faults,
+    fault::words::{Shown, entries},
 };
 
 /// What was measured: one number per tooth, NaN where there is none.
@@ -127,7 +128,7 @@ pub struct Pitch {
 /// assert_eq!(found.single_pitch.unwrap().value.abs(), 3.0);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub fn pitch(gear: &Gear, measured: &PitchMeasured, settings: &PitchSettings) -> Result<Pitch, PitchFaults> {
+pub fn pitch(gear: &Gear, measured: &PitchMeasured, settings: &PitchSettings) -> Result<Pitch, Faults> {
     let teeth = gear.data().teeth as usize;
     let diameter = settings.diameter.unwrap_or(2.0 * gear.reference_radius());
     let sector = settings.sector.or_else(|| (teeth > 1).then(|| ((teeth as f64 / 8.0).round() as usize).max(1)));
@@ -141,7 +142,14 @@ pub fn pitch(gear: &Gear, measured: &PitchMeasured, settings: &PitchSettings) ->
             let arcs = arcs(given, diameter);
             let half = 5e2 * std::f64::consts::PI * diameter / teeth as f64;
             if let Some(i) = arcs.iter().position(|arc| arc.abs() > half) {
-                return Err(PitchFaults::one(PitchField::Deviation { index: i }, PitchReason::OtherTooth(arcs[i])));
+                let arc = Shown(arcs[i]);
+                return Err(Faults::one(
+                    format_args!("angle_deg[{i}]"),
+                    format_args!(
+                        "the flank is {arc} µm from its place, more than half a pitch: angles run in the direction in \
+                         which teeth are counted"
+                    ),
+                ));
             }
             of_index(arcs)
         }
@@ -305,29 +313,41 @@ fn range(values: &[Option<f64>]) -> Option<f64> {
     ends.map(|[least, most]| most - least)
 }
 
-fn check(teeth: usize, diameter: f64, sector: Option<usize>, measured: &PitchMeasured) -> Result<&[f64], PitchFaults> {
-    let (PitchMeasured::Index(given) | PitchMeasured::Angles(given) | PitchMeasured::Single(given)) = measured;
-    let mut faults = PitchFaults::default();
+fn check(teeth: usize, diameter: f64, sector: Option<usize>, measured: &PitchMeasured) -> Result<&[f64], Faults> {
+    let (path, unit, most, given) = match measured {
+        PitchMeasured::Index(given) => ("index_deviation_um", "µm", MOST_DEVIATION, given),
+        PitchMeasured::Angles(given) => ("angle_deg", "rad", MOST_ANGLE, given),
+        PitchMeasured::Single(given) => ("single_pitch_um", "µm", MOST_DEVIATION, given),
+    };
+    let mut faults = Faults::default();
     if given.len() != teeth {
-        faults.push(PitchField::Deviations, PitchReason::Count { given: given.len(), teeth });
+        faults.push(path, count(given.len(), teeth));
     }
-    let angles = matches!(measured, PitchMeasured::Angles(_));
     for (index, &value) in given.iter().enumerate() {
-        let most = if angles { MOST_ANGLE } else { MOST_DEVIATION };
         if value.abs() > most {
-            let reason =
-                if angles { PitchReason::Angle { value, most } } else { PitchReason::Deviation { value, most } };
-            faults.push(PitchField::Deviation { index }, reason);
+            faults.push(format_args!("{path}[{index}]"), beyond(value, most, unit));
         }
     }
     if !given.is_empty() && given.iter().all(|d| d.is_nan()) {
-        faults.push(PitchField::Deviations, PitchReason::NotMeasured);
+        faults.push(path, "no tooth was measured");
     }
     if !(diameter > 0.0 && diameter <= MOST_LENGTH) {
-        faults.push(PitchField::Diameter, PitchReason::Diameter(diameter));
+        let diameter = Shown(diameter);
+        faults.push("diameter_mm", format_args!("{diameter} is not a diameter above 0 mm (and up to a kilometre)"));
     }
     if let Some(k) = sector.filter(|k| !(1..teeth).contains(k)) {
-        faults.push(PitchField::Sector, PitchReason::Sector { pitches: k, most: teeth.saturating_sub(1) });
+        let most = teeth.saturating_sub(1);
+        faults.push("sector", format_args!("{k} pitches; a sector has 1 to {most}"));
     }
     faults.into_result(given.as_slice())
+}
+
+/// The message of a list that has not one number for each tooth.
+pub(super) fn count(given: usize, teeth: usize) -> String {
+    format!("{}, but the gear has {teeth} teeth", entries(given))
+}
+
+/// The message of a number beyond what is measured.
+pub(super) fn beyond(value: f64, most: f64, unit: &str) -> String {
+    format!("{} {unit}: beyond {} {unit}", Shown(value), Shown(most))
 }

@@ -6,7 +6,6 @@
 //! measurement tells it.
 
 use super::{
-    fault::ToleranceReason,
     limits::{class_refused, within},
     pitch::Pitch,
     runout::Runout,
@@ -41,8 +40,8 @@ pub struct Held {
 }
 
 impl PitchLimits {
-    /// Why the class gives no limits.
-    pub fn class_refused(&self, tolerances: &Result<Tolerances, OutOfScope>) -> Option<ToleranceReason> {
+    /// The message of a class that gives no limits.
+    pub fn class_refused(&self, tolerances: &Result<Tolerances, OutOfScope>) -> Option<String> {
         class_refused(self.class, tolerances)
     }
 

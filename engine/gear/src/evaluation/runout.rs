@@ -12,8 +12,7 @@
 //! derived so is said.
 
 use super::{
-    fault::{PitchReason, RunoutFaults, RunoutField, RunoutReason},
-    pitch::Pitch,
+    pitch::{Pitch, beyond, count},
     warning::RunoutWarning,
 };
 use crate::{
@@ -25,6 +24,10 @@ use crate::{
 use flankfit_estimation::{
     self, FitError, FitSpec, Nodes,
     spec::{Model, Regularization},
+};
+use flankfit_numerics::{
+    check::Faults,
+    fault::words::{Shown, entries},
 };
 
 /// Which way teeth are numbered, as the viewer sees it.
@@ -69,20 +72,20 @@ pub struct Runout {
 
 /// Run-out from radial readings, µm (outwards positive), one per tooth space, NaN where there is
 /// none.
-pub fn from_readings(gear: &Gear, readings: &[f64], rounding: Rounding) -> Result<Runout, RunoutFaults> {
+pub fn from_readings(gear: &Gear, readings: &[f64], rounding: Rounding) -> Result<Runout, Faults> {
     let teeth = gear.data().teeth as usize;
-    let mut faults = RunoutFaults::default();
+    let mut faults = Faults::default();
     if readings.len() != teeth {
-        faults.push(RunoutField::Readings, RunoutReason::Readings { given: readings.len(), teeth });
+        let given = entries(readings.len());
+        faults.push("readings_um", format_args!("{given}, but the gear has {teeth} tooth spaces"));
     }
     for (index, &value) in readings.iter().enumerate() {
         if value.abs() > MOST_DEVIATION {
-            let reason = PitchReason::Deviation { value, most: MOST_DEVIATION };
-            faults.push(RunoutField::Reading { index }, reason);
+            faults.push(format_args!("readings_um[{index}]"), beyond(value, MOST_DEVIATION, "µm"));
         }
     }
     if !readings.is_empty() && readings.iter().all(|r| r.is_nan()) {
-        faults.push(RunoutField::Readings, RunoutReason::NotMeasured);
+        faults.push("readings_um", "no space was measured");
     }
     faults.into_result(())?;
     Ok(evaluate(gear, readings, rounding, false))
@@ -96,21 +99,26 @@ pub fn from_pitches(
     right: &Pitch,
     counting: Counting,
     rounding: Rounding,
-) -> Result<Runout, RunoutFaults> {
+) -> Result<Runout, Faults> {
     let teeth = gear.data().teeth as usize;
-    let mut faults = RunoutFaults::default();
-    for (field, pitch) in [(RunoutField::Left, left), (RunoutField::Right, right)] {
+    let mut faults = Faults::default();
+    for (path, pitch) in [("left", left), ("right", right)] {
         if pitch.index.len() != teeth {
-            faults.push(field, PitchReason::Count { given: pitch.index.len(), teeth });
+            faults.push(path, count(pitch.index.len(), teeth));
         }
     }
     let diameter = left.diameter;
     if diameter != right.diameter {
-        faults.push(RunoutField::Right, RunoutReason::Circles { right: right.diameter, left: diameter });
+        let [left, right] = [diameter, right.diameter].map(Shown);
+        faults.push("right", format_args!("measured on {right} mm, the left flank on {left} mm"));
     }
     let base = 2.0 * gear.base_radius();
     if !(diameter > base) {
-        faults.push(RunoutField::Left, RunoutReason::WithinBase { diameter, base });
+        let [diameter, base] = [diameter, base].map(Shown);
+        faults.push(
+            "left",
+            format_args!("the measuring circle of {diameter} mm is not above the base circle of {base} mm"),
+        );
     }
     faults.into_result(())?;
     // the left flank lies counterclockwise of its tooth: it is the one that bounds the next space
@@ -124,13 +132,13 @@ pub fn from_pitches(
     let half_space = 0.5 * gear.pitch_angle() - Flank::new(gear, Side::Left).half_angle(roll_length);
     let at_centre = alpha + gear.outward() * half_space;
     if !(at_centre > 0.0) {
-        return Err(RunoutFaults::one(RunoutField::Left, RunoutReason::NoBall));
+        return Err(Faults::one("left", "no ball touches both flanks of a space on the measuring circle"));
     }
     let depth = gear.outward() * alpha.cos() / (2.0 * at_centre.sin());
     let reading = |i: usize| Some((near.index[i]? - far.index[(i + 1) % teeth]?) * depth);
     let readings: Vec<f64> = (0..teeth).map(|i| reading(i).unwrap_or(f64::NAN)).collect();
     if readings.iter().all(|r| r.is_nan()) {
-        return Err(RunoutFaults::one(RunoutField::Left, RunoutReason::NoSpace));
+        return Err(Faults::one("left", "no space has index deviations of both of its flanks"));
     }
     Ok(evaluate(gear, &readings, rounding, true))
 }

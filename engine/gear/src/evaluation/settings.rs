@@ -6,13 +6,9 @@ use super::super::{
     data::{LEAST_LENGTH, MOST_LENGTH},
     trace::{Direction, Kind},
 };
-use super::{
-    against::Against,
-    band::Band,
-    fault::{SettingFaults, SettingField, SettingReason},
-    limits::SidedLimits,
-};
+use super::{against::Against, band::Band, limits::SidedLimits};
 use flankfit_estimation::spec::DEFAULT_LEVEL;
+use flankfit_numerics::{check::Faults, fault::words::Shown};
 
 /// Which way a posted deviation counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -262,13 +258,14 @@ impl Window {
     }
 
     /// Of profiles.
-    pub fn of_profile(gear: &Gear, asked: &ProfileSettings) -> Result<Self, SettingFaults> {
-        let [low, high] = roll_lengths(gear, asked.diameters, |index| SettingField::ProfileRangeEnd { index })?;
-        ascending(SettingField::ProfileRange, asked.diameters, high - low)?;
+    pub fn of_profile(gear: &Gear, asked: &ProfileSettings) -> Result<Self, Faults> {
+        let [low, high] = roll_lengths(gear, asked.diameters, PROFILE_RANGE)?;
+        ascending(PROFILE_RANGE, asked.diameters, high - low)?;
         let relief = asked.tip_relief.map(|diameters| {
-            let [from, to] = roll_lengths(gear, diameters, |index| SettingField::TipReliefEnd { index })?;
-            ascending(SettingField::TipRelief, diameters, to - from)?;
-            Ok::<_, SettingFaults>([from, to])
+            const PATH: &str = "tip_relief_diameter_range_mm";
+            let [from, to] = roll_lengths(gear, diameters, PATH)?;
+            ascending(PATH, diameters, to - from)?;
+            Ok::<_, Faults>([from, to])
         });
         let tip_relief = relief.transpose()?;
         let tip = gear.roll_length(2.0 * gear.tip_radius());
@@ -279,8 +276,14 @@ impl Window {
             ProfileReference::ToTip => {
                 let length = tip.map_or(f64::NAN, |tip| if internal { high - tip } else { tip - low });
                 if !(length > 0.0) {
-                    let field = if tip.is_some() { SettingField::ProfileRange } else { SettingField::ProfileReference };
-                    return Err(SettingFaults::one(field, SettingReason::NoWayToTip(2.0 * gear.tip_radius())));
+                    let path = if tip.is_some() { PROFILE_RANGE } else { "profile_reference" };
+                    let diameter = Shown(2.0 * gear.tip_radius());
+                    return Err(Faults::one(
+                        path,
+                        format_args!(
+                            "the tip circle of {diameter} mm has no roll length beyond the start of the evaluation range"
+                        ),
+                    ));
                 }
                 length
             }
@@ -298,16 +301,16 @@ impl Window {
     }
 
     /// Of helices.
-    pub fn of_helix(gear: &Gear, asked: &HelixSettings) -> Result<Self, SettingFaults> {
+    pub fn of_helix(gear: &Gear, asked: &HelixSettings) -> Result<Self, Faults> {
         let [low, high] = asked.range;
-        ascending(SettingField::HelixRange, asked.range, high - low)?;
+        ascending("helix_range_mm", asked.range, high - low)?;
         let reference = match asked.reference {
             HelixReference::EvaluationRange => high - low,
             HelixReference::Given(length) => given(Kind::Helix, length)?,
-            HelixReference::FaceWidth => gear
-                .data()
-                .face_width
-                .ok_or_else(|| SettingFaults::one(SettingField::HelixReferenceLength, SettingReason::NoFaceWidth))?,
+            HelixReference::FaceWidth => gear.data().face_width.ok_or_else(|| {
+                let message = "the gear has no face width that slopes could be extended to; give one, or the length";
+                Faults::one(reference_length(Kind::Helix), message)
+            })?,
         };
         let zone = [f64::NEG_INFINITY, f64::INFINITY];
         let (mean, plus_material) = (asked.mean, asked.plus_material);
@@ -315,16 +318,30 @@ impl Window {
     }
 }
 
-/// Roll lengths of two diameters, whose fields are given.
-fn roll_lengths(gear: &Gear, diameters: [f64; 2], end: fn(usize) -> SettingField) -> Result<[f64; 2], SettingFaults> {
-    let mut faults = SettingFaults::default();
+/// Path to the diameters of the evaluation range of profiles.
+const PROFILE_RANGE: &str = "profile_diameter_range_mm";
+
+/// Path to the length that slopes of a kind of trace are extended to.
+pub(super) fn reference_length(kind: Kind) -> &'static str {
+    match kind {
+        Kind::Profile => "profile_reference_length_mm",
+        Kind::Helix => "helix_reference_length_mm",
+    }
+}
+
+/// Roll lengths of the two diameters at `path`.
+fn roll_lengths(gear: &Gear, diameters: [f64; 2], path: &str) -> Result<[f64; 2], Faults> {
+    let mut faults = Faults::default();
     let mut ends = [0.0; 2];
     for (k, &diameter) in diameters.iter().enumerate() {
         match gear.roll_length(diameter).filter(|l| l.is_finite()) {
             Some(length) => ends[k] = length,
             None => {
-                let reason = SettingReason::NotOnInvolute { diameter, base: 2.0 * gear.base_radius() };
-                faults.push(end(k), reason);
+                let [diameter, base] = [diameter, 2.0 * gear.base_radius()].map(Shown);
+                faults.push(
+                    format_args!("{path}[{k}]"),
+                    format_args!("{diameter} mm is not a diameter on the involute, which starts at {base} mm"),
+                );
             }
         }
     }
@@ -332,16 +349,24 @@ fn roll_lengths(gear: &Gear, diameters: [f64; 2], end: fn(usize) -> SettingField
 }
 
 /// `length` is that of the range in the coordinate of the samples.
-fn ascending(field: SettingField, range: [f64; 2], length: f64) -> Result<(), SettingFaults> {
+fn ascending(path: &str, range: [f64; 2], length: f64) -> Result<(), Faults> {
     if length >= LEAST_LENGTH && range.iter().all(|end| end.abs() <= MOST_LENGTH) {
         return Ok(());
     }
-    Err(SettingFaults::one(field, SettingReason::Range(range)))
+    let [from, to] = range.map(Shown);
+    Err(Faults::one(
+        path,
+        format_args!("{from} to {to} mm is not an ascending range (of a µm at least, and within a kilometre)"),
+    ))
 }
 
-fn given(kind: Kind, length: f64) -> Result<f64, SettingFaults> {
+fn given(kind: Kind, length: f64) -> Result<f64, Faults> {
     if length > 0.0 && length <= MOST_LENGTH {
         return Ok(length);
     }
-    Err(SettingFaults::one(SettingField::reference_length(kind), SettingReason::Length(length)))
+    let length = Shown(length);
+    Err(Faults::one(
+        reference_length(kind),
+        format_args!("{length} is not a length above 0 mm (and up to a kilometre)"),
+    ))
 }

@@ -15,21 +15,25 @@
 //! which is orthogonal to both derivatives of P − H n. Where the modified profile has shrunk into
 //! the base cylinder (A ≤ 0), n is kept.
 
-mod fault;
 mod warning;
 
 use rayon::prelude::*;
 
 use super::{
     Gear, Modifications, ProfileAxis, Side,
-    fault::NoSuchTooth,
     involute::Flank,
     modification::{Column, Relief},
 };
-pub use fault::{GridFaults, GridField, GridReason, MOST_NODES};
-use flankfit_numerics::cancel;
+use flankfit_numerics::{
+    cancel,
+    check::Faults,
+    fault::words::{Shown, counted},
+};
 pub use warning::GridWarning;
 use warning::warnings;
+
+/// Most nodes of one grid.
+pub const MOST_NODES: usize = 2_000_000;
 
 /// Nodes that one thread takes at a time; fewer are not shared out.
 const CHUNK: usize = 4096;
@@ -84,29 +88,30 @@ impl FlankGrid {
     /// assert!((x.hypot(y) - 26.5).abs() < 1e-12 && z == 10.0);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
-    pub fn new(gear: &Gear, spec: &GridSpec, modifications: Option<&Modifications>) -> Result<Self, GridFaults> {
-        let mut faults = GridFaults::default();
+    pub fn new(gear: &Gear, spec: &GridSpec, modifications: Option<&Modifications>) -> Result<Self, Faults> {
+        let mut faults = Faults::default();
         let (rows, columns) = (spec.values.len(), spec.positions.len());
-        for (field, count) in [(GridField::Profile, rows), (GridField::Positions, columns)] {
+        for (path, count) in [("profile.values", rows), ("face_width_positions_mm", columns)] {
             if count == 0 {
-                faults.push(field, GridReason::Empty);
+                faults.push(path, "at least one place is needed");
             }
         }
         if rows.saturating_mul(columns) > MOST_NODES {
-            faults.push(GridField::Profile, GridReason::TooMany(rows.saturating_mul(columns)));
+            let nodes = counted(rows.saturating_mul(columns), "node", "nodes");
+            faults.push("profile.values", format_args!("{nodes}; a grid has at most {MOST_NODES}"));
         }
-        let (tooth, teeth) = (spec.tooth, gear.data().teeth);
-        if !(1..=teeth).contains(&tooth) {
-            faults.push(GridField::Tooth, NoSuchTooth { tooth, teeth });
+        if let Some(message) = gear.no_such_tooth(spec.tooth) {
+            faults.push("tooth", message);
         }
         for (index, z) in spec.positions.iter().enumerate() {
             if !(z.abs() <= 1e6) {
-                faults.push(GridField::Position { index }, GridReason::NotOnAxis(*z));
+                let path = format_args!("face_width_positions_mm[{index}]");
+                faults.push(path, format_args!("{} is not a place on the axis", Shown(*z)));
             }
         }
         faults.into_result(())?;
         let rolls = spec.axis.roll_lengths(gear, &spec.values);
-        let roll_lengths = rolls.map_err(|found| found.placed(|index| GridField::ProfileValue { index }).widened())?;
+        let roll_lengths = rolls.map_err(|found| found.within("profile.values"))?;
         let warnings = warnings(gear, &roll_lengths, &spec.positions);
         let mut grid = FlankGrid {
             points: vec![[0.0; 3]; rows * columns],

@@ -21,9 +21,12 @@
 //! centre with both frames parallel at the start: the tooth's middle is then below it (−y) on
 //! external gears, above it (+y) on internal ones.
 
-pub use super::tool_profile::{ToolPoint, ToolProfile};
-use super::{Polar, fault::MOST_BETWEEN};
+use super::Polar;
+pub use super::tool_profile::{MOST_POINTS, ToolPoint, ToolProfile};
 use flankfit_numerics::cancel::Asking;
+
+/// Most points tried between those of the profile, so that the envelope has no gaps.
+pub const MOST_BETWEEN: usize = 200_000;
 
 /// Most radii at which the flank that is left is asked for.
 pub const MOST_RADII: usize = 10_000;

@@ -10,7 +10,6 @@
 
 pub mod arc;
 pub mod envelope;
-pub mod fault;
 pub mod rack;
 pub mod root;
 mod tool_profile;

@@ -22,9 +22,8 @@
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
 use super::Polar;
-use crate::fault::{GearFaults, GearField, GearReason};
-use crate::{Gear, Side, involute::Flank};
-use flankfit_numerics::{cancel::Asking, root::boundary};
+use crate::{Gear, Side, check::degrees, involute::Flank};
+use flankfit_numerics::{cancel::Asking, check::Faults, fault::words::Shown, root::boundary};
 
 /// Tip radius where no tool is given: the fillet radius ρ_fP* of ISO 53, profile A, in normal
 /// modules.
@@ -80,23 +79,37 @@ fn full_radius(gear: &Gear, addendum: f64, protuberance: f64) -> f64 {
 }
 
 /// Refuses tools that cannot exist.
-pub fn check(gear: &Gear) -> Result<(), GearFaults> {
-    let mut faults = GearFaults::default();
+pub fn check(gear: &Gear) -> Result<(), Faults> {
+    let mut faults = Faults::default();
     let Some(tool) = RackTool::of(gear).filter(|tool| tool.given) else { return Ok(()) };
     let full = full_radius(gear, tool.addendum, tool.protuberance);
     if tool.protuberance > tool.tip_radius {
-        let RackTool { protuberance, tip_radius, .. } = tool;
-        faults.push(GearField::ToolProtuberance, GearReason::Protuberance { protuberance, tip_radius });
+        let [protuberance, tip_radius] = [tool.protuberance, tool.tip_radius].map(Shown);
+        faults.push(
+            "tool.protuberance_mm",
+            format_args!(
+                "{protuberance} mm is more than the tip radius of {tip_radius} mm: the rounding would not reach the \
+                 straight flank"
+            ),
+        );
     } else if full < 0.0 {
-        let pressure_angle = gear.data().pressure_angle;
-        faults.push(GearField::ToolAddendum, GearReason::PointedTool { addendum: tool.addendum, pressure_angle });
+        let (addendum, angle) = (Shown(tool.addendum), degrees(gear.data().pressure_angle));
+        faults.push(
+            "tool.addendum_factor",
+            format_args!(
+                "the flanks of the tool meet before its tip, an addendum of {addendum} mm at a pressure angle of {angle}°"
+            ),
+        );
     } else if tool.tip_radius > full {
-        let reason = GearReason::ToolTipRadius { tip_radius: tool.tip_radius, most: full };
-        faults.push(GearField::ToolTipRadius, reason);
+        let [tip_radius, most] = [tool.tip_radius, full].map(Shown);
+        faults.push(
+            "tool.tip_radius_mm",
+            format_args!("{tip_radius} mm does not fit into the tool's tip, which takes {most} mm"),
+        );
     }
     let depth = tool.addendum - gear.data().profile_shift * gear.data().normal_module;
     if !(depth < gear.reference_radius()) {
-        faults.push(GearField::ToolAddendum, GearReason::ThroughAxis);
+        faults.push("tool.addendum_factor", "the tool cuts through the gear's axis");
     }
     faults.into_result(())
 }

@@ -2,11 +2,17 @@
 
 use std::f64::consts::PI;
 
-use super::fault::{MOST_POINTS, ToolFaults, ToolField, ToolReason};
 use flankfit_geometry::{
     curve::{Curve, Ends, cubic_spline},
     space::{Dimension, Vector},
 };
+use flankfit_numerics::{
+    check::Faults,
+    fault::words::{Shown, counted},
+};
+
+/// Most points of a profile, those of its steps and corners with them.
+pub const MOST_POINTS: usize = 200_000;
 
 /// Between the two normals of a corner, one for each of these angles, rad.
 const CORNER_STEP: f64 = 0.01;
@@ -53,7 +59,7 @@ impl ToolProfile {
 
     /// Straight from point to point, each part taken in `parts` steps; corners are rounded by
     /// nothing, their normals turn.
-    pub fn polyline(points: &[[f64; 2]], parts: usize) -> Result<Self, ToolFaults> {
+    pub fn polyline(points: &[[f64; 2]], parts: usize) -> Result<Self, Faults> {
         check(points, parts)?;
         let mut made: Vec<ToolPoint> = Vec::with_capacity((points.len() - 1) * (parts + 1));
         let mut before: Option<f64> = None;
@@ -64,7 +70,13 @@ impl ToolProfile {
                 let turn = (direction - before + PI).rem_euclid(2.0 * PI) - PI;
                 let steps = (turn.abs() / CORNER_STEP).ceil();
                 if made.len() + steps as usize + parts > MOST_POINTS {
-                    return Err(ToolFaults::one(ToolField::Points, ToolReason::Corners(parts)));
+                    return Err(Faults::one(
+                        "",
+                        format_args!(
+                            "with the normals at their corners these points in {parts} parts each are more than \
+                             {MOST_POINTS}: give fewer points or parts, or join them by a spline"
+                        ),
+                    ));
                 }
                 made.extend((1..steps as usize).map(|k| {
                     let (sin, cos) = (before + turn * k as f64 / steps).sin_cos();
@@ -83,16 +95,15 @@ impl ToolProfile {
 
     /// Smoothly through the points by a cubic spline over the chord length, each interval taken in
     /// `parts` steps.
-    pub fn spline(points: &[[f64; 2]], parts: usize) -> Result<Self, ToolFaults> {
+    pub fn spline(points: &[[f64; 2]], parts: usize) -> Result<Self, Faults> {
         check(points, parts)?;
         let mut along = vec![0.0; points.len()];
         for k in 1..points.len() {
             along[k] = along[k - 1] + (points[k][0] - points[k - 1][0]).hypot(points[k][1] - points[k - 1][1]);
         }
         let values: Vec<Vector> = points.iter().map(|[x, y]| Vector::new(*x, *y, 0.0)).collect();
-        let curve = cubic_spline(Dimension::Plane, &along, &values, &Ends::not_a_knot()).map_err(|faults| {
-            ToolFaults::one(ToolField::Points, ToolReason::Curve(faults.list()[0].message.clone()))
-        })?;
+        let curve = cubic_spline(Dimension::Plane, &along, &values, &Ends::not_a_knot())
+            .map_err(|found| Faults::one("", &found.list()[0].message))?;
         let made = along.windows(2).enumerate().flat_map(|(k, pair)| {
             let (curve, first) = (&curve, usize::from(k > 0));
             let at = move |i: usize| pair[0] + (pair[1] - pair[0]) * i as f64 / parts as f64;
@@ -105,15 +116,15 @@ impl ToolProfile {
     }
 
     /// Points with normals of the caller's own.
-    pub fn with_normals(points: Vec<ToolPoint>) -> Result<Self, ToolFaults> {
-        let mut faults = ToolFaults::default();
+    pub fn with_normals(points: Vec<ToolPoint>) -> Result<Self, Faults> {
+        let mut faults = Faults::default();
         if points.len() > MOST_POINTS {
-            faults.push(ToolField::Points, ToolReason::TooMany(points.len()));
+            faults.push("", format_args!("{} points; at most {MOST_POINTS} are taken", points.len()));
         }
         for (index, tool) in points.iter().enumerate() {
             let finite = tool.point.iter().chain(&tool.normal).all(|x| x.abs() <= 1e6);
             if !finite || tool.normal == [0.0; 2] {
-                faults.push(ToolField::Point { index }, ToolReason::NoDirection);
+                faults.push(format_args!("[{index}]"), "a point and a direction other than 0 are needed, in mm");
             }
         }
         faults.into_result(ToolProfile { points })
@@ -125,19 +136,21 @@ impl ToolProfile {
     }
 }
 
-fn check(points: &[[f64; 2]], parts: usize) -> Result<(), ToolFaults> {
-    let mut faults = ToolFaults::default();
+fn check(points: &[[f64; 2]], parts: usize) -> Result<(), Faults> {
+    let mut faults = Faults::default();
     if points.len() < 2 || parts == 0 {
-        faults.push(ToolField::Points, ToolReason::TooFew(points.len()));
+        let points = counted(points.len(), "point", "points");
+        faults.push("", format_args!("{points}; a profile has at least 2"));
     }
     if points.len().saturating_mul(parts) > MOST_POINTS {
-        faults.push(ToolField::Points, ToolReason::TooManyParts { points: points.len(), parts });
+        let points = points.len();
+        faults.push("", format_args!("{points} points in {parts} parts each; at most {MOST_POINTS} in all"));
     }
     for (index, point) in points.iter().enumerate() {
         if let Some(x) = point.iter().find(|x| !(x.abs() <= 1e6)) {
-            faults.push(ToolField::Point { index }, ToolReason::NoPlace(*x));
+            faults.push(format_args!("[{index}]"), format_args!("{} is not a place on a tool, in mm", Shown(*x)));
         } else if index > 0 && *point == points[index - 1] {
-            faults.push(ToolField::Point { index }, ToolReason::Repeated);
+            faults.push(format_args!("[{index}]"), "the same point as the one before it");
         }
     }
     faults.into_result(())

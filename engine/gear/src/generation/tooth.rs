@@ -5,11 +5,16 @@
 //! flanks meet. A gear of which the tool leaves no involute, or whose fillets meet within the
 //! tooth, has no profile.
 
-use super::fault::{MOST_TOOTH_POINTS, ToothFaults, ToothField, ToothReason};
 use super::{Polar, Root};
-use crate::fault::{GearField, GearReason};
-use crate::{Gear, Side, geometry::pointed_diameter, involute::Flank};
-use flankfit_numerics::cancel;
+use crate::{Gear, Side, check::no_space, geometry::pointed_diameter, involute::Flank};
+use flankfit_numerics::{
+    cancel,
+    check::Faults,
+    fault::words::{Shown, counted},
+};
+
+/// Most points of the teeth of a gear.
+pub const MOST_TOOTH_POINTS: usize = 2_000_000;
 
 /// Into how many steps every part of a profile goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,11 +56,17 @@ pub struct Tooth {
 
 impl Tooth {
     /// The tooth that root, flank and tip of `gear` make.
-    pub fn new(gear: &Gear, steps: Steps) -> Result<Self, ToothFaults> {
+    pub fn new(gear: &Gear, steps: Steps) -> Result<Self, Faults> {
         let parts = [steps.involute, steps.fillet, steps.tip, steps.root];
         let sum = steps.points();
         if parts.contains(&0) || sum.saturating_mul(gear.data().teeth as usize) > MOST_TOOTH_POINTS {
-            return Err(ToothFaults::one(ToothField::Steps, ToothReason::Steps(sum)));
+            let points = counted(sum, "point", "points");
+            return Err(Faults::one(
+                "steps",
+                format_args!(
+                    "{points} for each tooth; every part has a step, and a gear {MOST_TOOTH_POINTS} points at most"
+                ),
+            ));
         }
         let root = Root::of(gear);
         let flank = Flank::new(gear, Side::Left);
@@ -66,8 +77,11 @@ impl Tooth {
         let tip_roll = gear.roll_length(2.0 * reached).unwrap_or(0.0);
         let form_roll = root.form_roll();
         if !(gear.outward() * (tip_roll - form_roll) > 0.0) {
-            let reason = GearReason::NoInvolute { from: gear.diameter(form_roll), end: 2.0 * reached };
-            return Err(ToothFaults::one(ToothField::Gear(gear.given_circle()), reason));
+            let [from, end] = [gear.diameter(form_roll), 2.0 * reached].map(Shown);
+            let message = format_args!(
+                "no involute is left: it would start on {from} mm, beyond the end of the tooth on {end} mm"
+            );
+            return Err(Faults::one(gear.given_circle(), message).within("gear"));
         }
         points.extend((1..=steps.involute).map(|k| {
             // Equal steps of the roll angle's square, which is the arc length: the involute starts
@@ -95,17 +109,17 @@ impl Tooth {
     }
 
     /// A tooth has material everywhere but in its very tip, and leaves a space.
-    fn check(&self, gear: &Gear) -> Result<(), ToothFaults> {
+    fn check(&self, gear: &Gear) -> Result<(), Faults> {
         let inner = self.flank.len().saturating_sub(1);
         let cut_off = |(k, p): &(usize, &Polar)| !(p.half_angle > 0.0 || (*k == inner && p.half_angle == 0.0));
         if let Some((_, cut)) = self.flank.iter().enumerate().find(cut_off) {
-            let field = if gear.data().tool.is_some() { GearField::Tool } else { GearField::ProfileShift };
-            return Err(ToothFaults::one(ToothField::Gear(field), GearReason::CutOff(2.0 * cut.radius)));
+            let path = if gear.data().tool.is_some() { "gear.tool" } else { "gear.profile_shift_coefficient" };
+            let diameter = Shown(2.0 * cut.radius);
+            return Err(Faults::one(path, format_args!("the tool cuts the teeth off on {diameter} mm")));
         }
         let wide = |p: &&Polar| !(p.half_angle <= 0.5 * self.pitch_angle * (1.0 + 1e-12));
         if let Some(closed) = self.flank.iter().find(wide) {
-            let field = ToothField::Gear(GearField::ProfileShift);
-            return Err(ToothFaults::one(field, GearReason::NoSpace(2.0 * closed.radius)));
+            return Err(Faults::one("gear.profile_shift_coefficient", no_space(2.0 * closed.radius)));
         }
         Ok(())
     }

@@ -1,11 +1,9 @@
 //! The analytic modifications. Each depends on the profile alone or on the face width alone, but
 //! for the twist, which is their product.
 
-use super::{
-    Range, Topography,
-    fault::{LEAST_LENGTH, LawFaults, LawField, LawReason},
-};
+use super::{LEAST_LENGTH, Range, Topography};
 use crate::Gear;
+use flankfit_numerics::{check::Faults, fault::words::Shown};
 
 /// How a relief grows from its start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -122,13 +120,14 @@ fn grown(amount: f64, start: f64, end: f64, growth: Growth, x: f64) -> (f64, f64
 }
 
 impl AnalyticLaw {
-    /// Checks `law`, the one of this number. A topography is checked where it is made.
-    pub(super) fn new(gear: &Gear, range: &Range, law: &Law, number: usize) -> Result<Self, LawFaults> {
-        let mut faults = LawFaults::default();
+    /// Checks `law`. A topography is checked where it is made.
+    pub(super) fn new(gear: &Gear, range: &Range, law: &Law) -> Result<Self, Faults> {
+        let mut faults = Faults::default();
         let most = 1000.0 * gear.data().normal_module;
         let mut amount_of = |amount: f64| {
             if !(amount.abs() <= most) {
-                faults.push(LawField::Amount { number }, LawReason::Amount { amount, most });
+                let [amount, most] = [amount, most].map(Shown);
+                faults.push("amount_um", format_args!("{amount} is not within ±{most} µm, one normal module"));
             }
             amount
         };
@@ -147,9 +146,14 @@ impl AnalyticLaw {
                 // Within the range, and not at the end that the relief runs to.
                 let share = (start - end) / (other - end);
                 if !(share > 0.0 && share <= 1.0 && (start - end).abs() >= LEAST_LENGTH) {
-                    let range = [gear.diameter(root), gear.diameter(tip)];
-                    let reason = LawReason::StartDiameter { diameter: start_diameter, range };
-                    faults.push(LawField::StartDiameter { number }, reason);
+                    let [start, root, tip] = [start_diameter, gear.diameter(root), gear.diameter(tip)].map(Shown);
+                    faults.push(
+                        "start_diameter_mm",
+                        format_args!(
+                            "{start} mm does not lie between {root} mm and {tip} mm, or leaves no way to the end of \
+                             the relief"
+                        ),
+                    );
                 }
                 AnalyticLaw::Profile { amount, start, end, growth }
             }
@@ -157,7 +161,11 @@ impl AnalyticLaw {
                 let amount = amount_of(amount);
                 let [low, high] = range.helix();
                 if !(length >= LEAST_LENGTH && length <= high - low) {
-                    faults.push(LawField::Length { number }, LawReason::Length { length, most: high - low });
+                    let [length, most] = [length, high - low].map(Shown);
+                    faults.push(
+                        "length_mm",
+                        format_args!("{length} mm is not within {LEAST_LENGTH} mm and {most} mm, the range's length"),
+                    );
                 }
                 match end {
                     End::Low => AnalyticLaw::Helix { amount, start: low + length, end: low, growth },

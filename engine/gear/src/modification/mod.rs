@@ -26,7 +26,6 @@
 //! carries the slopes, and the node grid answers the true normal of the modified surface. Where a
 //! linear relief starts, the side of the relief counts.
 
-pub mod fault;
 pub mod law;
 pub mod range;
 mod relief;
@@ -38,9 +37,15 @@ pub use relief::Relief;
 pub use topography::{Interpolation, Topography};
 
 use super::{Gear, Side};
-use fault::{LawFaults, LawField, LawReason, MOST};
+use flankfit_numerics::check::Faults;
 use law::AnalyticLaw;
 use topography::{Columns, Contracted};
+
+/// Most modifications of one flank.
+pub const MOST: usize = 100;
+/// What is shorter, mm, is no length on a flank: a relief over it would be a step, its slopes
+/// beyond all numbers.
+pub const LEAST_LENGTH: f64 = 1e-6;
 
 /// Which flanks a modification is meant for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -78,20 +83,20 @@ pub struct Modifications {
 }
 
 impl Modifications {
-    /// Checks every modification.
-    pub fn new(gear: &Gear, range: Range, list: Vec<Modification>) -> Result<Self, LawFaults> {
-        let mut faults = LawFaults::default();
+    /// Checks every modification of the list.
+    pub fn new(gear: &Gear, range: Range, list: Vec<Modification>) -> Result<Self, Faults> {
+        let mut faults = Faults::default();
         if list.len() > MOST {
-            faults.push(LawField::List, LawReason::TooMany(list.len()));
+            faults.push("", format_args!("{} modifications; at most {MOST} are superposed", list.len()));
             return Err(faults);
         }
         let mut made = Modifications { range, parts: Vec::new(), topographies: Vec::new() };
         for (number, modification) in list.into_iter().enumerate() {
             match modification.law {
                 Law::Topography(topography) => made.topographies.push((modification.flanks, topography)),
-                law => match AnalyticLaw::new(gear, &range, &law, number) {
+                law => match AnalyticLaw::new(gear, &range, &law) {
                     Ok(part) => made.parts.push((modification.flanks, part)),
-                    Err(found) => faults.append(found),
+                    Err(found) => faults.append(found.within(&format!("[{number}]"))),
                 },
             }
         }

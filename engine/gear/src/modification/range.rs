@@ -1,7 +1,8 @@
 //! The part of the flank that amounts of modifications refer to.
 
-use super::fault::{LEAST_LENGTH, RangeFaults, RangeField, RangeReason};
+use super::LEAST_LENGTH;
 use crate::{Gear, Geometry};
+use flankfit_numerics::{check::Faults, fault::words::Shown};
 
 /// Ends of profile and face width, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,25 +16,30 @@ pub struct Range {
 
 impl Range {
     /// From two diameters (in any order) and two z (in any order).
-    pub fn new(gear: &Gear, diameters: [f64; 2], helix: [f64; 2]) -> Result<Self, RangeFaults> {
-        let mut faults = RangeFaults::default();
+    pub fn new(gear: &Gear, diameters: [f64; 2], helix: [f64; 2]) -> Result<Self, Faults> {
+        let mut faults = Faults::default();
         let mut profile = [0.0; 2];
         for (index, diameter) in diameters.into_iter().enumerate() {
             match gear.roll_length(diameter).filter(|roll| roll.is_finite()) {
                 Some(roll) => profile[index] = roll,
                 None => {
-                    let base = 2.0 * gear.base_radius();
-                    faults.push(RangeField::Diameter { index }, RangeReason::NoInvolute { diameter, base });
+                    let [diameter, base] = [diameter, 2.0 * gear.base_radius()].map(Shown);
+                    faults.push(
+                        format_args!("profile_diameter_range_mm[{index}]"),
+                        format_args!("{diameter} mm has no involute; the base diameter is {base} mm"),
+                    );
                 }
             }
         }
         if faults.is_empty() && !((profile[0] - profile[1]).abs() >= LEAST_LENGTH) {
-            faults.push(RangeField::Diameters, RangeReason::ShortProfile);
+            let message = format_args!("their roll lengths are less than {LEAST_LENGTH} mm apart");
+            faults.push("profile_diameter_range_mm", message);
         }
         if let Some(index) = helix.iter().position(|z| !(z.abs() <= 1e6)) {
-            faults.push(RangeField::HelixEnd { index }, RangeReason::NotOnAxis(helix[index]));
+            let path = format_args!("helix_range_mm[{index}]");
+            faults.push(path, format_args!("{} is not a place on the axis", Shown(helix[index])));
         } else if !((helix[0] - helix[1]).abs() >= LEAST_LENGTH) {
-            faults.push(RangeField::Helix, RangeReason::ShortHelix);
+            faults.push("helix_range_mm", format_args!("the two ends are less than {LEAST_LENGTH} mm apart"));
         }
         if (profile[1] - profile[0]) * gear.outward() < 0.0 {
             profile.reverse();
@@ -42,7 +48,7 @@ impl Range {
     }
 
     /// From two roll lengths (in any order) and two z (in any order).
-    pub fn of_roll_lengths(gear: &Gear, roll_lengths: [f64; 2], helix: [f64; 2]) -> Result<Self, RangeFaults> {
+    pub fn of_roll_lengths(gear: &Gear, roll_lengths: [f64; 2], helix: [f64; 2]) -> Result<Self, Faults> {
         Range::new(gear, roll_lengths.map(|roll| gear.diameter(roll)), helix)
     }
 

@@ -4,15 +4,19 @@
 //! them; an axis of fewer nodes has the degree that they allow, and an axis of a single one is
 //! constant. Beyond the border the value of the nearest border place goes on.
 
-use super::{
-    fault::{LEAST_LENGTH, MOST_NODES, TopographyFaults, TopographyField, TopographyReason},
-    relief::Relief,
-};
+use super::{LEAST_LENGTH, relief::Relief};
 use flankfit_geometry::{
     BSplineBasis,
     surface::{BSplineSurface, NodeGrid, interpolate::interpolate},
 };
-use flankfit_numerics::cancel::Asking;
+use flankfit_numerics::{
+    cancel::Asking,
+    check::Faults,
+    fault::words::{Shown, counted},
+};
+
+/// Most nodes of one topography.
+pub const MOST_NODES: usize = 1_000_000;
 
 /// What goes through the nodes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,36 +50,40 @@ impl Topography {
         positions: &[f64],
         relief: &[Vec<f64>],
         interpolation: Interpolation,
-    ) -> Result<Self, TopographyFaults> {
-        let mut faults = TopographyFaults::default();
-        let value: fn(usize) -> TopographyField = |index| TopographyField::ProfileValue { index };
-        let position: fn(usize) -> TopographyField = |index| TopographyField::Position { index };
-        let axes = [(roll_lengths, TopographyField::Profile, value), (positions, TopographyField::Positions, position)];
-        for (axis, whole, place) in axes {
+    ) -> Result<Self, Faults> {
+        let mut faults = Faults::default();
+        for (path, axis) in [("profile.values", roll_lengths), ("face_width_positions_mm", positions)] {
             if axis.is_empty() {
-                faults.push(whole, TopographyReason::EmptyAxis);
+                faults.push(path, "a grid has at least one place on every axis");
             }
             if let Some(index) = axis.iter().position(|x| !(x.abs() <= 1e6)) {
-                faults.push(place(index), TopographyReason::Place(axis[index]));
+                let place = Shown(axis[index]);
+                faults.push(format_args!("{path}[{index}]"), format_args!("{place} is not within ±1000000 mm"));
             } else if let Some(index) = axis.windows(2).position(|pair| !(pair[1] - pair[0] >= LEAST_LENGTH)) {
-                faults.push(place(index + 1), TopographyReason::NotAscending(axis[index + 1]));
+                let place = Shown(axis[index + 1]);
+                faults.push(
+                    format_args!("{path}[{}]", index + 1),
+                    format_args!("{place} does not lie above the place before it by {LEAST_LENGTH} mm or more"),
+                );
             }
         }
         let count = roll_lengths.len().saturating_mul(positions.len());
         if count > MOST_NODES {
-            faults.push(TopographyField::Whole, TopographyReason::TooMany(count));
+            faults.push("", format_args!("{count} nodes; a topography has at most {MOST_NODES}"));
         }
         if relief.len() != roll_lengths.len() {
-            let reason = TopographyReason::Rows { rows: relief.len(), wanted: roll_lengths.len() };
-            faults.push(TopographyField::Relief, reason);
+            let rows = counted(relief.len(), "row", "rows");
+            let wanted = counted(roll_lengths.len(), "profile value", "profile values");
+            faults.push("relief_um", format_args!("{rows} for {wanted}"));
         }
         for (row, values) in relief.iter().enumerate() {
             if values.len() != positions.len() {
-                let reason = TopographyReason::Columns { values: values.len(), wanted: positions.len() };
-                faults.push(TopographyField::ReliefRow { row }, reason);
+                let (values, wanted) = (counted(values.len(), "value", "values"), positions.len());
+                faults.push(format_args!("relief_um[{row}]"), format_args!("{values} for {wanted}"));
             }
             if let Some(column) = values.iter().position(|x| !(x.abs() <= 1e6)) {
-                faults.push(TopographyField::ReliefValue { row, column }, TopographyReason::Relief(values[column]));
+                let path = format_args!("relief_um[{row}][{column}]");
+                faults.push(path, format_args!("{} is not within ±1000000 µm", Shown(values[column])));
             }
         }
         faults.into_result(())?;
@@ -85,10 +93,7 @@ impl Topography {
         NodeGrid::heights(u, v, &heights)
             .and_then(|grid| interpolate(&grid, degrees, [None, None]))
             .map(|surface| Topography { surface })
-            .map_err(|faults| {
-                let message = faults.list()[0].message.clone();
-                TopographyFaults::one(TopographyField::Whole, TopographyReason::Grid(message))
-            })
+            .map_err(|found| Faults::one("", &found.list()[0].message))
     }
 
     /// Where the surface along `axis` is asked for a place, with 0 or 1 for what a derivative there

@@ -4,14 +4,16 @@
 use super::{
     Indistinguishable, Moved, Registering, Registration,
     columns::{Column, SCREW},
-    fault::RegistrationRefused,
     misfit,
     part::{Part, State},
     pose::{Motion, Pose},
     solve::Found,
 };
-use crate::deviation::{Deviations, Node};
-use crate::warning::Warning;
+use crate::{
+    Refused,
+    deviation::{Deviations, Node},
+    warning::Warning,
+};
 use flankfit_estimation::{
     FitResult, FitSpec, fit,
     spec::{Estimator, Include, Regularization},
@@ -29,7 +31,7 @@ impl Part<'_> {
         Found { pose, begun, iterations, converged }: Found,
         last: FitResult,
         asked: &Registering,
-    ) -> Result<Registration, RegistrationRefused> {
+    ) -> Result<Registration, Refused> {
         let mut warnings = Vec::new();
         if !converged {
             warnings.push(Warning::RegistrationNotConverged(iterations));
@@ -97,7 +99,7 @@ impl Part<'_> {
     }
 
     /// Least squares with a column for every motion.
-    fn every_motion(&self, pose: &Pose, spec: &FitSpec) -> Result<FitResult, RegistrationRefused> {
+    fn every_motion(&self, pose: &Pose, spec: &FitSpec) -> Result<FitResult, Refused> {
         let columns: Vec<Column> = self.freedom.motions.iter().map(|motion| Column::Motion(*motion)).collect();
         let State { x, d } = self.with_columns(pose, &columns)?;
         let values: Vec<f64> = self.freedom.motions.iter().map(|motion| pose.get(*motion)).collect();

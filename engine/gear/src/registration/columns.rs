@@ -16,11 +16,9 @@
 //! slide by c adds `c ∂relief/∂z`. Where that is significant it is a column of its own
 //! ([`Column::Slide`]).
 
-use super::{
-    fault::{RegistrationFaults, RegistrationField, RegistrationReason},
-    pose::{Motion, Pose},
-};
+use super::pose::{Motion, Pose};
 use crate::{Gear, Side};
+use flankfit_numerics::check::Faults;
 
 /// Name of the column of rotation and axial shift together.
 pub const SCREW: &str = "rotation_with_axial_shift";
@@ -63,21 +61,27 @@ pub struct Freedom {
 
 impl Freedom {
     /// Refuses none, a motion that stands twice, and what no point can tell.
-    pub fn new(gear: &Gear, asked: &[Motion]) -> Result<Self, RegistrationFaults> {
-        let mut faults = RegistrationFaults::default();
+    pub fn new(gear: &Gear, asked: &[Motion]) -> Result<Self, Faults> {
+        let mut faults = Faults::default();
         if asked.is_empty() {
-            faults.push(RegistrationField::Motions, RegistrationReason::NoMotion);
+            faults.push("registration.motions", "no motion is free");
         }
         for (index, motion) in asked.iter().enumerate() {
             if asked[..index].contains(motion) {
-                faults.push(RegistrationField::Motion { index }, RegistrationReason::Twice(*motion));
+                faults.push(
+                    format_args!("registration.motions[{index}]"),
+                    format_args!("`{}` occurs twice; give it once", motion.name()),
+                );
             }
         }
         let (sin_b, cos_b) = gear.base_helix_angle().sin_cos();
         // + 0 makes no difference between left- and right-handed spur gears
         let (axial, rotation) = (0.0 - gear.hand() * sin_b, 1e-3 * gear.base_radius() * cos_b);
         if axial == 0.0 && asked == [Motion::AxialShift] {
-            faults.push(RegistrationField::Motion { index: 0 }, RegistrationReason::SpurAxialShift);
+            faults.push(
+                "registration.motions[0]",
+                "the flanks of a spur gear are the same along the axis: no point determines an axial shift",
+            );
         }
         faults.into_result(())?;
         let motions: Vec<Motion> = Motion::ALL.into_iter().filter(|motion| asked.contains(motion)).collect();

@@ -13,7 +13,6 @@
 
 mod answer;
 pub mod columns;
-pub mod fault;
 mod misfit;
 mod nearest;
 mod part;

@@ -4,7 +4,6 @@
 use super::{
     Registering,
     columns::{Column, Freedom},
-    fault::{RegistrationFaults, RegistrationField, RegistrationReason},
     nearest::nearest,
     pose::Pose,
     start::Start,
@@ -13,12 +12,16 @@ use crate::{
     Side,
     deviation::{
         Deviations, Direction, MeasuredPoint, NoFoot, Node, Reference,
-        foot::{foot, normal},
+        foot::{foot, normal, word},
     },
 };
 use flankfit_estimation::{FitError, Nodes};
 use flankfit_geometry::space::Vector;
-use flankfit_numerics::{cancel::Asking, fault::Common};
+use flankfit_numerics::{
+    cancel::Asking,
+    check::{Faults, negative, not_finite},
+    fault::words::counted,
+};
 
 /// Way to either side over which the slope of a relief is taken, mm.
 const SLOPE_STEP: f64 = 1e-2;
@@ -49,19 +52,19 @@ impl<'a> Part<'a> {
         asked: &Registering,
         freedom: Freedom,
         start: Option<&'a Start>,
-    ) -> Result<Self, RegistrationFaults> {
+    ) -> Result<Self, Faults> {
         let nodes = &deviations.nodes;
         if let Some(weight) = asked.weight.filter(|weight| weight.len() != nodes.len()) {
-            let reason = RegistrationReason::Weights { given: weight.len(), points: nodes.len() };
-            return Err(RegistrationFaults::one(RegistrationField::Weights, reason));
+            let (given, points) = (weight.len(), nodes.len());
+            return Err(Faults::one("weight", format_args!("{given}, but {points} would match the points")));
         }
-        let mut faults = RegistrationFaults::default();
+        let mut faults = Faults::default();
         let mut rows = Vec::with_capacity(nodes.len());
         let mut weights = asked.weight.map(|_| Vec::with_capacity(nodes.len()));
         for (i, _) in nodes.iter().enumerate().filter(|(_, node)| node.counts()).asking(500) {
             let weight = asked.weight.map_or(1.0, |weight| weight[i]);
             if !(weight >= 0.0 && weight.is_finite()) {
-                faults.push(RegistrationField::Weight { index: i }, Common::Negative { value: weight });
+                faults.push(format_args!("weight[{i}]"), negative(weight));
             }
             if weight > 0.0
                 && let Some(point) = deviations.point(reference, i)
@@ -70,13 +73,14 @@ impl<'a> Part<'a> {
                     rows.push((i, start.map_or(point, |start| start.pose.apply(&point))));
                     weights.iter_mut().for_each(|weights| weights.push(weight));
                 } else {
-                    faults.push(RegistrationField::Point { index: i }, RegistrationReason::NoRelief);
+                    faults.push(format_args!("points[{i}]"), "the modification has no value here");
                 }
             }
         }
         if faults.is_empty() && rows.len() < freedom.columns.len() {
-            let reason = RegistrationReason::TooFew { points: rows.len(), motions: freedom.columns.len() };
-            faults.push(RegistrationField::Points, reason);
+            let points = counted(rows.len(), "measured point takes", "measured points take");
+            let motions = counted(freedom.columns.len(), "motion", "motions");
+            faults.push("points", format_args!("{points} part, too few for {motions}"));
         }
         faults.into_result(())?;
         let flank = rows.iter().map(|(i, _)| (nodes[*i].tooth, nodes[*i].side)).collect();
@@ -84,10 +88,10 @@ impl<'a> Part<'a> {
     }
 
     /// z of the pivot, mm.
-    pub(super) fn pivot(&self, asked: &Registering) -> Result<f64, RegistrationFaults> {
+    pub(super) fn pivot(&self, asked: &Registering) -> Result<f64, Faults> {
         match asked.pivot {
             Some(z) if z.is_finite() => Ok(z),
-            Some(_) => Err(RegistrationFaults::one(RegistrationField::Pivot, Common::NotFinite)),
+            Some(_) => Err(Faults::one("registration.pivot_z_mm", not_finite())),
             None => {
                 let z = self.rows.iter().map(|(i, _)| self.deviations.nodes[*i].z);
                 let [low, high] = z.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], z| [a.min(z), b.max(z)]);
@@ -129,14 +133,14 @@ impl<'a> Part<'a> {
         changed
     }
 
-    pub(super) fn at(&self, pose: &Pose) -> Result<State, RegistrationFaults> {
+    pub(super) fn at(&self, pose: &Pose) -> Result<State, Faults> {
         self.with_columns(pose, &self.freedom.columns)
     }
 
-    pub(super) fn with_columns(&self, pose: &Pose, columns: &[Column]) -> Result<State, RegistrationFaults> {
+    pub(super) fn with_columns(&self, pose: &Pose, columns: &[Column]) -> Result<State, Faults> {
         let undoing = pose.undoing();
         let slides = columns.contains(&Column::Slide);
-        let mut faults = RegistrationFaults::default();
+        let mut faults = Faults::default();
         let mut state =
             State { x: Vec::with_capacity(self.rows.len() * columns.len()), d: Vec::with_capacity(self.rows.len()) };
         for ((i, point), flank) in self.rows.iter().zip(&self.flank).asking(500) {
@@ -150,9 +154,11 @@ impl<'a> Part<'a> {
                     state.d.push(carried.deviation);
                 }
                 Err(stray) => {
-                    let (tooth, side) = *flank;
-                    let reason = RegistrationReason::Lost { tooth, side, stray };
-                    faults.push(RegistrationField::Point { index: *i }, reason);
+                    let (tooth, side) = (flank.0, word(flank.1));
+                    faults.push(
+                        format_args!("points[{i}]"),
+                        format_args!("carried back to the {side} flank of tooth {tooth} it is lost: {stray}"),
+                    );
                 }
             }
         }

@@ -3,13 +3,15 @@
 use super::{
     Motion, Registering, Registration,
     columns::{Column, Freedom},
-    fault::RegistrationRefused,
     part::{Part, State},
     pose::Pose,
     search::SHIFTS,
     start::Start,
 };
-use crate::deviation::{Deviations, Reference};
+use crate::{
+    Refused,
+    deviation::{Deviations, Reference},
+};
 use flankfit_estimation::{
     FitError, FitResult, FitSpec, Unconverged, asked_models, fit,
     spec::{Include, Regularization},
@@ -70,11 +72,7 @@ const REASSIGNING: usize = 25;
 /// assert!((found.motions[0].value - 7.0).abs() < 0.05 && found.rms_after < 0.05);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub fn register(
-    reference: &Reference,
-    deviations: &Deviations,
-    asked: &Registering,
-) -> Result<Registration, RegistrationRefused> {
+pub fn register(reference: &Reference, deviations: &Deviations, asked: &Registering) -> Result<Registration, Refused> {
     registered(reference, deviations, asked, None)
 }
 
@@ -86,7 +84,7 @@ pub fn register_from(
     deviations: &Deviations,
     asked: &Registering,
     start: &Start,
-) -> Result<Registration, RegistrationRefused> {
+) -> Result<Registration, Refused> {
     registered(reference, deviations, asked, Some(start))
 }
 
@@ -95,7 +93,7 @@ fn registered(
     deviations: &Deviations,
     asked: &Registering,
     start: Option<&Start>,
-) -> Result<Registration, RegistrationRefused> {
+) -> Result<Registration, Refused> {
     let freedom = Freedom::new(reference.gear, asked.motions)?;
     if let Some(path) = asked_models(asked.spec).next() {
         let message = "a part is registered with independent errors of one variance";
@@ -115,11 +113,7 @@ fn registered(
 
 /// The same with the slide along the helices, where the modifications tell it; `None`, and the part
 /// as it was, where they do not.
-fn slid(
-    part: &mut Part,
-    alone: &Found,
-    asked: &Registering,
-) -> Result<Option<(Found, FitResult)>, RegistrationRefused> {
+fn slid(part: &mut Part, alone: &Found, asked: &Registering) -> Result<Option<(Found, FitResult)>, Refused> {
     if part.freedom.is_whole() || part.reference.relief.is_none() || !part.tells_slide(&alone.pose, asked.spec)? {
         return Ok(None);
     }
@@ -142,7 +136,7 @@ fn slid(
 impl Part<'_> {
     /// Whether the slope of the modifications along z, at a place that was found without it, speaks
     /// for a slide.
-    fn tells_slide(&self, pose: &Pose, spec: &FitSpec) -> Result<bool, RegistrationRefused> {
+    fn tells_slide(&self, pose: &Pose, spec: &FitSpec) -> Result<bool, Refused> {
         let columns = self.freedom.with_slide().columns;
         if self.rows.len() <= columns.len() {
             return Ok(false);
@@ -170,7 +164,7 @@ impl Part<'_> {
         mut pose: Pose,
         begun: Vec<f64>,
         asked: &Registering,
-    ) -> Result<(Found, FitResult), RegistrationRefused> {
+    ) -> Result<(Found, FitResult), Refused> {
         let mut p = self.freedom.coefficients(&pose);
         let (mut iterations, mut converged) = (0, false);
         let last = loop {

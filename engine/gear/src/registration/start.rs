@@ -18,14 +18,17 @@
 use super::{
     Registering,
     columns::Freedom,
-    fault::{RegistrationFaults, RegistrationField, RegistrationReason},
     nearest::nearest,
     pose::{InversePose, Pose},
     search::{Candidate, Search},
     teeth::Agreement,
 };
 use crate::{Gear, Side, deviation::MeasuredPoint};
-use flankfit_numerics::cancel::Asking;
+use flankfit_numerics::{
+    cancel::Asking,
+    check::Faults,
+    fault::words::{Shown, counted},
+};
 
 /// Most points that the search looks at.
 const MOST_POINTS: usize = 240;
@@ -67,12 +70,7 @@ impl Start {
 }
 
 /// Finds where to begin. Faults are those of [`Freedom::new`].
-pub fn start(
-    gear: &Gear,
-    touches: &[MeasuredPoint],
-    ball: f64,
-    asked: &Registering,
-) -> Result<Start, RegistrationFaults> {
+pub fn start(gear: &Gear, touches: &[MeasuredPoint], ball: f64, asked: &Registering) -> Result<Start, Faults> {
     let freedom = Freedom::new(gear, asked.motions)?;
     let defined: Vec<&MeasuredPoint> =
         touches.iter().filter(|touch| touch.point.iter().all(|x| x.is_finite())).collect();
@@ -136,7 +134,7 @@ struct Found {
 
 /// The place by the given teeth where these agree, else by the flanks that are nearest, turned by
 /// what most teeth say.
-fn begun(search: &Search) -> Result<Found, RegistrationFaults> {
+fn begun(search: &Search) -> Result<Found, Faults> {
     let open = search.open();
     // tilts and shifts may bring a wrong name's points within half a pitch of its tooth, but not
     // onto its flanks
@@ -162,12 +160,25 @@ fn begun(search: &Search) -> Result<Found, RegistrationFaults> {
     let agreement = search.agreement(&best.p).map(|said| Agreement { is_sure: sure, ..said });
     match agreement.filter(|said| said.is_sure) {
         Some(said) if said.share <= LEAST_AGREE => {
-            let reason = RegistrationReason::TeethContradict(said.share);
-            return Err(RegistrationFaults::one(RegistrationField::Teeth, reason));
+            let percent = Shown((100.0 * said.share).round());
+            return Err(Faults::one(
+                "teeth",
+                format_args!(
+                    "the teeth contradict each other: however the part is turned, at most {percent} % of the points lie \
+                     on the teeth that they are said to be of. Count teeth clockwise from 1, or leave `teeth` out"
+                ),
+            ));
         }
         Some(said) if said.pitches > 0 && !search.may_turn() => {
-            let reason = RegistrationReason::TurnedOn(said.turned_on(search.gear.data().teeth));
-            return Err(RegistrationFaults::one(RegistrationField::Teeth, reason));
+            let turned = said.turned_on(search.gear.data().teeth);
+            let pitches = counted(turned as usize, "pitch", "pitches");
+            return Err(Faults::one(
+                "teeth",
+                format_args!(
+                    "the points lie {pitches} from the teeth that they are said to be of, and `rotation` is not among \
+                     the motions: free it, or correct the teeth"
+                ),
+            ));
         }
         _ => {}
     }

@@ -1,13 +1,12 @@
 //! Whole runs: measure, fit, correct, machine again.
 
-use super::{
-    MachineSpec, Simulation,
-    fault::{MOST_CORRECTIONS, MachineFaults, MachineField, MachineReason, RunError},
-    rms,
+use super::{MOST_CORRECTIONS, MachineSpec, Simulation, rms};
+use crate::{
+    Refused,
+    correction::{self, Answer, Correction, Damping, Noise, Solution, compare},
 };
-use crate::correction::{self, Answer, Correction, Damping, Noise, Solution, compare};
 use flankfit_estimation::spec::{Count, Criterion, DEFAULT_CONDITION_LIMIT, Parameter, Regularization, Scheme};
-use flankfit_numerics::cancel;
+use flankfit_numerics::{cancel, check::Faults};
 
 /// A way to correct.
 #[derive(Clone, Debug, PartialEq)]
@@ -109,10 +108,10 @@ pub fn run(
     strategy: &Strategy,
     response_uncertainty: f64,
     corrections: usize,
-) -> Result<Run, RunError> {
+) -> Result<Run, Refused> {
     if corrections > MOST_CORRECTIONS {
-        let reason = MachineReason::TooManyCorrections(corrections);
-        return Err(MachineFaults::one(MachineField::Corrections, reason).into());
+        let message = format_args!("{corrections} corrections; at most {MOST_CORRECTIONS}");
+        return Err(Faults::one("corrections", message).into());
     }
     let mut simulation = Simulation::new(machine.clone())?;
     let mut rounds: Vec<Round> = Vec::with_capacity(corrections + 1);

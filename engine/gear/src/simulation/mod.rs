@@ -16,18 +16,21 @@
 
 pub mod case;
 pub mod closed_loop;
-pub mod fault;
-
-use fault::{MOST_DEVIATION, MachineFaults, MachineField, MachineReason};
 
 use flankfit_estimation::randomization::normal::Normals;
+use flankfit_numerics::{
+    check::Faults,
+    fault::words::{Shown, counted, entries},
+};
 
 pub use closed_loop::{Round, Run, Strategy, run};
 
-use super::correction::{
-    Setting,
-    fault::{MOST_ENTRIES, MOST_SETTINGS},
-};
+use super::correction::{MOST_ENTRIES, MOST_SETTINGS, Setting};
+
+/// Most corrections of a run: settings that run away are still numbers then.
+pub const MOST_CORRECTIONS: usize = 20;
+/// How far a setting that is off may move a node, µm: a kilometre.
+pub const MOST_DEVIATION: f64 = 1e9;
 
 /// Most of [`MachineSpec::response_noise`]: as much as the response itself.
 pub const MOST_RESPONSE_NOISE: f64 = 1.0;
@@ -72,7 +75,7 @@ pub struct Simulation {
 
 impl Simulation {
     /// Draws the machine.
-    pub fn new(asked: MachineSpec) -> Result<Self, MachineFaults> {
+    pub fn new(asked: MachineSpec) -> Result<Self, Faults> {
         check(&asked)?;
         let mut normals = Normals::new(asked.seed, 0);
         let off = asked.setting_error.iter().map(|error| error * normals.draw()).collect();
@@ -140,13 +143,12 @@ impl Simulation {
 
     /// Changes the settings and machines again. Refuses a list of another length and changes that
     /// are not finite.
-    pub fn apply(&mut self, change: &[f64]) -> Result<(), MachineFaults> {
+    pub fn apply(&mut self, change: &[f64]) -> Result<(), Faults> {
         if change.len() != self.off.len() {
-            let reason = MachineReason::PerSetting { given: change.len(), settings: self.off.len() };
-            return Err(MachineFaults::one(MachineField::Changes, reason));
+            return Err(Faults::one("corrections", per_setting(change.len(), self.off.len())));
         }
-        if let Some(index) = change.iter().zip(&self.off).position(|(c, e)| !(c + e).is_finite()) {
-            return Err(MachineFaults::one(MachineField::Change { index }, MachineReason::RanAway));
+        if change.iter().zip(&self.off).any(|(c, e)| !(c + e).is_finite()) {
+            return Err(Faults::one("corrections", "the setting would no longer be a finite number"));
         }
         self.off.iter_mut().zip(change).for_each(|(e, c)| *e += c);
         self.corrections += 1;
@@ -161,47 +163,56 @@ pub(super) fn rms(deviation: &[f64]) -> f64 {
     f64::sqrt(sum / count)
 }
 
-fn check(asked: &MachineSpec) -> Result<(), MachineFaults> {
-    let mut faults = MachineFaults::default();
+/// The message of a list with another number of entries than there are settings.
+fn per_setting(given: usize, settings: usize) -> String {
+    format!("{} for {}", entries(given), counted(settings, "setting", "settings"))
+}
+
+fn check(asked: &MachineSpec) -> Result<(), Faults> {
+    let mut faults = Faults::default();
     let columns = asked.settings.len();
     if columns == 0 || columns > MOST_SETTINGS {
-        return Err(MachineFaults::one(MachineField::Settings, MachineReason::SettingCount(columns)));
+        let settings = counted(columns, "setting", "settings");
+        return Err(Faults::one("settings", format_args!("{settings}; a machine has 1 to {MOST_SETTINGS}")));
     }
     let numbers = asked.sensitivity.len();
     if numbers == 0 || !numbers.is_multiple_of(columns) || numbers > MOST_ENTRIES {
-        faults.push(MachineField::Matrix, MachineReason::Matrix { given: numbers, columns });
+        let given = entries(numbers);
+        faults.push("matrix", format_args!("{given} are not rows of {columns} (at most {MOST_ENTRIES})"));
     }
     for (at, value) in asked.sensitivity.iter().enumerate().filter(|(_, x)| !x.is_finite()) {
-        let field = MachineField::Entry { row: at / columns, column: at % columns };
-        faults.push(field, MachineReason::NotFinite(*value));
+        let path = format_args!("matrix[{}][{}]", at / columns, at % columns);
+        faults.push(path, format_args!("{value} is not a finite number"));
     }
     if asked.setting_error.len() != columns {
-        let reason = MachineReason::PerSetting { given: asked.setting_error.len(), settings: columns };
-        faults.push(MachineField::SettingErrors, reason);
+        faults.push("setting_error", per_setting(asked.setting_error.len(), columns));
     }
     for (index, error) in asked.setting_error.iter().enumerate() {
         let effect =
             asked.sensitivity.iter().skip(index).step_by(columns).fold(0.0f64, |most, x| most.max((x * error).abs()));
+        let path = format_args!("setting_error[{index}]");
         if !(error.is_finite() && *error >= 0.0) {
-            faults.push(MachineField::SettingError { index }, MachineReason::Deviation(*error));
+            faults.push(path, format_args!("{} is not a finite deviation of at least 0", Shown(*error)));
         } else if effect > MOST_DEVIATION {
-            faults.push(MachineField::SettingError { index }, MachineReason::Effect(effect));
+            let effect = Shown(effect);
+            faults.push(path, format_args!("it moves a node by {effect} µm; at most {MOST_DEVIATION:e} µm"));
         }
     }
-    for (field, value, most) in [
-        (MachineField::ResponseNoise, asked.response_noise, MOST_RESPONSE_NOISE),
-        (MachineField::ProbeNoise, asked.probe_noise, MOST_PROBE_NOISE),
+    for (path, value, most) in [
+        ("response_noise", asked.response_noise, MOST_RESPONSE_NOISE),
+        ("probe_noise_um", asked.probe_noise, MOST_PROBE_NOISE),
     ] {
         if !(0.0..=most).contains(&value) {
-            faults.push(field, MachineReason::Beyond { value, most });
+            faults.push(path, format_args!("{} is not a deviation between 0 and {most:e}", Shown(value)));
         }
     }
     let nodes = numbers / columns;
     if !(0.0..1.0).contains(&asked.missing) {
-        faults.push(MachineField::Missing, MachineReason::Share(asked.missing));
+        faults.push("missing", format_args!("{} is not a share of at least 0 and below 1", Shown(asked.missing)));
     } else if nodes >= columns && nodes - asked.missed() < columns {
-        let reason = MachineReason::TooFew { nodes: nodes - asked.missed(), settings: columns };
-        faults.push(MachineField::Missing, reason);
+        let left = counted(nodes - asked.missed(), "node", "nodes");
+        let settings = counted(columns, "setting", "settings");
+        faults.push("missing", format_args!("it leaves {left}, too few for {settings}"));
     }
     faults.into_result(())
 }

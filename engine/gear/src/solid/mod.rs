@@ -7,14 +7,12 @@
 //! from the one at the top), `ROOT` (fillets and root arcs), `TIP`, `BORE` (of an internal gear
 //! `RIM`), `CUT_LEFT`, `CUT_RIGHT` (not on a whole ring), `END_LOW` (z = 0) and `END_HIGH`.
 
-pub mod fault;
 mod hex_mesh;
 mod section;
 mod spec;
 
 use std::collections::BTreeMap;
 
-pub use fault::{MOST_NODES, SolidFaults, SolidField, SolidReason};
 pub use hex_mesh::{FACES, FaceSet, HexFace, HexMesh};
 pub use section::Side as SolidSide;
 pub use spec::{Elements, SolidSpec};
@@ -22,7 +20,14 @@ pub use spec::{Elements, SolidSpec};
 use self::section::{Section, Side};
 use super::{Gear, generation::Root};
 use flankfit_geometry::space::Vector;
-use flankfit_numerics::cancel::checkpoint;
+use flankfit_numerics::{
+    cancel::checkpoint,
+    check::Faults,
+    fault::words::{Shown, counted},
+};
+
+/// Most nodes of a mesh.
+pub const MOST_NODES: usize = 2_000_000;
 
 /// Thickness of the rim by default, in tooth depths.
 const RIM: f64 = 1.5;
@@ -41,7 +46,7 @@ impl HexMesh {
     /// assert_eq!(flank.faces.len(), 100);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
-    pub fn of_gear(gear: &Gear, spec: &SolidSpec) -> Result<Self, SolidFaults> {
+    pub fn of_gear(gear: &Gear, spec: &SolidSpec) -> Result<Self, Faults> {
         let width = check(gear, spec)?;
         let section = Section::new(gear, spec, 0.5 * rim_diameter(gear, spec)?)?;
         let layers = spec.elements.width;
@@ -79,7 +84,8 @@ impl HexMesh {
         let sets = sets(&section, layers, gear.data().internal);
         let mesh = HexMesh { nodes, elements, quadratic: spec.quadratic, sets };
         if !(mesh.least_jacobian() > 0.0) {
-            return Err(SolidFaults::one(SolidField::Elements, SolidReason::Folded));
+            let message = "elements so large turn inside out along fillet or helix: give more of them";
+            return Err(Faults::one("elements", message));
         }
         Ok(mesh)
     }
@@ -98,28 +104,36 @@ impl HexMesh {
 }
 
 /// The face width of a gear whose mesh can be asked for.
-fn check(gear: &Gear, spec: &SolidSpec) -> Result<f64, SolidFaults> {
-    let mut faults = SolidFaults::default();
+fn check(gear: &Gear, spec: &SolidSpec) -> Result<f64, Faults> {
+    let mut faults = Faults::default();
     let Elements { involute, fillet, root, thickness, rim, width } = spec.elements;
     let most = HexMesh::most_nodes(spec);
     if [involute, fillet, root, thickness, rim, width].contains(&0) {
-        faults.push(SolidField::Elements, SolidReason::NoElements);
+        faults.push("elements", "at least one element along every direction");
     } else if most > MOST_NODES {
-        faults.push(SolidField::Elements, SolidReason::TooMany(most));
+        faults.push("elements", format_args!("{} asked for; a mesh has at most {MOST_NODES}", nodes(most)));
     }
     let teeth = gear.data().teeth;
     if spec.teeth == 0 || spec.teeth > teeth {
-        faults.push(SolidField::Teeth, SolidReason::Teeth { wanted: spec.teeth, teeth });
+        faults.push("teeth", format_args!("a sector of {} teeth; the gear has {teeth}", spec.teeth));
     }
     let face_width = gear.data().face_width;
     if face_width.is_none() {
-        faults.push(SolidField::Gear(super::GearField::FaceWidth), SolidReason::NoFaceWidth);
+        faults.push("gear.face_width_mm", "a solid needs the face width");
     }
     faults.into_result(face_width.unwrap_or(0.0))
 }
 
+/// How many in words; products that overflow are the greatest count there is.
+fn nodes(count: usize) -> String {
+    match count {
+        usize::MAX => "more nodes than can be counted are".to_owned(),
+        count => counted(count, "node", "nodes").to_string(),
+    }
+}
+
 /// Where the rim ends.
-fn rim_diameter(gear: &Gear, spec: &SolidSpec) -> Result<f64, SolidFaults> {
+fn rim_diameter(gear: &Gear, spec: &SolidSpec) -> Result<f64, Faults> {
     let (out, root) = (gear.outward(), Root::of(gear).root_radius(gear));
     let depth = (gear.tip_radius() - root).abs();
     // a solid disc has no bore: a fifth of the root circle is left open
@@ -129,8 +143,14 @@ fn rim_diameter(gear: &Gear, spec: &SolidSpec) -> Result<f64, SolidFaults> {
     if fits {
         return Ok(diameter);
     }
-    let reason = SolidReason::Rim { diameter, root: 2.0 * root, internal: gear.data().internal };
-    Err(SolidFaults::one(SolidField::RimDiameter, reason))
+    let side = if gear.data().internal { "larger" } else { "smaller" };
+    let [diameter, root] = [diameter, 2.0 * root].map(Shown);
+    Err(Faults::one(
+        "rim_diameter_mm",
+        format_args!(
+            "the rim would end at a diameter of {diameter} mm: choose one {side} than the root circle, {root} mm"
+        ),
+    ))
 }
 
 fn sets(section: &Section, layers: usize, internal: bool) -> Vec<FaceSet> {

@@ -7,18 +7,15 @@
 
 use std::collections::HashMap;
 
-use super::{
-    fault::{SolidFaults, SolidField, SolidReason},
-    spec::{Elements, SolidSpec},
-};
+use super::spec::{Elements, SolidSpec};
 use crate::{
     Gear,
     generation::{
         Polar, Root,
-        fault::ToothField,
         tooth::{Steps, Tooth},
     },
 };
+use flankfit_numerics::{check::Faults, fault::words::Shown};
 
 /// What an edge of a quadrilateral is a part of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -68,7 +65,7 @@ struct Flank {
 }
 
 impl Flank {
-    fn new(gear: &Gear, elements: &Elements) -> Result<Self, SolidFaults> {
+    fn new(gear: &Gear, elements: &Elements) -> Result<Self, Faults> {
         let twice = |count: usize| count.saturating_mul(2);
         let steps = Steps {
             involute: twice(elements.involute),
@@ -76,15 +73,10 @@ impl Flank {
             tip: twice(elements.thickness),
             root: twice(elements.root),
         };
-        let tooth = Tooth::new(gear, steps).map_err(|faults| -> SolidFaults {
-            let placed = faults.placed(|field| match field {
-                ToothField::Steps => SolidField::Elements,
-                ToothField::Gear(field) => SolidField::Gear(field),
-            });
-            placed.widened()
-        })?;
+        let tooth = Tooth::new(gear, steps).map_err(|found| found.moved("steps", "elements"))?;
         if tooth.flank().last().is_none_or(|tip| tip.half_angle < 1e-9) {
-            return Err(SolidFaults::one(SolidField::Gear(gear.given_circle()), SolidReason::Pointed));
+            let message = "the flanks meet at the tip: hexahedra need a tip of some width; give a smaller tip diameter";
+            return Err(Faults::one(gear.given_circle(), message).within("gear"));
         }
         let form = 0.5 * gear.diameter(Root::of(gear).form_roll());
         // radial parts are one step each
@@ -116,8 +108,13 @@ impl Flank {
         let back = |pair: &&[Polar]| !(steep(pair).0 > 0.0);
         let under = points[..=base].windows(2).find(|pair| !(steep(pair).1 > 0.0));
         if let Some(pair) = under.or_else(|| points[base..].windows(2).find(back)) {
-            let field = SolidField::Gear(crate::GearField::ProfileShift);
-            return Err(SolidFaults::one(field, SolidReason::Undercut(2.0 * pair[0].radius)));
+            let diameter = Shown(2.0 * pair[0].radius);
+            return Err(Faults::one(
+                "gear.profile_shift_coefficient",
+                format_args!(
+                    "the fillet bends back under the tooth at a diameter of {diameter} mm: such a root is not meshed"
+                ),
+            ));
         }
         let involute = points.iter().position(|p| out * (p.radius - form) >= -1e-12 * form).unwrap_or(base);
         Ok(Flank { points, base, involute: involute.max(base) })
@@ -167,7 +164,7 @@ impl Builder<'_> {
 }
 
 impl Section {
-    pub(super) fn new(gear: &Gear, spec: &SolidSpec, rim: f64) -> Result<Self, SolidFaults> {
+    pub(super) fn new(gear: &Gear, spec: &SolidSpec, rim: f64) -> Result<Self, Faults> {
         let elements = &spec.elements;
         let flank = Flank::new(gear, elements)?;
         let pitch = gear.pitch_angle();

@@ -1,13 +1,15 @@
 //! What is compared, and what is refused of it.
 
 use crate::correction::{
-    fault::{ComparisonFaults, ComparisonField, ComparisonReason, NodeList},
     gain::Gain,
     problem::Correction,
     scatter::Scatter,
     solution::{Change, Noise, Solution},
 };
-use flankfit_numerics::fault::Common;
+use flankfit_numerics::{
+    check::{Faults, negative, per_node},
+    fault::words::{Shown, entries},
+};
 
 /// What is compared. Lists have an entry for each node, µm, NaN where undefined.
 #[derive(Clone, Debug, PartialEq)]
@@ -79,49 +81,46 @@ impl Correction {
 
 impl Comparison {
     /// Refuses lists of unequal lengths and numbers that cannot be.
-    pub(super) fn check(&self) -> Result<(), ComparisonFaults> {
-        let mut faults = ComparisonFaults::default();
+    pub(super) fn check(&self) -> Result<(), Faults> {
+        let mut faults = Faults::default();
         let nodes = self.before.len();
         let lists = [
-            (NodeList::Measured, Some(&self.measured), true),
-            (NodeList::Weight, self.weight.as_ref(), false),
-            (NodeList::Leverage, self.leverage.as_ref(), false),
-            (NodeList::Before, Some(&self.before), true),
+            ("measured", Some(&self.measured), true),
+            ("weight", self.weight.as_ref(), false),
+            ("leverage", self.leverage.as_ref(), false),
+            ("before", Some(&self.before), true),
         ];
         if let Some(traces) = self.traces.as_ref().filter(|traces| traces.len() != nodes) {
-            faults.push(ComparisonField::Traces, Common::PerNode { given: traces.len(), nodes });
+            faults.push("traces", per_node(traces.len(), nodes));
         }
         for column in self.scatter.columns.iter().filter(|column| column.len() != nodes) {
-            let field = ComparisonField::List(NodeList::Measured);
-            faults.push(field, Common::PerNode { given: column.len(), nodes });
+            faults.push("measured", per_node(column.len(), nodes));
         }
         for (list, values, signed) in lists {
             let Some(values) = values else { continue };
             if values.len() != nodes {
-                faults.push(ComparisonField::List(list), Common::PerNode { given: values.len(), nodes });
+                faults.push(list, per_node(values.len(), nodes));
             }
             for (index, value) in values.iter().enumerate() {
+                let path = format_args!("{list}[{index}]");
                 if value.is_infinite() {
-                    faults.push(ComparisonField::Entry { list, index }, ComparisonReason::Infinite);
+                    faults.push(path, "the number is infinite");
                 } else if !(signed || *value >= 0.0) {
-                    faults.push(ComparisonField::Entry { list, index }, ComparisonReason::Negative(*value));
+                    faults.push(path, format_args!("{} is not a number of at least 0", Shown(*value)));
                 }
             }
         }
         let wanted = nodes.saturating_mul(self.settings);
         if self.contributions.len() != wanted {
-            let given = self.contributions.len();
-            faults.push(ComparisonField::Contributions, ComparisonReason::Contributions { given, wanted });
+            let given = entries(self.contributions.len());
+            faults.push("contributions", format_args!("{given}; nodes and settings ask for {wanted}"));
         }
         if let Some(index) = self.contributions.iter().position(|c| !c.is_finite()) {
-            faults.push(ComparisonField::Contribution { index }, ComparisonReason::Contribution);
+            faults.push(format_args!("contributions[{index}]"), "it is not a finite number");
         }
-        for (field, value) in [
-            (ComparisonField::NoiseSigma, self.noise.sigma),
-            (ComparisonField::ResponseUncertainty, self.response_uncertainty),
-        ] {
+        for (path, value) in [("noise.sigma", self.noise.sigma), ("response_uncertainty", self.response_uncertainty)] {
             if !(value.is_finite() && value >= 0.0) {
-                faults.push(field, Common::Negative { value });
+                faults.push(path, negative(value));
             }
         }
         faults.into_result(())

@@ -48,12 +48,13 @@ mod figures;
 mod misfit;
 mod scaled;
 
-use super::fault::{ComparisonFaults, ComparisonField, ComparisonReason, ComparisonRefused, NodeList};
+use crate::Refused;
 pub use answer::{Answer, Verdict};
 pub use comparison::Comparison;
 use counted::Counted;
 pub use figures::{FigureChange, Measurements, compare_figures};
 use flankfit_estimation::{FitError, Unconverged};
+use flankfit_numerics::check::Faults;
 use misfit::{Covariance, quantile};
 use scaled::Scaled;
 
@@ -61,12 +62,11 @@ use scaled::Scaled;
 const EXPLAINED: f64 = 0.9;
 
 /// Compares.
-pub fn compare(comparison: &Comparison) -> Result<Answer, ComparisonRefused> {
+pub fn compare(comparison: &Comparison) -> Result<Answer, Refused> {
     comparison.check()?;
     let nodes = Counted::of(comparison);
     if nodes.before.is_empty() {
-        let field = ComparisonField::List(NodeList::Measured);
-        return Err(ComparisonFaults::one(field, ComparisonReason::NoNodes).into());
+        return Err(Faults::one("measured", "no node is defined before, predicted and measured").into());
     }
     let m = nodes.before.len();
     let freedom = comparison.noise.freedom;

@@ -5,8 +5,8 @@
 //! the kind. What is told has a condition below Belsley's limit, of columns over [-1, 1] as they
 //! are: scaled to one length, a column that hardly is there would look as good as any other.
 
-use super::{super::fault::SurfaceRefused, Figure, FlankNodes, Slopes, SurfaceSettings, Trimmed, flank_surface};
-use crate::Gear;
+use super::{Figure, FlankNodes, Slopes, SurfaceSettings, Trimmed, flank_surface};
+use crate::{Gear, Refused};
 use flankfit_estimation::{
     self, FitError, FitResult, FitSpec, Nodes,
     inference::Inferred,
@@ -214,11 +214,7 @@ fn told(result: &FitResult) -> bool {
 }
 
 /// The surface without its mixed term: columns 1, u, v, u², v².
-fn crossed(
-    gear: &Gear,
-    nodes: &FlankNodes,
-    settings: &SurfaceSettings,
-) -> Result<(Trimmed, FitResult), SurfaceRefused> {
+fn crossed(gear: &Gear, nodes: &FlankNodes, settings: &SurfaceSettings) -> Result<(Trimmed, FitResult), Refused> {
     let (trimmed, _, posted) = Trimmed::new(gear, nodes, settings)?;
     let (mut columns, mut heights) = (Vec::new(), Vec::new());
     let mut add = |u: f64, v: f64, height: f64| {

@@ -27,19 +27,14 @@ mod projected;
 mod roll_lengths;
 mod settings;
 
-use super::{
-    fault::{SurfaceFaults, SurfaceRefused},
-    limits::Inference,
-    warning::SurfaceWarning,
-};
-use crate::{Gear, tolerance::Tolerances};
+use super::{limits::Inference, warning::SurfaceWarning};
+use crate::{Gear, Refused, tolerance::Tolerances};
 pub use figures::{EstimatedFigure, FlankFigures, estimated_figures, flank_figures};
 use flankfit_estimation::{
     self, FitError, FitSpec, Unconverged,
     result::{FitResult, TermKey, WeightedSum},
     spec::{Degree, Include, Model, PolynomialBasis, Terms},
 };
-use flankfit_numerics::fault::Faults;
 use nodes::Trimmed;
 pub use nodes::{FlankNodes, NodeCounts};
 pub(crate) use own_zeros::{Sample, TERMS, Through, through};
@@ -111,11 +106,7 @@ pub struct FlankSurface {
 }
 
 /// Fits the surface.
-pub fn flank_surface(
-    gear: &Gear,
-    nodes: &FlankNodes,
-    settings: &SurfaceSettings,
-) -> Result<FlankSurface, SurfaceRefused> {
+pub fn flank_surface(gear: &Gear, nodes: &FlankNodes, settings: &SurfaceSettings) -> Result<FlankSurface, Refused> {
     let (trimmed, counts, posted) = Trimmed::new(gear, nodes, settings)?;
     let model = Model::Polynomial { degree: Degree::Both(2), basis: PolynomialBasis::Monomial, terms: Terms::Total };
     let of_kept = errors::of_kept(&settings.spec, &trimmed.kept, counts.posted).map_err(FitError::from)?;
@@ -139,8 +130,7 @@ pub fn flank_surface(
     let [profile, helix] = settings.signs();
     let (slopes, limits) = (trimmed.slopes(gear, settings.terms), &settings.limits);
     let tolerances = Tolerances::new(gear);
-    let checked: Result<(), SurfaceFaults> = limits.check(&tolerances, true).into_result(()).map_err(Faults::widened);
-    checked?;
+    limits.check(&tolerances, true).within("tolerance_limits").into_result(())?;
     let [slope_of_profile, slope_of_helix] = slopes.limits(limits, tolerances.as_ref().ok());
     // figures over a range that the nodes hardly cover are not compared with limits
     let [profile_told, helix_told] = trimmed.covered;

@@ -1,19 +1,21 @@
 //! Nodes of a flank: checked, trimmed to the evaluation range and mapped to [-1, 1]².
 
 use super::{
-    super::{
-        fault::{SurfaceFaults, SurfaceField, SurfaceReason, SurfaceRefused},
-        warning::SurfaceWarning,
-    },
+    super::warning::SurfaceWarning,
     settings::{Border, FigureTerms, Slopes, SurfaceSettings, covers},
 };
-use crate::{Gear, Kind, NoInvolute, ProfileAxis, data::MOST_LENGTH, evaluation::EDGE};
+use crate::{Gear, Kind, ProfileAxis, Refused, data::MOST_LENGTH, evaluation::EDGE};
 use flankfit_estimation::{FitError, Nodes};
 use flankfit_numerics::{
     cancel::Asking,
-    check,
-    fault::{Common, Faults},
+    check::{Faults, length_beyond, not_ascending, not_finite, per_position, range as not_a_range},
+    fault::words::{Shown, entries},
 };
+
+/// Paths to the ranges, and to what is cut off at their ends.
+const PROFILE_RANGE: &str = "profile_range";
+const HELIX_RANGE: &str = "helix_range_mm";
+const BORDER: &str = "border_percent";
 
 /// Deviations over a flank, µm; NaN or invalid where missing.
 #[derive(Clone, Copy, Debug)]
@@ -67,11 +69,10 @@ impl Trimmed {
         gear: &Gear,
         nodes: &FlankNodes,
         settings: &SurfaceSettings,
-    ) -> Result<(Self, NodeCounts, Nodes), SurfaceRefused> {
+    ) -> Result<(Self, NodeCounts, Nodes), Refused> {
         check(nodes, &settings.border)?;
         let roll = nodes.axis.roll_lengths(gear, nodes.profile);
-        let roll: Vec<f64> =
-            roll.map_err(|found| without_involute(found, |index| SurfaceField::ProfileAt { index }))?;
+        let roll: Vec<f64> = roll.map_err(|found| found.within("profile"))?;
         let there = |k: usize| !nodes.deviation[k].is_nan() && nodes.valid.is_none_or(|valid| valid[k]);
         let at = |k: usize| match nodes.grid {
             true => [roll[k / nodes.z.len()], nodes.z[k % nodes.z.len()]],
@@ -81,13 +82,12 @@ impl Trimmed {
         let extent = |axis: usize| extent_of((0..posted).filter(|&k| there(k)).map(|k| at(k)[axis]));
         let missing = (0..posted).filter(|&k| !there(k)).count();
         if missing == posted {
-            return Err(SurfaceFaults::one(SurfaceField::Deviations, SurfaceReason::AllMissing).into());
+            return Err(Faults::one("deviation_um", "every node is missing").into());
         }
         let roll_range = match settings.profile_range {
             Some(range) => {
                 let found = nodes.axis.roll_lengths(gear, &range);
-                let found =
-                    found.map_err(|found| without_involute(found, |index| SurfaceField::ProfileRangeEnd { index }))?;
+                let found = found.map_err(|found| found.within(PROFILE_RANGE))?;
                 [found[0], found[1]]
             }
             None => extent(0),
@@ -95,12 +95,8 @@ impl Trimmed {
         let (border, outward) = (settings.border, gear.outward());
         let ends = if outward > 0.0 { [border.root, border.tip] } else { [border.tip, border.root] };
         let evaluated = roll_range;
-        let roll_range = cut(roll_range, ends, SurfaceField::ProfileRange)?;
-        let z_range = cut(
-            settings.helix_range.unwrap_or_else(|| extent(1)),
-            [border.toe, border.heel],
-            SurfaceField::HelixRange,
-        )?;
+        let roll_range = cut(roll_range, ends, PROFILE_RANGE)?;
+        let z_range = cut(settings.helix_range.unwrap_or_else(|| extent(1)), [border.toe, border.heel], HELIX_RANGE)?;
         let warnings = beyond_face(gear, extent(1)).into_iter().collect();
         let (covered, kept) = ([true; 2], Vec::new());
         let mut trimmed = Trimmed { roll: roll_range, z: z_range, evaluated, covered, warnings, kept, outward };
@@ -109,22 +105,22 @@ impl Trimmed {
         let counted = || (0..posted).filter(|&k| there(k) && trimmed.holds(at(k)));
         let used = counted().count();
         if used == 0 {
-            return Err(SurfaceFaults::one(SurfaceField::Border, SurfaceReason::AllTrimmed).into());
+            return Err(Faults::one(BORDER, "no node is left within the trimmed range").into());
         }
-        cover(counted().map(|k| at(k)[0]), trimmed.roll, SurfaceField::ProfileRange)?;
-        cover(counted().map(|k| at(k)[1]), trimmed.z, SurfaceField::HelixRange)?;
+        cover(counted().map(|k| at(k)[0]), trimmed.roll, PROFILE_RANGE)?;
+        cover(counted().map(|k| at(k)[1]), trimmed.z, HELIX_RANGE)?;
         let reached = [0, 1].map(|axis| extent_of(counted().map(|k| at(k)[axis])));
         // a range that was not asked for is that of the nodes, less the border
         let asked = [
-            settings.profile_range.map_or(SurfaceField::Border, |_| SurfaceField::ProfileRange),
-            settings.helix_range.map_or(SurfaceField::Border, |_| SurfaceField::HelixRange),
+            settings.profile_range.map_or(BORDER, |_| PROFILE_RANGE),
+            settings.helix_range.map_or(BORDER, |_| HELIX_RANGE),
         ];
         let ranges = [trimmed.roll, trimmed.z];
         for axis in 0..2 {
-            let (field, reached, range) = (asked[axis], reached[axis], ranges[axis]);
+            let (path, reached, range) = (asked[axis], reached[axis], ranges[axis]);
             trimmed.covered[axis] = covers(reached, range);
             if !trimmed.covered[axis] {
-                trimmed.warnings.push(SurfaceWarning::RangeNotCovered { field, reached, range });
+                trimmed.warnings.push(SurfaceWarning::RangeNotCovered { path, reached, range });
             }
         }
         let fitted = match nodes.grid {
@@ -150,7 +146,7 @@ impl Trimmed {
         self.outward * mapped(roll, self.roll)
     }
 
-    fn grid(&mut self, roll: &[f64], z: &[f64], height: impl Fn(usize) -> f64) -> Result<Nodes, check::Faults> {
+    fn grid(&mut self, roll: &[f64], z: &[f64], height: impl Fn(usize) -> f64) -> Result<Nodes, Faults> {
         let mut rows: Vec<usize> = (0..roll.len()).filter(|&i| within(roll[i], self.roll)).collect();
         if self.outward < 0.0 {
             rows.reverse();
@@ -162,7 +158,7 @@ impl Trimmed {
         Nodes::grid(u, columns.iter().map(|&j| mapped(z[j], self.z)).collect(), heights, None, None)
     }
 
-    fn scattered(&mut self, roll: &[f64], z: &[f64], height: impl Fn(usize) -> f64) -> Result<Nodes, check::Faults> {
+    fn scattered(&mut self, roll: &[f64], z: &[f64], height: impl Fn(usize) -> f64) -> Result<Nodes, Faults> {
         let (mut u, mut v, mut heights) = (Vec::new(), Vec::new(), Vec::new());
         for k in (0..roll.len()).asking(50) {
             let h = height(k);
@@ -202,7 +198,7 @@ const OPEN_END: f64 = 0.05;
 
 /// Refuses places that leave more of the range open at an end than the distance of the two that are
 /// nearest to it, and than a twentieth of the range.
-fn cover(places: impl Iterator<Item = f64>, range: [f64; 2], field: SurfaceField) -> Result<(), SurfaceFaults> {
+fn cover(places: impl Iterator<Item = f64>, range: [f64; 2], path: &str) -> Result<(), Faults> {
     let outermost = |[end, inner]: [f64; 2], x: f64| match () {
         () if x < end - EDGE => [x, end],
         () if x > end + EDGE && x < inner => [end, x],
@@ -215,7 +211,14 @@ fn cover(places: impl Iterator<Item = f64>, range: [f64; 2], field: SurfaceField
     let most = OPEN_END * (range[1] - range[0]);
     let opened = |ends: [f64; 2], from: f64| ends[0] - from > most && open(ends, from);
     if opened(low, range[0]) || opened(high, -range[1]) {
-        return Err(SurfaceFaults::one(field, SurfaceReason::NotCovered { reached: [low[0], -high[0]], range }));
+        let [[first, last], [from, to]] = [[low[0], -high[0]], range].map(|ends| ends.map(Shown));
+        return Err(Faults::one(
+            path,
+            format_args!(
+                "the nodes that count reach from {first} to {last} mm, the range from {from} to {to} mm: its figures \
+                 would be extrapolated; name a range that the nodes cover"
+            ),
+        ));
     }
     Ok(())
 }
@@ -225,76 +228,57 @@ fn mapped(x: f64, [low, high]: [f64; 2]) -> f64 {
 }
 
 /// The range without the shares at its ends.
-fn cut([low, high]: [f64; 2], percent: [f64; 2], field: SurfaceField) -> Result<[f64; 2], SurfaceFaults> {
+fn cut([low, high]: [f64; 2], percent: [f64; 2], path: &str) -> Result<[f64; 2], Faults> {
     let length = high - low;
     if !(length > 0.0 && length.is_finite()) {
-        return Err(SurfaceFaults::one(field, Common::Range { range: [low, high] }));
+        return Err(Faults::one(path, not_a_range([low, high])));
     }
     Ok([low + 0.01 * percent[0] * length, high - 0.01 * percent[1] * length])
 }
 
-/// Places without an involute.
-fn without_involute(found: Faults<usize, NoInvolute>, field: impl Fn(usize) -> SurfaceField) -> SurfaceFaults {
-    found.placed(field).widened()
-}
-
-fn check(nodes: &FlankNodes, border: &Border) -> Result<(), SurfaceFaults> {
-    let mut faults = SurfaceFaults::default();
+fn check(nodes: &FlankNodes, border: &Border) -> Result<(), Faults> {
+    let mut faults = Faults::default();
     let (rows, columns) = (nodes.profile.len(), nodes.z.len());
     let count = if nodes.grid { rows.saturating_mul(columns) } else { rows };
     if count == 0 {
-        faults.push(SurfaceField::Profile, SurfaceReason::NoNodes);
+        faults.push("profile", "there are no nodes");
     }
     if !nodes.grid && columns != rows {
-        faults.push(SurfaceField::Positions, SurfaceReason::Positions { given: columns, profile: rows });
+        faults.push("z_mm", format_args!("{}, but {rows} would match the profile", entries(columns)));
     }
-    let lengths = [
-        (SurfaceField::Deviations, Some(nodes.deviation.len())),
-        (SurfaceField::Valid, nodes.valid.map(<[bool]>::len)),
-    ];
-    for (field, length) in lengths {
+    let lengths = [("deviation_um", Some(nodes.deviation.len())), ("valid", nodes.valid.map(<[bool]>::len))];
+    for (path, length) in lengths {
         if let Some(given) = length.filter(|&length| length != count) {
-            faults.push(field, Common::PerPosition { given, positions: count });
+            faults.push(path, per_position(given, count));
         }
     }
     for (index, &z) in nodes.z.iter().enumerate() {
         match z.abs() {
             size if size <= MOST_LENGTH => {}
-            size if size.is_finite() => {
-                let reason = Common::LengthBeyond { value: z, most: MOST_LENGTH };
-                faults.push(SurfaceField::Position { index }, reason);
-            }
-            _ => faults.push(SurfaceField::Position { index }, Common::NotFinite),
+            size if size.is_finite() => faults.push(format_args!("z_mm[{index}]"), length_beyond(z, MOST_LENGTH)),
+            _ => faults.push(format_args!("z_mm[{index}]"), not_finite()),
         }
     }
     for (index, deviation) in nodes.deviation.iter().enumerate() {
         if deviation.is_infinite() {
-            faults.push(SurfaceField::Deviation { index }, Common::NotFinite);
+            faults.push(format_args!("deviation_um[{index}]"), not_finite());
         }
     }
-    let profile: fn(usize) -> SurfaceField = |index| SurfaceField::ProfileAt { index };
-    let position: fn(usize) -> SurfaceField = |index| SurfaceField::Position { index };
-    let axes = [(nodes.profile, profile), (nodes.z, position)];
-    for (axis, field) in axes {
+    for (path, axis) in [("profile", nodes.profile), ("z_mm", nodes.z)] {
         for (i, pair) in axis.windows(2).enumerate().filter(|_| nodes.grid) {
             if pair[1] <= pair[0] && pair[0].is_finite() {
-                faults.push(field(i + 1), Common::NotAscending { value: pair[1], before: pair[0] });
+                faults.push(format_args!("{path}[{}]", i + 1), not_ascending(pair[1], pair[0]));
             }
         }
     }
-    let shares = [
-        (SurfaceField::BorderRoot, border.root),
-        (SurfaceField::BorderTip, border.tip),
-        (SurfaceField::BorderToe, border.toe),
-        (SurfaceField::BorderHeel, border.heel),
-    ];
-    for (field, percent) in shares {
+    let shares = [("root", border.root), ("tip", border.tip), ("toe", border.toe), ("heel", border.heel)];
+    for (name, percent) in shares {
         if !(0.0..100.0).contains(&percent) {
-            faults.push(field, SurfaceReason::Percent(percent));
+            faults.push(format_args!("{BORDER}.{name}"), format_args!("{} is not within 0 and 100", Shown(percent)));
         }
     }
     if border.root + border.tip >= 100.0 || border.toe + border.heel >= 100.0 {
-        faults.push(SurfaceField::Border, SurfaceReason::NothingLeft);
+        faults.push(BORDER, "nothing is left between opposite borders");
     }
     faults.into_result(())
 }

@@ -8,7 +8,7 @@ pub use surface::{SurfaceWarning, share};
 
 use std::fmt;
 
-use super::fault::{PitchField, SettingField, TraceField};
+use super::settings::reference_length;
 use crate::{Kind, Side, tolerance::OutOfScope};
 use flankfit_estimation::FitError;
 use flankfit_numerics::fault::words::{Shown, counted, listed};
@@ -105,14 +105,14 @@ impl Warning {
         }
     }
 
-    /// What it speaks of, where that is one thing.
-    pub fn field(&self) -> Option<TraceField> {
+    /// Path to what it speaks of, where that is one thing.
+    pub fn path(&self) -> Option<String> {
         match self {
-            Warning::NoFaceWidth => Some(TraceField::FaceWidth),
-            Warning::ForeignReferenceLength { kind, .. } => Some(SettingField::reference_length(*kind).into()),
-            Warning::NearBaseCircle(_) => Some(SettingField::ProfileRange.into()),
-            Warning::Trace { trace, .. } => Some(TraceField::Deviations { trace: *trace }),
-            Warning::HelixSignDoubtful { .. } => Some(SettingField::DeviationSign.into()),
+            Warning::NoFaceWidth => Some("gear.face_width_mm".to_owned()),
+            Warning::ForeignReferenceLength { kind, .. } => Some(format!("evaluation.{}", reference_length(*kind))),
+            Warning::NearBaseCircle(_) => Some("evaluation.profile_diameter_range_mm".to_owned()),
+            Warning::Trace { trace, .. } => Some(format!("traces[{trace}].deviation_um")),
+            Warning::HelixSignDoubtful { .. } => Some("evaluation.deviation_sign".to_owned()),
             Warning::OutsideTheStandard(_) | Warning::FiguresUndetermined { .. } | Warning::SurfaceMisfit { .. } => {
                 None
             }
@@ -157,11 +157,11 @@ impl PitchWarning {
         }
     }
 
-    /// What it speaks of, where that is one thing.
-    pub fn field(&self) -> Option<PitchField> {
+    /// Whether it speaks of the list of what was measured.
+    pub fn is_of_measured(&self) -> bool {
         match self {
-            PitchWarning::PitchesDoNotClose(_) | PitchWarning::MissingTeeth { .. } => Some(PitchField::Deviations),
-            PitchWarning::OutsideTheStandard(_) => None,
+            PitchWarning::PitchesDoNotClose(_) | PitchWarning::MissingTeeth { .. } => true,
+            PitchWarning::OutsideTheStandard(_) => false,
         }
     }
 }
@@ -312,7 +312,7 @@ mod tests {
              a twist are those in the sections of the traces (tooth 1 left, tooth 2 left, tooth 3 left, tooth 4 left, \
              tooth 5 left, 2 more)"
         );
-        assert_eq!((open.code(), open.field()), ("figures_not_determined", None));
+        assert_eq!((open.code(), open.path()), ("figures_not_determined", None));
         assert_eq!(flank(&"é".repeat(30)).to_string(), format!("tooth {} left", "é".repeat(20)));
         let turned = Warning::HelixSignDoubtful { flank: flank("3"), apart: 2.346, turned: 0.1 };
         assert!(

@@ -1,9 +1,6 @@
 //! What must be known of the nodes over a whole flank.
 
-use super::{
-    super::{fault::SurfaceField, spacing::LEAST_COVERED},
-    samples::percent,
-};
+use super::{super::spacing::LEAST_COVERED, samples::percent};
 use flankfit_numerics::fault::words::Shown;
 
 /// Something that the reader of a flank's surface must know. Lengths are mm.
@@ -19,8 +16,8 @@ pub enum SurfaceWarning {
         Shown(.range[1]), percent(LEAST_COVERED)
     )]
     RangeNotCovered {
-        /// What the range was asked for by.
-        field: SurfaceField,
+        /// Path to what the range was asked for by.
+        path: &'static str,
         /// The least and the greatest roll length or z of a node.
         reached: [f64; 2],
         /// The trimmed range.
@@ -45,11 +42,11 @@ impl SurfaceWarning {
         }
     }
 
-    /// What it speaks of.
-    pub fn field(&self) -> SurfaceField {
+    /// Path to what it speaks of.
+    pub fn path(&self) -> &'static str {
         match self {
-            SurfaceWarning::RangeNotCovered { field, .. } => *field,
-            SurfaceWarning::BeyondFace { .. } => SurfaceField::Positions,
+            SurfaceWarning::RangeNotCovered { path, .. } => path,
+            SurfaceWarning::BeyondFace { .. } => "z_mm",
         }
     }
 }
