@@ -197,6 +197,19 @@ impl Faults {
     }
 }
 
+impl Faults {
+    /// Moves faults to other places: `place` returns the pointer for one, or none where it stays.
+    #[must_use]
+    pub fn moved(mut self, place: impl Fn(&str) -> Option<String>) -> Self {
+        for fault in &mut self.faults {
+            if let Some(pointer) = place(&fault.pointer) {
+                fault.pointer = pointer;
+            }
+        }
+        self
+    }
+}
+
 impl From<check::Faults> for Faults {
     fn from(found: check::Faults) -> Self {
         Faults::of_engine("", &found)

@@ -12,7 +12,7 @@
 
 use super::{
     axis::Axis,
-    fault::ExportFault,
+    export::nothing,
     polar::{Homogeneous, raised, refined},
 };
 use flankfit_geometry::{
@@ -21,7 +21,11 @@ use flankfit_geometry::{
     space::Vector,
     surface::{BSplineSurface, Surface},
 };
-use flankfit_numerics::cancel::{self, Asking};
+use flankfit_numerics::{
+    cancel::{self, Asking},
+    check::Faults,
+    fault::words::Shown,
+};
 
 /// A shape that CAD files can hold.
 #[derive(Clone, Copy, Debug)]
@@ -111,8 +115,13 @@ impl CadSurface {
     }
 }
 
+/// The message of a shape with numbers beyond the range of a double, by its place among the shapes.
+pub fn not_finite(shape: usize) -> String {
+    format!("shape {shape} leaves the range of doubles on its way to the file")
+}
+
 /// The pieces of every shape, each with its shape's place in `shapes`.
-pub(super) fn pieces(shapes: &[NamedShape]) -> Result<Vec<(usize, Piece)>, ExportFault> {
+pub(super) fn pieces(shapes: &[NamedShape]) -> Result<Vec<(usize, Piece)>, Faults> {
     let mut all = Vec::new();
     for (shape, named) in shapes.iter().enumerate() {
         match named.shape {
@@ -124,10 +133,10 @@ pub(super) fn pieces(shapes: &[NamedShape]) -> Result<Vec<(usize, Piece)>, Expor
             }
         }
     }
-    if all.is_empty() { Err(ExportFault::Nothing) } else { Ok(all) }
+    if all.is_empty() { Err(nothing()) } else { Ok(all) }
 }
 
-fn curve_pieces(shape: usize, curve: &BSplineCurve) -> Result<Vec<CadCurve>, ExportFault> {
+fn curve_pieces(shape: usize, curve: &BSplineCurve) -> Result<Vec<CadCurve>, Faults> {
     let basis = curve.basis();
     let graph = !curve.dimension().is_parametric();
     let height = graph.then_some(1);
@@ -141,7 +150,7 @@ fn curve_pieces(shape: usize, curve: &BSplineCurve) -> Result<Vec<CadCurve>, Exp
     Ok(made)
 }
 
-fn surface_pieces(shape: usize, surface: &BSplineSurface) -> Result<Vec<CadSurface>, ExportFault> {
+fn surface_pieces(shape: usize, surface: &BSplineSurface) -> Result<Vec<CadSurface>, Faults> {
     let [along_u, along_v] = surface.bases();
     let graph = !surface.dimension().is_parametric();
     let height = graph.then_some(2);
@@ -176,13 +185,18 @@ impl Control {
         points: &[Vector],
         weights: Option<&[f64]>,
         height: Option<usize>,
-    ) -> Result<(Vec<Control>, bool), ExportFault> {
+    ) -> Result<(Vec<Control>, bool), Faults> {
         if bases.iter().any(|basis| basis.degree() == 0) {
-            return Err(ExportFault::DegreeZero { shape });
+            let message = format_args!("shape {shape} has degree 0; curves and surfaces of CAD have at least 1");
+            return Err(Faults::one("", message));
         }
         let weights = weights.unwrap_or(&[]);
         if let Some(index) = weights.iter().position(|w| !(*w > 0.0)) {
-            return Err(ExportFault::Weight { shape, index, value: weights[index] });
+            let value = Shown(weights[index]);
+            return Err(Faults::one(
+                "",
+                format_args!("weight {index} of shape {shape} is {value}; weights in CAD files are above 0"),
+            ));
         }
         let rational = weights.iter().any(|w| *w != weights[0]);
         let control = |(i, point): (usize, &Vector)| Control {
@@ -196,13 +210,13 @@ impl Control {
         shape: usize,
         net: impl Iterator<Item = Control>,
         rational: bool,
-    ) -> Result<(Vec<Vector>, Option<Vec<f64>>), ExportFault> {
+    ) -> Result<(Vec<Vector>, Option<Vec<f64>>), Faults> {
         let (points, weights): (Vec<Vector>, Vec<f64>) = net.map(|c| (c.point, c.weight)).unzip();
         let sound = points.iter().all(|p| p.iter().all(|x| x.is_finite()));
         if sound && weights.iter().all(|w| *w > 0.0 && w.is_finite()) {
             Ok((points, rational.then_some(weights)))
         } else {
-            Err(ExportFault::NotFinite { shape })
+            Err(Faults::one("", not_finite(shape)))
         }
     }
 }
@@ -340,11 +354,11 @@ mod tests {
     #[test]
     fn what_files_cannot_hold() {
         let zero = curve(0, &[0., 1., 2.], Dimension::Graph, &[1.0, 2.0], None);
-        assert_eq!(curve_pieces(3, &zero), Err(ExportFault::DegreeZero { shape: 3 }));
+        assert!(curve_pieces(3, &zero).unwrap_err().to_string().starts_with("shape 3 has degree 0;"));
         let knots = [0., 0., 0., 1., 1., 1.];
         let weightless = curve(2, &knots, Dimension::Plane, &[1.0, 2.0, 3.0], Some(&[1.0, 0.0, 1.0]));
-        assert_eq!(curve_pieces(0, &weightless), Err(ExportFault::Weight { shape: 0, index: 1, value: 0.0 }));
-        assert_eq!(pieces(&[]), Err(ExportFault::Nothing));
+        assert!(curve_pieces(0, &weightless).unwrap_err().to_string().starts_with("weight 1 of shape 0 is 0;"));
+        assert_eq!(pieces(&[]), Err(nothing()));
         // equal weights are no weights
         let plain = curve(2, &knots, Dimension::Plane, &[1.0, 2.0, 3.0], Some(&[0.3; 3]));
         assert_eq!(curve_pieces(0, &plain).unwrap()[0].weights, None);

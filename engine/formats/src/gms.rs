@@ -11,6 +11,7 @@
 //! the absolute value, or of the change where that is all there is.
 
 use super::{number::real, table::field};
+use flankfit_numerics::check::Faults;
 
 /// Unit of a correction, as OPC UA has it: a code of UN/CEFACT recommendation 20.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -128,55 +129,6 @@ pub struct Correction {
     pub program: Option<String>,
 }
 
-/// Why corrections cannot be written. `index` counts from 0.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum CorrectionFault {
-    /// A correction without a value.
-    #[error("correction {index} has neither an absolute nor a relative value")]
-    NoValue {
-        /// The correction at fault.
-        index: usize,
-    },
-    /// A number of a correction that is NaN or infinite.
-    #[error("correction {index}: {name} is {value}, no finite number")]
-    NotFinite {
-        /// The correction at fault.
-        index: usize,
-        /// Name of its variable.
-        name: &'static str,
-        /// The number.
-        value: f64,
-    },
-    /// Limits in the wrong order.
-    #[error("correction {index}: the lower limit {lower} lies above the upper one, {upper}")]
-    Limits {
-        /// The correction at fault.
-        index: usize,
-        /// Lower limit.
-        lower: f64,
-        /// Upper limit.
-        upper: f64,
-    },
-    /// A correction without a name or identifier.
-    #[error("correction {index} has no {name}")]
-    Unnamed {
-        /// The correction at fault.
-        index: usize,
-        /// Name of the empty variable.
-        name: &'static str,
-    },
-    /// Two corrections with the same identifier.
-    #[error("corrections {first} and {second} have the same identifier {identifier}")]
-    Repeated {
-        /// The earlier of the two.
-        first: usize,
-        /// The later of the two.
-        second: usize,
-        /// The identifier.
-        identifier: String,
-    },
-}
-
 /// Columns, in the order of the standard's table; units stand where a variable has them as its
 /// property.
 pub const COLUMNS: [&str; 10] = [
@@ -195,7 +147,7 @@ pub const COLUMNS: [&str; 10] = [
 /// Writes a list of corrections: a header, then one line each with CRLF (RFC 4180). The columns of
 /// the standard are followed by those of `about`, names with values, which identify what the
 /// corrections are for.
-pub fn write_csv(corrections: &[Correction], about: &[(&str, String)]) -> Result<String, CorrectionFault> {
+pub fn write_csv(corrections: &[Correction], about: &[(&str, String)]) -> Result<String, Faults> {
     check(corrections)?;
     let names = COLUMNS.iter().copied().chain(about.iter().map(|(name, _)| *name));
     let mut out = names.collect::<Vec<_>>().join(",");
@@ -225,38 +177,50 @@ pub fn write_csv(corrections: &[Correction], about: &[(&str, String)]) -> Result
     Ok(out)
 }
 
-/// Whether every correction is one by the standard: named, with a value, with limits in their
-/// order.
-pub fn check(corrections: &[Correction]) -> Result<(), CorrectionFault> {
+/// Refuses what is no correction by the standard: named, with a value, with limits in their order.
+pub fn check(corrections: &[Correction]) -> Result<(), Faults> {
     let mut seen = std::collections::HashMap::with_capacity(corrections.len());
     for (index, correction) in corrections.iter().enumerate() {
         for (name, text) in [("identifier", &correction.identifier), ("characteristic", &correction.characteristic)] {
             if text.trim().is_empty() {
-                return Err(CorrectionFault::Unnamed { index, name });
+                return Err(Faults::one(
+                    format_args!("[{index}].{name}"),
+                    format_args!("correction {index} has no {name}"),
+                ));
             }
         }
         if let Some(first) = seen.insert(correction.identifier.as_str(), index) {
-            let identifier = correction.identifier.clone();
-            return Err(CorrectionFault::Repeated { first, second: index, identifier });
+            let identifier = &correction.identifier;
+            return Err(Faults::one(
+                format_args!("[{index}].identifier"),
+                format_args!("corrections {first} and {index} have the same identifier {identifier}"),
+            ));
         }
         let values = [
-            ("the relative value", correction.relative),
-            ("the absolute value", correction.absolute),
-            ("the upper limit", correction.upper_limit),
-            ("the lower limit", correction.lower_limit),
+            ("relative", "the relative value", correction.relative),
+            ("absolute", "the absolute value", correction.absolute),
+            ("upper_limit", "the upper limit", correction.upper_limit),
+            ("lower_limit", "the lower limit", correction.lower_limit),
         ];
-        for (name, value) in values {
+        for (field, name, value) in values {
             if let Some(value) = value.filter(|value| !value.is_finite()) {
-                return Err(CorrectionFault::NotFinite { index, name, value });
+                return Err(Faults::one(
+                    format_args!("[{index}].{field}"),
+                    format_args!("correction {index}: {name} is {value}, no finite number"),
+                ));
             }
         }
         if correction.relative.is_none() && correction.absolute.is_none() {
-            return Err(CorrectionFault::NoValue { index });
+            let message = format_args!("correction {index} has neither an absolute nor a relative value");
+            return Err(Faults::one(format_args!("[{index}]"), message));
         }
         if let (Some(lower), Some(upper)) = (correction.lower_limit, correction.upper_limit)
             && lower > upper
         {
-            return Err(CorrectionFault::Limits { index, lower, upper });
+            return Err(Faults::one(
+                format_args!("[{index}].lower_limit"),
+                format_args!("correction {index}: the lower limit {lower} lies above the upper one, {upper}"),
+            ));
         }
     }
     Ok(())

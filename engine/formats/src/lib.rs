@@ -14,7 +14,7 @@
 mod archive;
 mod axis;
 pub mod cad;
-pub mod fault;
+mod export;
 pub mod fe_mesh;
 pub mod file_error;
 pub mod gear_facts;
@@ -43,7 +43,6 @@ pub mod vtk;
 
 pub use archive::MOST_UNPACKED;
 pub use cad::{CadShape, NamedShape};
-pub use fault::ExportFault;
 pub use file_error::{FileError, FilePosition};
 pub use gear_facts::{Datum, Difference, GearFacts};
 pub use gear_file::GearFile;

@@ -3,7 +3,7 @@
 use std::{io::Write as _, sync::Arc};
 
 use super::{
-    fault::ExportFault,
+    export::nothing,
     label::{Label, SYSTEM},
     number::real,
     pieces::Pieces,
@@ -11,7 +11,7 @@ use super::{
     text::ascii,
 };
 use flankfit_geometry::space::Vector;
-use flankfit_numerics::cancel::Asking;
+use flankfit_numerics::{cancel::Asking, check::Faults};
 
 /// A mesh and its name in the file.
 #[derive(Clone, Debug)]
@@ -55,9 +55,9 @@ pub struct NamedLine<'a> {
 /// assert_eq!((count("v "), count("f ")), (12, 6));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub fn write(meshes: &[NamedMesh], lines: &[NamedLine], label: &Label) -> Result<Pieces, ExportFault> {
+pub fn write(meshes: &[NamedMesh], lines: &[NamedLine], label: &Label) -> Result<Pieces, Faults> {
     if meshes.is_empty() && lines.is_empty() {
-        return Err(ExportFault::Nothing);
+        return Err(nothing());
     }
     let (title, written) = (ascii(&label.name), label.written_at.iso_8601());
     let mut file = Pieces::new().text(format!("# {title}\n# {SYSTEM}, {written}, lengths in mm\n"));

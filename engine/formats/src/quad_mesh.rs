@@ -5,15 +5,12 @@
 
 use std::collections::HashMap;
 
-use super::{
-    fault::ExportFault,
-    sampling::{self, SurfaceSample},
-};
+use super::sampling::{self, SurfaceSample, no_place, no_tolerance};
 use flankfit_geometry::{
     space::Vector,
     surface::{LocalGeometry, Surface},
 };
-use flankfit_numerics::cancel::Asking;
+use flankfit_numerics::{cancel::Asking, check::Faults};
 
 /// Nodes and the faces between them.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -87,7 +84,7 @@ impl Apart {
     }
 
     /// The nodes of each surface where `intervals` parts of each of its patches meet.
-    fn of_each(surfaces: &[&dyn Surface], intervals: [usize; 2], with_normals: bool) -> Result<Self, ExportFault> {
+    fn of_each(surfaces: &[&dyn Surface], intervals: [usize; 2], with_normals: bool) -> Result<Self, Faults> {
         let count = sampling::counted(surfaces, intervals)?;
         let mut apart = Apart::default();
         apart.nodes.reserve_exact(count);
@@ -100,7 +97,7 @@ impl Apart {
             for (u, v) in us.iter().flat_map(|u| vs.iter().map(move |v| (*u, *v))).asking(1000) {
                 let LocalGeometry { point, normal, .. } = LocalGeometry::at(*surface, u, v);
                 if !point.iter().all(|x| x.is_finite()) {
-                    return Err(ExportFault::NoPlace { at: [u, v] });
+                    return Err(no_place([u, v]));
                 }
                 apart.nodes.push(point);
                 if with_normals {
@@ -169,7 +166,7 @@ impl QuadMesh {
     /// joined another. A quadrilateral on a side without length so becomes a triangle; a face
     /// without area is left out. Neighbours must be sampled alike along their common border, else
     /// nodes of one stand between those of the other.
-    pub fn joined(samples: &[SurfaceSample], tolerance: f64) -> Result<Self, ExportFault> {
+    pub fn joined(samples: &[SurfaceSample], tolerance: f64) -> Result<Self, Faults> {
         check_tolerance(tolerance)?;
         Ok(Self::join(Apart::of(samples), tolerance))
     }
@@ -180,13 +177,13 @@ impl QuadMesh {
         intervals: [usize; 2],
         tolerance: f64,
         with_normals: bool,
-    ) -> Result<Self, ExportFault> {
+    ) -> Result<Self, Faults> {
         check_tolerance(tolerance)?;
         Ok(Self::join(Apart::of_each(surfaces, intervals, with_normals)?, tolerance))
     }
 
     /// Bytes that such a mesh takes, at most.
-    pub fn bytes(surfaces: &[&dyn Surface], intervals: [usize; 2], with_normals: bool) -> Result<usize, ExportFault> {
+    pub fn bytes(surfaces: &[&dyn Surface], intervals: [usize; 2], with_normals: bool) -> Result<usize, Faults> {
         let vectors = if with_normals { 2 } else { 1 };
         let node = vectors * size_of::<Vector>() + size_of::<Face>() + size_of::<u32>();
         Ok(node * sampling::counted(surfaces, intervals)?)
@@ -222,8 +219,8 @@ impl QuadMesh {
     }
 }
 
-fn check_tolerance(tolerance: f64) -> Result<(), ExportFault> {
-    if tolerance >= 0.0 && tolerance.is_finite() { Ok(()) } else { Err(ExportFault::Tolerance { tolerance }) }
+fn check_tolerance(tolerance: f64) -> Result<(), Faults> {
+    if tolerance >= 0.0 && tolerance.is_finite() { Ok(()) } else { Err(no_tolerance(tolerance)) }
 }
 
 /// The nodes that stand on the border of their sample.

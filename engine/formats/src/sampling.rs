@@ -2,13 +2,16 @@
 
 use std::{cmp::Ordering, collections::BinaryHeap};
 
-use super::fault::ExportFault;
 use flankfit_geometry::{
     curve::Curve,
     space::Vector,
     surface::{LocalGeometry, Surface},
 };
-use flankfit_numerics::cancel::{self, Asking};
+use flankfit_numerics::{
+    cancel::{self, Asking},
+    check::Faults,
+    fault::words::Shown,
+};
 
 /// More nodes than this are refused for one surface.
 pub const MOST_NODES: usize = 4_000_000;
@@ -31,11 +34,11 @@ pub struct SurfaceSample {
 impl SurfaceSample {
     /// Places and unit normals at all pairs of `us` and `vs`, each ascending with at least two
     /// values.
-    pub fn new(surface: &dyn Surface, us: &[f64], vs: &[f64]) -> Result<Self, ExportFault> {
+    pub fn new(surface: &dyn Surface, us: &[f64], vs: &[f64]) -> Result<Self, Faults> {
         check(us, vs)?;
         let wanted = us.len().saturating_mul(vs.len());
         if wanted > MOST_NODES {
-            return Err(ExportFault::TooManyNodes { wanted, most: MOST_NODES });
+            return Err(too_many(wanted));
         }
         let mut sample = SurfaceSample {
             parameters: [us.to_vec(), vs.to_vec()],
@@ -46,7 +49,7 @@ impl SurfaceSample {
         for (u, v) in us.iter().flat_map(|u| vs.iter().map(move |v| (*u, *v))).asking(1000) {
             let LocalGeometry { point, normal, differential } = LocalGeometry::at(surface, u, v);
             if !point.iter().all(|x| x.is_finite()) {
-                return Err(ExportFault::NoPlace { at: [u, v] });
+                return Err(no_place([u, v]));
             }
             sample.nodes.push(point);
             sample.normals.push(normal);
@@ -57,19 +60,19 @@ impl SurfaceSample {
     }
 
     /// `intervals` along u and v for every patch between the surface's breaks.
-    pub fn by_patches(surface: &dyn Surface, intervals: [usize; 2]) -> Result<Self, ExportFault> {
+    pub fn by_patches(surface: &dyn Surface, intervals: [usize; 2]) -> Result<Self, Faults> {
         counted(&[surface], intervals)?;
         Self::of_counted(surface, intervals)
     }
 
     /// The same for surfaces that make one mesh, one sample each; all of their nodes together are
     /// counted before the first is made.
-    pub fn of_each(surfaces: &[&dyn Surface], intervals: [usize; 2]) -> Result<Vec<Self>, ExportFault> {
+    pub fn of_each(surfaces: &[&dyn Surface], intervals: [usize; 2]) -> Result<Vec<Self>, Faults> {
         counted(surfaces, intervals)?;
         surfaces.iter().map(|surface| Self::of_counted(*surface, intervals)).collect()
     }
 
-    fn of_counted(surface: &dyn Surface, intervals: [usize; 2]) -> Result<Self, ExportFault> {
+    fn of_counted(surface: &dyn Surface, intervals: [usize; 2]) -> Result<Self, Faults> {
         let [us, vs] = surface.breaks();
         Self::new(surface, &between(&us, intervals[0]), &between(&vs, intervals[1]))
     }
@@ -103,28 +106,47 @@ impl SurfaceSample {
 }
 
 /// Refuses parameters that do not ascend, or are fewer than two.
-pub(super) fn check(us: &[f64], vs: &[f64]) -> Result<(), ExportFault> {
+pub(super) fn check(us: &[f64], vs: &[f64]) -> Result<(), Faults> {
     for values in [us, vs] {
         if values.len() < 2 {
-            return Err(ExportFault::FewParameters { given: values.len() });
+            let given = values.len();
+            let message = format_args!("{given} parameters along one direction make no faces; at least 2 are needed");
+            return Err(Faults::one("", message));
         }
         if let Some(i) = (1..values.len()).find(|i| !(values[i - 1] < values[*i])) {
-            return Err(ExportFault::Descending { index: i, value: values[i], before: values[i - 1] });
+            let [before, value] = [values[i - 1], values[i]].map(Shown);
+            let message = format_args!("parameter {i} ({value}) does not lie above the one before it ({before})");
+            return Err(Faults::one("", message));
         }
     }
     Ok(())
 }
 
+fn too_many(wanted: usize) -> Faults {
+    Faults::one("samples[0]", format_args!("{wanted} nodes are more than {MOST_NODES}"))
+}
+
+/// Refuses a point beyond the range of a double at parameters (u, v).
+pub(super) fn no_place(at: [f64; 2]) -> Faults {
+    Faults::one("", format_args!("the place at the parameters {at:?} leaves the range of doubles"))
+}
+
+/// Refuses a tolerance that nodes cannot be compared by.
+pub(super) fn no_tolerance(tolerance: f64) -> Faults {
+    let tolerance = Shown(tolerance);
+    Faults::one("tolerance", format_args!("the tolerance {tolerance} is not a length that nodes can be compared by"))
+}
+
 /// How many nodes there are in all; refuses more than [`MOST_NODES`], before there is any list of
 /// that length.
-pub(super) fn counted(surfaces: &[&dyn Surface], intervals: [usize; 2]) -> Result<usize, ExportFault> {
+pub(super) fn counted(surfaces: &[&dyn Surface], intervals: [usize; 2]) -> Result<usize, Faults> {
     let nodes = |surface: &dyn Surface| {
         let [us, vs] = surface.breaks().map(|breaks| breaks.len().saturating_sub(1));
         let along = |pieces: usize, steps: usize| pieces.saturating_mul(steps.max(1)).saturating_add(1);
         along(us, intervals[0]).saturating_mul(along(vs, intervals[1]))
     };
     let wanted = surfaces.iter().fold(0usize, |sum, surface| sum.saturating_add(nodes(*surface)));
-    if wanted > MOST_NODES { Err(ExportFault::TooManyNodes { wanted, most: MOST_NODES }) } else { Ok(wanted) }
+    if wanted > MOST_NODES { Err(too_many(wanted)) } else { Ok(wanted) }
 }
 
 /// `intervals` equal steps (at least one) from each value to the next; the values given are met
@@ -152,9 +174,9 @@ pub fn between(values: &[f64], intervals: usize) -> Vec<f64> {
 /// Breaks are always among them. The chord that strays most is halved first; a tolerance that takes
 /// more than a million chords, or lies below the rounding of the places, is refused with what was
 /// reached.
-pub fn curve_parameters(curve: &dyn Curve, tolerance: f64) -> Result<Vec<f64>, ExportFault> {
+pub fn curve_parameters(curve: &dyn Curve, tolerance: f64) -> Result<Vec<f64>, Faults> {
     if !(tolerance > 0.0) {
-        return Err(ExportFault::Tolerance { tolerance });
+        return Err(no_tolerance(tolerance));
     }
     let breaks = curve.breaks();
     let chord = |a: f64, b: f64| Chord { ends: [a, b], strays: sagitta(curve, a, b) };
@@ -165,17 +187,25 @@ pub fn curve_parameters(curve: &dyn Curve, tolerance: f64) -> Result<Vec<f64>, E
         waiting.extend([chord(pair[0], middle), chord(middle, pair[1])]);
     }
     if waiting.len() > MOST_CHORDS {
-        return Err(ExportFault::TooManyNodes { wanted: waiting.len(), most: MOST_CHORDS });
+        let wanted = waiting.len();
+        return Err(Faults::one("tolerance", format_args!("{wanted} nodes are more than {MOST_CHORDS}")));
     }
     let many = MANY_CHORDS.max(waiting.len());
     while let Some(worst) = waiting.peek().copied().filter(|worst| !(worst.strays <= tolerance)) {
         let [a, b] = worst.ends;
         let middle = a + (b - a) / 2.0;
         if !worst.strays.is_finite() {
-            return Err(ExportFault::NoPlace { at: [middle, 0.0] });
+            return Err(no_place([middle, 0.0]));
         }
         if waiting.len() == MOST_CHORDS || !(a < middle && middle < b) {
-            return Err(ExportFault::Chords { tolerance, reached: worst.strays });
+            let [tolerance, reached] = [tolerance, worst.strays].map(Shown);
+            return Err(Faults::one(
+                "tolerance",
+                format_args!(
+                    "chords come no nearer than {reached} to the curve within a million of them and the rounding of \
+                     its places, not {tolerance}"
+                ),
+            ));
         }
         cancel::checkpoint();
         if waiting.len() == many {
@@ -231,10 +261,10 @@ fn sagitta(curve: &dyn Curve, a: f64, b: f64) -> f64 {
 }
 
 /// Places of a curve.
-pub fn curve_nodes(curve: &dyn Curve, parameters: &[f64]) -> Result<Vec<Vector>, ExportFault> {
+pub fn curve_nodes(curve: &dyn Curve, parameters: &[f64]) -> Result<Vec<Vector>, Faults> {
     let place = |t: &f64| {
         let place = curve.place(*t)[0];
-        if place.iter().all(|x| x.is_finite()) { Ok(place) } else { Err(ExportFault::NoPlace { at: [*t, 0.0] }) }
+        if place.iter().all(|x| x.is_finite()) { Ok(place) } else { Err(no_place([*t, 0.0])) }
     };
     parameters.iter().map(place).collect()
 }
@@ -267,25 +297,21 @@ mod tests {
     #[test]
     fn refusals_carry_numbers() {
         let surface = wedge();
-        assert_eq!(SurfaceSample::new(&surface, &[0.0], &[0.0, 1.0]), Err(ExportFault::FewParameters { given: 1 }));
-        assert_eq!(
-            SurfaceSample::new(&surface, &[0.0, 1.0], &[0.0, 0.5, 0.5]),
-            Err(ExportFault::Descending { index: 2, value: 0.5, before: 0.5 })
-        );
-        assert_eq!(
-            SurfaceSample::by_patches(&surface, [MOST_NODES, 1]),
-            Err(ExportFault::TooManyNodes { wanted: 2 * (MOST_NODES + 1), most: MOST_NODES })
-        );
+        let refused = |us: &[f64]| SurfaceSample::new(&surface, us, &[0.0, 1.0]).unwrap_err().to_string();
+        assert!(refused(&[0.0]).starts_with("1 parameters along one direction make no faces"));
+        assert_eq!(refused(&[0.0, 0.5, 0.5]), "parameter 2 (0.5) does not lie above the one before it (0.5)");
+        assert_eq!(SurfaceSample::by_patches(&surface, [MOST_NODES, 1]), Err(too_many(2 * (MOST_NODES + 1))));
         // refused before any list of that length is made
         for intervals in [[10_000_000_000, 1], [1 << 62, 2], [usize::MAX; 2]] {
             let refused = SurfaceSample::by_patches(&surface, intervals);
-            assert!(matches!(refused, Err(ExportFault::TooManyNodes { .. })), "{intervals:?}");
+            let refused = refused.unwrap_err();
+            assert_eq!(refused.list()[0].path, "samples[0]", "{refused}");
         }
         // all patches of a mesh count together
         let patches: [&dyn Surface; 5] = [&surface; 5];
         let wanted = 5 * 1001 * 1001;
         let refused = SurfaceSample::of_each(&patches, [1000, 1000]);
-        assert_eq!(refused, Err(ExportFault::TooManyNodes { wanted, most: MOST_NODES }));
+        assert_eq!(refused, Err(too_many(wanted)));
         assert_eq!(SurfaceSample::of_each(&patches, [2, 3]).unwrap().len(), 5);
     }
 
@@ -300,13 +326,16 @@ mod tests {
         for pair in nodes.windows(2) {
             assert!(10.0 - ((pair[0] + pair[1]) / 2.0).norm() < 1.01e-3);
         }
-        assert_eq!(curve_parameters(&arc, 0.0), Err(ExportFault::Tolerance { tolerance: 0.0 }));
+        assert_eq!(curve_parameters(&arc, 0.0), Err(no_tolerance(0.0)));
         // 2.05e-8 was reached where no more than 12 halvings were made
         let fine = curve_nodes(&arc, &curve_parameters(&arc, 1e-10).unwrap()).unwrap();
         assert!(fine.windows(2).all(|pair| 10.0 - ((pair[0] + pair[1]) / 2.0).norm() < 1.01e-10));
         // a tolerance below rounding is refused, in bounded time
-        let Err(ExportFault::Chords { tolerance, reached }) = curve_parameters(&arc, 1e-30) else { panic!() };
-        assert!(tolerance == 1e-30 && reached > 1e-30 && reached < 1e-10, "{reached}");
+        let refused = curve_parameters(&arc, 1e-30).unwrap_err().to_string();
+        assert!(refused.ends_with("the rounding of its places, not 1e-30"), "{refused}");
+        let words = refused.strip_prefix("tolerance: chords come no nearer than ").unwrap();
+        let reached: f64 = words.split(' ').next().unwrap().parse().unwrap();
+        assert!(reached > 1e-30 && reached < 1e-10, "{reached}");
     }
 
     #[test]

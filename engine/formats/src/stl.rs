@@ -7,7 +7,7 @@
 use std::{io::Write as _, sync::Arc};
 
 use super::{
-    fault::ExportFault,
+    export::{node_range, nothing, too_long},
     label::{Label, SYSTEM},
     number::real,
     pieces::Pieces,
@@ -15,7 +15,7 @@ use super::{
     text::ascii,
 };
 use flankfit_geometry::space::Vector;
-use flankfit_numerics::cancel::Asking;
+use flankfit_numerics::{cancel::Asking, check::Faults};
 
 /// The text form; numbers come back to the last bit.
 ///
@@ -38,9 +38,9 @@ use flankfit_numerics::cancel::Asking;
 /// assert_eq!(file.matches("facet normal").count(), 2);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub fn ascii_file(mesh: Arc<QuadMesh>, label: &Label) -> Result<Pieces, ExportFault> {
+pub fn ascii_file(mesh: Arc<QuadMesh>, label: &Label) -> Result<Pieces, Faults> {
     if !mesh.faces().iter().asking(100).any(|face| triangles(&mesh, face, |x| x).next().is_some()) {
-        return Err(ExportFault::Nothing);
+        return Err(nothing());
     }
     let name = ascii(&label.name);
     let row = |v: &Vector| format!("{} {} {}", real(v.x), real(v.y), real(v.z));
@@ -60,18 +60,18 @@ pub fn ascii_file(mesh: Arc<QuadMesh>, label: &Label) -> Result<Pieces, ExportFa
 
 /// The binary form: a header of 80 bytes, the number of triangles, and 50 bytes of single precision
 /// for each.
-pub fn binary_file(mesh: Arc<QuadMesh>, label: &Label) -> Result<Pieces, ExportFault> {
+pub fn binary_file(mesh: Arc<QuadMesh>, label: &Label) -> Result<Pieces, Faults> {
     let single = |x: f64| f64::from(x as f32);
     if let Some(index) = mesh.nodes().iter().position(|p| p.iter().any(|x| !single(*x).is_finite())) {
-        return Err(ExportFault::NodeRange { index });
+        return Err(Faults::one("", node_range(index)));
     }
     let count = |face| triangles(&mesh, face, single).count();
     let triangle_count: usize = mesh.faces().iter().asking(100).map(count).sum();
     if triangle_count == 0 {
-        return Err(ExportFault::Nothing);
+        return Err(nothing());
     }
     let written = u32::try_from(triangle_count)
-        .map_err(|_| ExportFault::TooLong { lines: triangle_count, most: u32::MAX as usize })?;
+        .map_err(|_| Faults::one("samples", too_long(triangle_count, u32::MAX as usize)))?;
     // readers take a file that begins with "solid" for text
     let mut header = format!("{SYSTEM} mm {}", ascii(&label.name)).into_bytes();
     header.resize(80, b' ');

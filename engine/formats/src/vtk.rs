@@ -8,7 +8,7 @@
 use std::{io::Write as _, sync::Arc};
 
 use super::{
-    fault::ExportFault,
+    export::nothing,
     label::{Label, SYSTEM},
     number::real,
     obj::{NamedLine, NamedMesh},
@@ -17,7 +17,7 @@ use super::{
     text::ascii,
 };
 use flankfit_geometry::space::Vector;
-use flankfit_numerics::cancel::Asking;
+use flankfit_numerics::{cancel::Asking, check::Faults};
 
 /// A number for each node of a sample, in the order of its nodes.
 #[derive(Clone, Copy, Debug)]
@@ -51,15 +51,16 @@ const TITLE: usize = 255;
 /// assert!(file.contains("STRUCTURED_GRID") && file.contains("POINTS 6 double"));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub fn structured_grid(sample: &SurfaceSample, fields: &[PointField], label: &Label) -> Result<Pieces, ExportFault> {
+pub fn structured_grid(sample: &SurfaceSample, fields: &[PointField], label: &Label) -> Result<Pieces, Faults> {
     let [m, n] = sample.size();
     for PointField { name, values } in fields {
-        let name = || (*name).to_owned();
-        if values.len() != m * n {
-            return Err(ExportFault::FieldLength { name: name(), given: values.len(), wanted: m * n });
+        let (given, wanted) = (values.len(), m * n);
+        if given != wanted {
+            let message = format_args!("the field {name} has {given} values for {wanted} nodes");
+            return Err(Faults::one("fields", message));
         }
         if let Some(index) = values.iter().position(|x| !x.is_finite()) {
-            return Err(ExportFault::FieldValue { name: name(), index });
+            return Err(Faults::one("fields", format_args!("value {index} of the field {name} is not finite")));
         }
     }
     let u_fastest = || (0..n).flat_map(|j| (0..m).map(move |i| i * n + j));
@@ -88,11 +89,11 @@ pub fn structured_grid(sample: &SurfaceSample, fields: &[PointField], label: &La
 }
 
 /// Meshes and lines together.
-pub fn poly_data(meshes: &[NamedMesh], lines: &[NamedLine], label: &Label) -> Result<Pieces, ExportFault> {
+pub fn poly_data(meshes: &[NamedMesh], lines: &[NamedLine], label: &Label) -> Result<Pieces, Faults> {
     let nodes = |of: &NamedMesh| of.mesh.nodes().len();
     let count: usize = meshes.iter().map(nodes).chain(lines.iter().map(|line| line.points.len())).sum();
     if count == 0 {
-        return Err(ExportFault::Nothing);
+        return Err(nothing());
     }
     let mut file = Pieces::new().text(format!("{}POINTS {count} double\n", head(label, "POLYDATA")));
     for of in meshes {

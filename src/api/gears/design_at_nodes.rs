@@ -17,10 +17,7 @@ use crate::{
     },
     jobs::{Job, Measurand},
 };
-use flankfit_engine::{
-    estimation::Nodes,
-    gear::correction::{Flank, flank::DesignRefused},
-};
+use flankfit_engine::{estimation::Nodes, gear::correction::Flank};
 
 /// The deviations of a flank that is made as designed.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
@@ -51,12 +48,8 @@ pub fn at_nodes(job: &Job, measurand: &Measurand, nodes: &Nodes) -> Result<Desig
     let ranges = iteration_nodes::ranges(nodes, &places, &gear);
     let design = design.on(&gear, side, "").map_err(|faults| refused(first(&faults)))?;
     let flank = Flank { gear, side, places, ranges, traces: None, terms: requirements.figure_terms() };
-    let deviation_um = flank.designed(&design).map_err(|why| {
-        let why = match why {
-            DesignRefused::Range(found) => first(&Faults::at("", &found)),
-            DesignRefused::Law(found) => first(&Faults::at("", &found)),
-        };
-        refused(format!("the job's design is impossible on this flank: {why}"))
-    })?;
+    let deviation_um = flank
+        .designed(&design)
+        .map_err(|found| refused(format!("the job's design is impossible on this flank: {}", first(&found.into()))))?;
     Ok(DesignAtNodesBody { deviation_um })
 }

@@ -181,7 +181,7 @@ impl OfFlank {
         // a class of which there is nothing bounds nothing
         let refused = flank.as_ref().zip(self.requirements.tolerance_limits);
         let refused = refused.and_then(|(flank, limits)| limits.of(flank.side).class_refused(flank.gear, true));
-        warnings.extend(refused.as_ref().map(class_left_aside));
+        warnings.extend(refused.as_deref().map(class_left_aside));
         Some(Asked { of: self, nodes, flank, over_roll_lengths: over_roll_lengths.flatten(), warnings })
     }
 

@@ -9,7 +9,7 @@ use flankfit_engine::gear::{
     Gear, Modifications, Side,
     correction::flank::Design,
     evaluation::flank_surface::FlankFigures,
-    modification::{Range, fault::MOST},
+    modification::{MOST, Range},
 };
 
 /// Declares figures of a design, followed by further members.
@@ -176,10 +176,10 @@ impl DesignBody {
                 let helix = design.helix.or(whole.map(|range| range.helix()));
                 let (Some(profile), Some(helix)) = (profile, helix) else { return };
                 match Range::of_roll_lengths(gear, profile, helix) {
-                    Err(found) => faults.append(Faults::at(at, &found)),
+                    Err(found) => faults.append(Faults::of_engine(at, &found)),
                     Ok(range) => {
                         if let Err(found) = Modifications::new(gear, range, design.modifications) {
-                            faults.append(Faults::at(&format!("{at}/modifications"), &found));
+                            faults.append(Faults::of_engine(&format!("{at}/modifications"), &found));
                         }
                     }
                 }

@@ -6,14 +6,10 @@ use utoipa::ToSchema;
 
 use super::notice::NoticeBody;
 use crate::{
-    api::{
-        faults::{Faults, Field},
-        json::present::present,
-        problem::Problem,
-    },
+    api::{faults::Faults, json::present::present, problem::Problem},
     jobs::Job,
 };
-use flankfit_engine::gear::{Gear, GearData, GearField, Hand, Tool, data::DEDENDUM};
+use flankfit_engine::gear::{Gear, GearData, Hand, Tool, check, data::DEDENDUM};
 
 /// An involute gear, in the usual terms of DIN 3960 / ISO 21771.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -107,7 +103,7 @@ impl GearBody {
                 protuberance: tool.protuberance_mm.unwrap_or(0.0),
             }),
         };
-        Gear::new(data).map_err(|faults| Faults::at(at, &faults))
+        Gear::new(data).map_err(|faults| Faults::of_engine(at, &faults))
     }
 }
 
@@ -143,45 +139,42 @@ pub struct GearToolBody {
     pub protuberance_mm: Option<f64>,
 }
 
+// The engine's checks of single numbers, so that these are told with all other faults of the reading.
+
 fn teeth<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u32, D::Error> {
     let teeth = u32::deserialize(deserializer)?;
-    checked(GearField::Teeth, f64::from(teeth))?;
+    check::teeth(f64::from(teeth)).map_err(D::Error::custom)?;
     Ok(teeth)
 }
 
 fn normal_module<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
     let module = f64::deserialize(deserializer)?;
-    checked(GearField::NormalModule, module)?;
+    check::length(module).map_err(D::Error::custom)?;
     Ok(module)
 }
 
-/// Optional numbers, each with its field and what the engine takes it for.
+/// Optional numbers, each with its check.
 macro_rules! optional {
-    ($($name:ident => $field:ident, $taken:expr;)*) => {$(
+    ($($name:ident => $check:expr;)*) => {$(
         fn $name<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f64>, D::Error> {
             let value = f64::deserialize(deserializer)?;
-            let taken: fn(f64) -> f64 = $taken;
-            checked(GearField::$field, taken(value))?;
+            let check: fn(f64) -> Result<(), String> = $check;
+            check(value).map_err(D::Error::custom)?;
             Ok(Some(value))
         }
     )*};
 }
 
 optional! {
-    pressure_angle => PressureAngle, f64::to_radians;
-    helix_angle => HelixAngle, |angle| angle.abs().to_radians();
-    profile_shift => ProfileShift, |value| value;
-    face_width => FaceWidth, |value| value;
-    tip_diameter => TipDiameter, |value| value;
-    root_diameter => RootDiameter, |value| value;
-    tip_radius => ToolTipRadius, |value| value;
-    addendum_factor => ToolAddendum, |value| value;
-    protuberance => ToolProtuberance, |value| value;
-}
-
-/// The engine's check of a single number, so that it is told with all other faults of the reading.
-fn checked<E: Error>(field: GearField, value: f64) -> Result<(), E> {
-    field.check(value).map_err(|reason| E::custom(field.detail(&reason)))
+    pressure_angle => |degrees| check::pressure_angle(degrees.to_radians());
+    helix_angle => |degrees| check::helix_angle(degrees.abs().to_radians());
+    profile_shift => check::profile_shift;
+    face_width => check::length;
+    tip_diameter => check::length;
+    root_diameter => check::length;
+    tip_radius => check::tool_part;
+    addendum_factor => check::tool_part;
+    protuberance => check::tool_part;
 }
 
 #[cfg(test)]

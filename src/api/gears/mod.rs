@@ -5,7 +5,6 @@ pub mod design;
 pub mod design_at_nodes;
 pub mod deviations;
 pub mod evaluation;
-pub mod faults;
 pub mod figure_limits;
 pub mod files;
 pub mod fit_figures;

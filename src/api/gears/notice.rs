@@ -4,13 +4,12 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use crate::api::{
-    faults::Field,
+    faults::pointer_of,
     params::{Params, quantity},
 };
 use flankfit_engine::gear::{
     evaluation::{
         Warning,
-        fault::PitchField,
         warning::{PitchWarning, RunoutWarning, SurfaceFigure, SurfaceWarning, TOO_FEW, helices_turned, undetermined},
     },
     geometry,
@@ -41,7 +40,7 @@ pub struct NoticeBody {
 
 impl From<&Warning> for NoticeBody {
     fn from(warning: &Warning) -> Self {
-        let pointer = warning.field().map(|field| field.pointer());
+        let pointer = warning.path().map(|path| pointer_of(&path));
         let params = Params::from(warning).some();
         NoticeBody { pointer, params, ..NoticeBody::new(warning.code(), &sentence(warning)) }
     }
@@ -65,19 +64,19 @@ impl From<&RunoutWarning> for NoticeBody {
 
 impl From<&SurfaceWarning> for NoticeBody {
     fn from(warning: &SurfaceWarning) -> Self {
-        let (pointer, params) = (Some(warning.field().pointer()), Params::from(warning).some());
+        let (pointer, params) = (Some(pointer_of(warning.path())), Params::from(warning).some());
         NoticeBody { pointer, params, ..NoticeBody::new(warning.code(), warning) }
     }
 }
 
 impl NoticeBody {
-    /// A warning about pitches, with the place in the request that its field stands at.
-    pub fn of_pitch(warning: &PitchWarning, place: impl Fn(&PitchField) -> String) -> Self {
+    /// A warning about pitches, with the place in the request of what was measured.
+    pub fn of_pitch(warning: &PitchWarning, measured: &str) -> Self {
         let message = match warning {
             PitchWarning::OutsideTheStandard(out) => format!("no classes: {}", out_of_scope(out)),
             other => other.to_string(),
         };
-        let pointer = warning.field().as_ref().map(place);
+        let pointer = warning.is_of_measured().then(|| measured.to_owned());
         let params = Params::from(warning).some();
         NoticeBody { pointer, params, ..NoticeBody::new(warning.code(), &message) }
     }

@@ -15,11 +15,7 @@ use super::{
     notice::NoticeBody,
 };
 use crate::{api::faults::Faults, jobs::Job};
-use flankfit_engine::gear::{
-    Gear, Side,
-    evaluation::{fault::ToleranceReason, flank_surface::FigureTerms},
-    tolerance::Tolerances,
-};
+use flankfit_engine::gear::{Gear, Side, evaluation::flank_surface::FigureTerms, tolerance::Tolerances};
 
 /// What the flanks of a job must be like. Evaluations of its iterations are held against it unless
 /// they bring limits or bands of their own; what was answered keeps what it was held against.
@@ -117,7 +113,7 @@ impl RequirementsBody {
             limits.class = None;
         }
         *asked = Some(limits).filter(|limits| *limits != PitchLimitsBody::default());
-        refused.as_ref().map(class_left_aside)
+        refused.as_deref().map(class_left_aside)
     }
 
     /// Refuses requirements that are impossible for any gear, and a design that is impossible for
@@ -141,7 +137,7 @@ impl RequirementsBody {
 }
 
 /// What is said of a class that the job requires and that bounds nothing on the gear.
-pub fn class_left_aside(why: &ToleranceReason) -> NoticeBody {
+pub fn class_left_aside(why: &str) -> NoticeBody {
     aside(&format!("the class that the job requires: {why}"))
 }
 

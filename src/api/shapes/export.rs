@@ -23,15 +23,18 @@ use crate::api::{
 use flankfit_engine::{
     fault::words::Shown,
     formats::{
-        CadShape, ExportFault, Label, NamedLine, NamedMesh, NamedShape, QuadMesh, UtcTime, fe_mesh, iges, obj,
-        sampling, step, stl, vtk,
+        CadShape, Label, NamedLine, NamedMesh, NamedShape, QuadMesh, UtcTime, cad, fe_mesh, iges, obj, sampling, step,
+        stl, vtk,
     },
     geometry::{
         curve::{Curve, CurveShape},
         space::Vector,
         surface::{Surface, SurfaceShape},
     },
-    numerics::cancel::{self, Asking},
+    numerics::{
+        cancel::{self, Asking},
+        check,
+    },
 };
 
 pub use flankfit_engine::formats::Pieces;
@@ -176,7 +179,7 @@ fn write_curve(
 ) -> Result<Written, Problem> {
     let refused = |fault| refused("/curve")(fault);
     if matches!(format, CurveFormatName::Iges | CurveFormatName::Step) {
-        let spline = shape.to_b_spline().map_err(|_| refused(ExportFault::NotFinite { shape: 0 }))?;
+        let spline = shape.to_b_spline().map_err(|_| Problem::invalid(Faults::one("/curve", cad::not_finite(0))))?;
         // of a curve in the plane whose height is rational the degree is raised
         let raised = if spline.weights().is_some() { 2 } else { 1 };
         room(raised * spline.control_points().len() * CONTROL_POINT)?;
@@ -200,7 +203,7 @@ fn write_chain(
     format: CurveFormatName,
     name: &str,
     label: &Label,
-) -> Result<Written, ExportFault> {
+) -> Result<Written, check::Faults> {
     let line = |points: Vec<Vector>| NamedLine { name, points: points.into() };
     Ok(match format {
         CurveFormatName::Obj => ("obj", "model/obj", obj::write(&[], &[line(points)], label)?),
@@ -259,7 +262,9 @@ fn write_splines(
     for patch in patches {
         for part in patch.to_b_splines(tolerance) {
             if part.deviation > tolerance {
-                return Err(refused(ExportFault::Deviation { deviation: part.deviation, tolerance }));
+                let [deviation, tolerance] = [part.deviation, tolerance].map(Shown);
+                let detail = format!("no B-spline comes nearer than {deviation} to a patch, more than {tolerance}");
+                return Err(Problem::invalid(Faults::one("/tolerance", detail)));
             }
             // of heights that are rational both degrees are raised
             let raised = if part.surface.weights().is_some() { 4 } else { 1 };
@@ -281,7 +286,7 @@ fn write_mesh(
     format: SurfaceFormatName,
     name: &str,
     label: &Label,
-) -> Result<Written, ExportFault> {
+) -> Result<Written, check::Faults> {
     Ok(match format {
         SurfaceFormatName::Stl => ("stl", "model/stl", stl::binary_file(mesh, label)?),
         SurfaceFormatName::StlText => ("stl", "model/stl", stl::ascii_file(mesh, label)?),
@@ -326,18 +331,14 @@ pub(in crate::api) fn file_name(name: &str, ending: &str) -> String {
     format!("{}.{ending}", name.chars().take(80).map(plain).collect::<String>().trim_start_matches('.'))
 }
 
-fn refused(pointer: &'static str) -> impl Fn(ExportFault) -> Problem {
-    move |fault| {
-        let pointer = match &fault {
-            ExportFault::TooManyNodes { .. } if pointer == "/surface" => "/samples/0",
-            ExportFault::TooLong { .. } if pointer == "/surface" => "/samples",
-            ExportFault::Tolerance { .. }
-            | ExportFault::TooManyNodes { .. }
-            | ExportFault::Chords { .. }
-            | ExportFault::Deviation { .. } => "/tolerance",
-            _ => pointer,
-        };
-        Problem::invalid(Faults::one(pointer, fault.to_string()))
+/// A writer's refusal of the shape at `pointer`; samples are those of surfaces.
+fn refused(pointer: &'static str) -> impl Fn(check::Faults) -> Problem {
+    move |found| {
+        Problem::invalid(Faults::from(found).moved(|place| match place {
+            "/tolerance" => None,
+            "/samples" | "/samples/0" if pointer == "/surface" => None,
+            _ => Some(pointer.to_owned()),
+        }))
     }
 }
 

@@ -4,7 +4,6 @@
 use std::sync::Arc;
 
 use super::{
-    faults,
     request::ClosedLoopBody,
     result::{ClosedLoopRoundBody, ClosedLoopRunBody},
 };
@@ -31,7 +30,7 @@ use flankfit_engine::{
     },
     gear::{
         correction as gear_correction,
-        correction::{Correction, DEFAULT_RESPONSE_UNCERTAINTY, Damping, fault::CorrectionField},
+        correction::{Correction, DEFAULT_RESPONSE_UNCERTAINTY, Damping},
         simulation::{MachineSpec, Simulation, Strategy, closed_loop},
     },
     numerics::{cancel, check},
@@ -96,7 +95,7 @@ fn condition(machine: &MachineSpec) -> Result<Option<f64>, Problem> {
         damping: Damping::Given(Regularization::None),
         ..gear_correction::CorrectionSpec::new(vec![0.0; rows], machine.sensitivity.clone(), machine.settings.clone())
     };
-    let all = Correction::new(spec).map_err(|found| Problem::invalid(Faults::by(&found, faults::correction)))?;
+    let all = Correction::new(spec).map_err(|found| Problem::invalid(placed(found, 0)))?;
     let solution = all.solve().map_err(|error| Problem::of_fit(error, |_| "/matrix".to_owned()))?;
     Ok(solution.fit.spectrum.condition)
 }
@@ -112,6 +111,15 @@ fn place(number: usize) -> impl Fn(&str) -> String {
         _ if number > 0 => "/corrections".to_owned(),
         _ => pointer_of(path),
     }
+}
+
+/// A correction's faults by places in the request, where matrix and settings stand in no object of
+/// their own; `number` is how often the machine was corrected.
+fn placed(found: check::Faults, number: usize) -> Faults {
+    Faults::from(found).moved(|pointer| match number {
+        0 => pointer.strip_prefix("/sensitivity").map(str::to_owned),
+        _ => Some("/corrections".to_owned()),
+    })
 }
 
 fn simulate_run(
@@ -144,13 +152,7 @@ fn simulate_run(
             let spec = closed_loop::asked(&simulation, measured, strategy, uncertainty);
             let request = request(&machine, uncertainty, strategy);
             let refused = |error| Problem::of_fit(error, place(number));
-            let correction = Correction::new(spec).map_err(|found| {
-                let place = |field: &CorrectionField| match number {
-                    0 => faults::correction(field),
-                    _ => "/corrections".to_owned(),
-                };
-                Problem::invalid(Faults::by(&found, place))
-            })?;
+            let correction = Correction::new(spec).map_err(|found| Problem::invalid(placed(found, number)))?;
             let solution = correction.solve().map_err(refused)?;
             let changes: Vec<f64> = solution.settings.iter().map(|setting| setting.change).collect();
             simulation.apply(&changes).map_err(Problem::invalid)?;

@@ -2,7 +2,7 @@
 
 use super::mapping::{MappingBody, axis_unit};
 use crate::api::{
-    faults::Faults,
+    faults::{Faults, pointer_of},
     json::{
         error::ReadError,
         text::{SHORT, ShortText},
@@ -14,9 +14,7 @@ use flankfit_engine::{
     fault::words::{counted, listed},
     formats::{
         FileError, Table,
-        table::{
-            self, ColumnSpec, Decimal, HelixSign, Layout, Mapping, Meaning, NodeSet, TableFault, TableReason, Unit,
-        },
+        table::{self, ColumnSpec, HelixSign, Layout, Mapping, Meaning, NodeSet, TableFault, Unit},
     },
     gear::{Side, evaluation::OwnZeros},
 };
@@ -44,7 +42,7 @@ pub struct TableNodes {
 /// Reads a table; its faults are at `pointer`, those of the mapping at `/mapping`.
 pub fn table(bytes: &[u8], mapping: Option<&MappingBody>, pointer: &str) -> Result<Table, ReadError> {
     let mapping = mapping.map_or_else(Mapping::default, Mapping::from);
-    table::read(bytes, &mapping).map_err(|error| refusal_by(&error, &mapping, pointer))
+    table::read(bytes, &mapping).map_err(|error| refusal(&error, pointer))
 }
 
 /// The nodes of the only flank of a table, which its helix traces count as its profiles do.
@@ -143,15 +141,10 @@ pub fn is_in_micrometres(table: &Table) -> bool {
 
 /// What is said of a table that cannot be read: one sentence, then the first places.
 pub fn refusal(error: &FileError, pointer: &str) -> ReadError {
-    refusal_by(error, &Mapping::default(), pointer)
-}
-
-/// The same of a table that was read by a mapping.
-pub fn refusal_by(error: &FileError, mapping: &Mapping, pointer: &str) -> ReadError {
     let mut faults = Faults::default();
     match error {
         FileError::Table(fault) => {
-            let TableFault { reason, places } = &**fault;
+            let TableFault { path, message, places, .. } = &**fault;
             if let Some(place) = places.iter().find(|place| is_no_number(&place.found)) {
                 let detail = format!(
                     "Line {}, column {}: NaN and Infinity are no numbers of a table; leave the height empty where a \
@@ -160,38 +153,12 @@ pub fn refusal_by(error: &FileError, mapping: &Mapping, pointer: &str) -> ReadEr
                 );
                 return ReadError::Malformed { detail };
             }
-            let (at, detail) = match in_mapping(reason, mapping) {
-                Some((at, addition)) => (at, format!("{reason}{addition}")),
-                None => (pointer.to_owned(), reason.to_string()),
-            };
-            faults.push(at, detail);
+            faults.push(path.as_deref().map_or_else(|| pointer.to_owned(), pointer_of), message);
             places.iter().for_each(|place| faults.push(pointer, place.to_string()));
         }
         other => faults.push(pointer, other.to_string()),
     }
     faults.into()
-}
-
-/// The place in a mapping that is at fault, and what to add to the reason.
-fn in_mapping(reason: &TableReason, mapping: &Mapping) -> Option<(String, &'static str)> {
-    let at = |place: &str| Some((format!("/mapping/{place}"), ""));
-    match reason {
-        TableReason::Mapped { .. } => at("columns"),
-        TableReason::Repeated { column, .. } => at(&format!("columns/{column}/meaning")),
-        TableReason::ForeignUnit { column, .. } => at(&format!("columns/{column}/unit")),
-        TableReason::Incomplete { mapped: true, .. } => at("columns"),
-        TableReason::Layout { .. } => at("layout"),
-        TableReason::Cells { otherwise: Some((separator, decimal)), .. }
-        | TableReason::NotNumbers { otherwise: Some((separator, decimal)), .. } => {
-            if mapping.separator.is_some_and(|given| given != *separator) {
-                // the reason may name the decimal sign alone
-                let addition = if *decimal == Decimal::Comma { " and leave out `separator`" } else { "" };
-                return Some(("/mapping/separator".to_owned(), addition));
-            }
-            mapping.decimal.filter(|given| given != decimal).and_then(|_| at("decimal"))
-        }
-        _ => None,
-    }
 }
 
 /// Whether a cell is one of the words for what is no number, which JSON has not either.

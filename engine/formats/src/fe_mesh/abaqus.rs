@@ -1,10 +1,10 @@
 //! Abaqus input: `*NODE` and `*ELEMENT` of shells, S4 and, where a side has no length, S3.
 
+use flankfit_numerics::check::Faults;
 use std::{io::Write as _, sync::Arc};
 
 use super::{
     super::{
-        fault::ExportFault,
         label::{Label, SYSTEM},
         pieces::Pieces,
         quad_mesh::QuadMesh,
@@ -33,7 +33,7 @@ use super::{
 /// assert!(file.to_uppercase().contains("*NODE, NSET=NODES"));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub fn abaqus(mesh: Arc<QuadMesh>, label: &Label) -> Result<Pieces, ExportFault> {
+pub fn abaqus(mesh: Arc<QuadMesh>, label: &Label) -> Result<Pieces, Faults> {
     let (name, written) = title(&mesh, label, 80)?;
     let head = format!("*HEADING\n{SYSTEM}: {name}\n** {written}, lengths in mm\n*NODE, NSET=NODES\n");
     let mut file = node_lines(Pieces::new().text(head), Arc::clone(&mesh), ", ");

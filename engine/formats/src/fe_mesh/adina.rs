@@ -1,10 +1,10 @@
 //! ADINA-IN commands: nodal coordinates, and a group of shell elements of four nodes.
 
+use flankfit_numerics::check::Faults;
 use std::{io::Write as _, sync::Arc};
 
 use super::{
     super::{
-        fault::ExportFault,
         label::{Label, SYSTEM},
         pieces::Pieces,
         quad_mesh::QuadMesh,
@@ -14,7 +14,7 @@ use super::{
 
 /// Commands that add nodes and elements to a model; a triangle repeats its third node. Material,
 /// thickness and loads are the user's.
-pub fn adina(mesh: Arc<QuadMesh>, label: &Label) -> Result<Pieces, ExportFault> {
+pub fn adina(mesh: Arc<QuadMesh>, label: &Label) -> Result<Pieces, Faults> {
     let (name, written) = title(&mesh, label, 76)?;
     let head = format!("* {name}\n* {SYSTEM}, {written}, lengths in mm\n*\nCOORDINATES NODE SYSTEM=0\n@CLEAR\n");
     let faces = mesh.faces().len();

@@ -1,9 +1,10 @@
 //! Common first part of the input of finite-element programs: a title, then numbered nodes.
 
+use flankfit_numerics::check::Faults;
 use std::{io::Write as _, sync::Arc};
 
 use super::super::{
-    fault::ExportFault, label::Label, number::real_within, pieces::Pieces, quad_mesh::QuadMesh, text::ascii,
+    export::nothing, label::Label, number::real_within, pieces::Pieces, quad_mesh::QuadMesh, text::ascii,
 };
 
 /// Abaqus takes a number from so many columns, and ADINA a number with three coordinates from a
@@ -12,9 +13,9 @@ const WIDTH: usize = 20;
 
 /// The name in at most so many ASCII characters, and when it was written; a mesh without elements
 /// is refused.
-pub(super) fn title(mesh: &QuadMesh, label: &Label, most: usize) -> Result<(String, String), ExportFault> {
+pub(super) fn title(mesh: &QuadMesh, label: &Label, most: usize) -> Result<(String, String), Faults> {
     if mesh.faces().is_empty() {
-        return Err(ExportFault::Nothing);
+        return Err(nothing());
     }
     Ok((ascii(&label.name).chars().take(most).collect(), label.written_at.iso_8601()))
 }

@@ -14,12 +14,12 @@ use entities::Entity;
 
 use super::{
     cad::{NamedShape, Piece, pieces},
-    fault::ExportFault,
+    export::too_long,
     label::{Label, SYSTEM},
     number::iges_real,
     text::hollerith,
 };
-use flankfit_numerics::cancel;
+use flankfit_numerics::{cancel, check::Faults};
 
 /// Card numbers have seven digits.
 const MOST_CARDS: usize = 9_999_999;
@@ -48,7 +48,7 @@ const RESOLUTION: f64 = 1e-6;
 /// assert!(file.lines().all(|line| line.len() == 80) && file.contains("126,"));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub fn write(shapes: &[NamedShape], label: &Label) -> Result<String, ExportFault> {
+pub fn write(shapes: &[NamedShape], label: &Label) -> Result<String, Faults> {
     let pieces = pieces(shapes)?;
     let mut entities = Vec::new();
     for (shape, piece) in &pieces {
@@ -79,7 +79,7 @@ pub fn write(shapes: &[NamedShape], label: &Label) -> Result<String, ExportFault
     }
     let counts: Vec<usize> = [&start, &global, &directory, &parameters].map(Cards::len).to_vec();
     if let Some(lines) = counts.iter().copied().find(|n| *n > MOST_CARDS) {
-        return Err(ExportFault::TooLong { lines, most: MOST_CARDS });
+        return Err(Faults::one("samples", too_long(lines, MOST_CARDS)));
     }
     let mut terminate = Cards::new('T', 72);
     terminate.add(&format!("S{:07}G{:07}D{:07}P{:07}", counts[0], counts[1], counts[2], counts[3]));

@@ -26,7 +26,7 @@ mod values;
 
 pub use curves::{Block, Curve, Curves, Section};
 pub use header::{FileKind, Header, HeaderLine, Setting};
-pub use position::{PositionFault, PositionedTrace, PositionedTraces, UnpositionedTrace};
+pub use position::{PositionedTrace, PositionedTraces, UnpositionedTrace};
 pub use results::{Characteristic, MeasuringPosition, Statistic};
 pub use settings::{
     Circle, HelixSetup, Length, PlusMaterial, Probe, ProfileAxis, ProfileSetup, Range, Rules, SectionPlane, Sides,

@@ -22,38 +22,6 @@ pub struct PositionedTrace {
     pub line: usize,
 }
 
-/// Why a trace has no positions.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum PositionFault {
-    /// The header does not say where it was measured.
-    #[error("the header has no measuring range (codes {} and {})", .codes[0], .codes[1])]
-    NoRange {
-        /// Codes of the header lines that are missing.
-        codes: [u32; 2],
-    },
-    /// The measuring range begins where it ends.
-    #[error("the measuring range has no length: it starts and ends at {}", Shown(*.at))]
-    NoLength {
-        /// Both of its ends, as the file has them.
-        at: f64,
-    },
-    /// The header names the profile's coordinate by a word of no known meaning.
-    #[error("profile places are given in “{word}”, which has no known meaning")]
-    UnknownAxis {
-        /// The word.
-        word: String,
-    },
-    /// The measuring range reaches below the base circle, where there is no involute.
-    #[error("the measuring range reaches {} mm, which is below the base circle of {} mm", Shown(*.diameter),
-        Shown(*.base))]
-    BelowBase {
-        /// Lower end of the range, a diameter in mm.
-        diameter: f64,
-        /// Base diameter, mm.
-        base: f64,
-    },
-}
-
 /// A trace that could not be placed: nothing of a file is left out without a word.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UnpositionedTrace {
@@ -66,7 +34,7 @@ pub struct UnpositionedTrace {
     /// Line in the file, from 1.
     pub line: usize,
     /// Why it has no positions.
-    pub why: PositionFault,
+    pub why: String,
 }
 
 /// All traces of a file.
@@ -173,20 +141,21 @@ struct Site<'a> {
 }
 
 impl Site<'_> {
-    fn place(&self, curve: &Curve) -> Result<PositionedTrace, PositionFault> {
+    fn place(&self, curve: &Curve) -> Result<PositionedTrace, String> {
         let (start, end) = match curve.kind {
             Kind::Profile => {
-                let range = self.profile.measured.of(curve.side).ok_or(PositionFault::NoRange { codes: [41, 44] })?;
+                let range = self.profile.measured.of(curve.side).ok_or_else(|| no_range([41, 44]))?;
                 (self.roll_length(range.start)?, self.roll_length(range.end)?)
             }
             Kind::Helix => {
-                let range = self.helix.measured.of(curve.side).ok_or(PositionFault::NoRange { codes: [61, 64] })?;
+                let range = self.helix.measured.of(curve.side).ok_or_else(|| no_range([61, 64]))?;
                 (range.start, range.end)
             }
         };
         let count = curve.values.len();
         if start == end && count > 1 {
-            return Err(PositionFault::NoLength { at: start });
+            let start = Shown(start);
+            return Err(format!("the measuring range has no length: it starts and ends at {start}"));
         }
         let steps = count.saturating_sub(1).max(1) as f64;
         let at =
@@ -208,15 +177,18 @@ impl Site<'_> {
     }
 
     /// Roll length of a place on the profile, mm.
-    fn roll_length(&self, place: f64) -> Result<f64, PositionFault> {
+    fn roll_length(&self, place: f64) -> Result<f64, String> {
         let base = 2.0 * self.gear.base_radius();
         match &self.profile.axis {
-            ProfileAxis::Diameter => {
-                self.gear.roll_length(place).ok_or(PositionFault::BelowBase { diameter: place, base })
-            }
+            ProfileAxis::Diameter => self.gear.roll_length(place).ok_or_else(|| {
+                let [place, base] = [place, base].map(Shown);
+                format!("the measuring range reaches {place} mm, which is below the base circle of {base} mm")
+            }),
             ProfileAxis::RollLength => Ok(place),
             ProfileAxis::RollAngle => Ok(self.gear.base_radius() * place.to_radians()),
-            ProfileAxis::Unknown(word) => Err(PositionFault::UnknownAxis { word: word.clone() }),
+            ProfileAxis::Unknown(word) => {
+                Err(format!("profile places are given in “{word}”, which has no known meaning"))
+            }
         }
     }
 
@@ -239,4 +211,9 @@ impl Site<'_> {
             |diameter: &f64| self.gear.roll_length(*diameter).is_some_and(|exact| (exact - roll).abs() <= 0.00051);
         circles.into_iter().filter_map(|circle| *circle.of(side)).find(near).unwrap_or_else(|| self.gear.diameter(roll))
     }
+}
+
+/// The message of a header without a measuring range.
+fn no_range([from, to]: [u32; 2]) -> String {
+    format!("the header has no measuring range (codes {from} and {to})")
 }

@@ -18,6 +18,7 @@ pub use encoding::{Charset, encode};
 use std::fmt::Display;
 
 use super::{UtcTime, number::real_within};
+use flankfit_numerics::check::Faults;
 
 /// Media type under which such files are asked for.
 pub const MEDIA_TYPE: &str = "application/x-q-das-dfq";
@@ -72,55 +73,6 @@ pub struct Measurement {
     pub serial_number: Option<String>,
 }
 
-/// Why quality data cannot be written. `index` counts from 0.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum QualityDataFault {
-    /// A file has at least one characteristic.
-    #[error("there is no characteristic")]
-    NoCharacteristic,
-    /// A text that nothing is left of.
-    #[error("{0} is empty")]
-    Unnamed(&'static str),
-    /// A characteristic without number or name.
-    #[error("characteristic {index} has no {name}")]
-    UnnamedCharacteristic {
-        /// The characteristic at fault.
-        index: usize,
-        /// What it lacks.
-        name: &'static str,
-    },
-    /// Two characteristics with the same number.
-    #[error("characteristics {first} and {second} have the same number {number}")]
-    Repeated {
-        /// The earlier of the two.
-        first: usize,
-        /// The later of the two.
-        second: usize,
-        /// The number.
-        number: String,
-    },
-    /// A number that is NaN or infinite.
-    #[error("characteristic {index}: {name} is {value}, no finite number")]
-    NotFinite {
-        /// The characteristic at fault.
-        index: usize,
-        /// Which number.
-        name: &'static str,
-        /// The number.
-        value: f64,
-    },
-    /// Limits in the wrong order.
-    #[error("characteristic {index}: the lower limit {lower} lies above the upper one, {upper}")]
-    Limits {
-        /// The characteristic at fault.
-        index: usize,
-        /// Lower limit.
-        lower: f64,
-        /// Upper limit.
-        upper: f64,
-    },
-}
-
 /// Writes one part with one value of each characteristic, lines ended by CRLF.
 ///
 /// ```
@@ -141,13 +93,9 @@ pub enum QualityDataFault {
 /// assert!(text.starts_with("K0100 1\r\nK1001/1 4711\r\n"));
 /// assert!(text.contains("K2110/1 -6.000\r\n") && text.contains("K0001/1 2.250\r\n"));
 /// assert!(text.contains("K0004/1 26.11.2026/07:05:09\r\n"));
-/// # Ok::<(), flankfit_formats::qdas::QualityDataFault>(())
+/// # Ok::<(), flankfit_numerics::check::Faults>(())
 /// ```
-pub fn write(
-    part: &Part,
-    characteristics: &[Characteristic],
-    measured: &Measurement,
-) -> Result<String, QualityDataFault> {
+pub fn write(part: &Part, characteristics: &[Characteristic], measured: &Measurement) -> Result<String, Faults> {
     check(part, characteristics)?;
     let mut lines = Lines(String::new());
     lines.put("K0100", None, characteristics.len());
@@ -183,38 +131,50 @@ pub fn write(
     Ok(lines.0)
 }
 
-/// Whether it can be written.
-fn check(part: &Part, characteristics: &[Characteristic]) -> Result<(), QualityDataFault> {
+/// Refuses what cannot be written.
+fn check(part: &Part, characteristics: &[Characteristic]) -> Result<(), Faults> {
     if characteristics.is_empty() {
-        return Err(QualityDataFault::NoCharacteristic);
+        return Err(Faults::one("characteristics", "there is no characteristic"));
     }
-    for (name, text) in [("the part's number", &part.number), ("the part's name", &part.name)] {
+    for (path, name, text) in
+        [("part.number", "the part's number", &part.number), ("part.name", "the part's name", &part.name)]
+    {
         if one_line(text, 1).is_empty() {
-            return Err(QualityDataFault::Unnamed(name));
+            return Err(Faults::one(path, format_args!("{name} is empty")));
         }
     }
     let mut seen = std::collections::HashMap::with_capacity(characteristics.len());
     for (index, one) in characteristics.iter().enumerate() {
         for (name, text) in [("number", &one.number), ("name", &one.name)] {
             if one_line(text, 1).is_empty() {
-                return Err(QualityDataFault::UnnamedCharacteristic { index, name });
+                let path = format_args!("characteristics[{index}].{name}");
+                return Err(Faults::one(path, format_args!("characteristic {index} has no {name}")));
             }
         }
         let number = one_line(&one.number, 20);
         if let Some(first) = seen.insert(number.clone(), index) {
-            return Err(QualityDataFault::Repeated { first, second: index, number });
+            let path = format_args!("characteristics[{index}].number");
+            let message = format_args!("characteristics {first} and {index} have the same number {number}");
+            return Err(Faults::one(path, message));
         }
-        for (name, value) in
-            [("its value", one.value), ("the lower limit", one.lower_limit), ("the upper limit", one.upper_limit)]
-        {
+        for (field, name, value) in [
+            ("value", "its value", one.value),
+            ("lower_limit", "the lower limit", one.lower_limit),
+            ("upper_limit", "the upper limit", one.upper_limit),
+        ] {
             if let Some(value) = value.filter(|value| !value.is_finite()) {
-                return Err(QualityDataFault::NotFinite { index, name, value });
+                let path = format_args!("characteristics[{index}].{field}");
+                let message = format_args!("characteristic {index}: {name} is {value}, no finite number");
+                return Err(Faults::one(path, message));
             }
         }
         if let (Some(lower), Some(upper)) = (one.lower_limit, one.upper_limit)
             && lower > upper
         {
-            return Err(QualityDataFault::Limits { index, lower, upper });
+            return Err(Faults::one(
+                format_args!("characteristics[{index}].lower_limit"),
+                format_args!("characteristic {index}: the lower limit {lower} lies above the upper one, {upper}"),
+            ));
         }
     }
     Ok(())

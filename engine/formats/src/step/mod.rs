@@ -13,12 +13,12 @@ use data::{Data, Id};
 
 use super::{
     cad::{CadCurve, CadSurface, NamedShape, Piece, pieces},
-    fault::ExportFault,
+    export::nothing,
     label::{Label, SYSTEM},
     number::real,
     text::step_string,
 };
-use flankfit_numerics::cancel;
+use flankfit_numerics::{cancel, check::Faults};
 
 /// Below this distance, in mm, two places are one.
 const UNCERTAINTY: f64 = 1e-6;
@@ -42,7 +42,7 @@ const UNCERTAINTY: f64 = 1e-6;
 /// assert!(file.starts_with("ISO-10303-21;") && file.contains("B_SPLINE_CURVE_WITH_KNOTS"));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub fn write(shapes: &[NamedShape], label: &Label) -> Result<String, ExportFault> {
+pub fn write(shapes: &[NamedShape], label: &Label) -> Result<String, Faults> {
     let mut curves: Vec<(&str, CadCurve)> = Vec::new();
     let mut surfaces: Vec<(&str, CadSurface)> = Vec::new();
     for (shape, piece) in pieces(shapes)? {
@@ -73,7 +73,7 @@ pub fn write(shapes: &[NamedShape], label: &Label) -> Result<String, ExportFault
         representations
             .push(data.add(format!("GEOMETRICALLY_BOUNDED_WIREFRAME_SHAPE_REPRESENTATION({name},{items},{context})")));
     }
-    let (first, others) = representations.split_first().ok_or(ExportFault::Nothing)?;
+    let (first, others) = representations.split_first().ok_or_else(nothing)?;
     data.add(format!("SHAPE_DEFINITION_REPRESENTATION({shape},{first})"));
     for other in others {
         data.add(format!("SHAPE_REPRESENTATION_RELATIONSHIP('','',{first},{other})"));

@@ -4,13 +4,13 @@
 use std::{borrow::Cow, collections::BTreeSet};
 
 use super::{
-    ColumnSpec, Layout, Mapping, Meaning, Missing, TableNote, TableReason, Unit,
+    ColumnSpec, Layout, Mapping, Meaning, Missing, TableFault, TableNote, Unit,
     head::Head,
-    refusal::refused,
     rows::{split, value},
     words::meaning_of,
 };
 use crate::file_error::FileError;
+use flankfit_numerics::fault::words::counted;
 
 /// What columns make together, by their numbers from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -61,16 +61,22 @@ pub(super) fn of(head: &Head<'_>, mapping: &Mapping) -> Result<(Vec<ColumnSpec>,
     let count = if head.matrix { 3 } else { head.width };
     let mut columns = match &mapping.columns {
         Some(given) if given.len() != count => {
-            return Err(refused(TableReason::Mapped { given: given.len(), columns: count }));
+            let [given, columns] = [given.len(), count].map(|count| counted(count, "column", "columns"));
+            let message = format_args!("the mapping has {given} for {columns} of the table");
+            return Err(TableFault::of_mapping("mapping.columns", message).into());
         }
         Some(given) => {
             for (column, spec) in given.iter().enumerate() {
                 let repeats = |other: &ColumnSpec| other.meaning == spec.meaning && spec.meaning != Meaning::Ignore;
                 if given[..column].iter().any(repeats) {
-                    return Err(refused(TableReason::Repeated { column, meaning: spec.meaning }));
+                    let name = spec.meaning.name();
+                    let path = format_args!("mapping.columns[{column}].meaning");
+                    let message = format_args!("two columns are `{name}`; make one of them `ignore`");
+                    return Err(TableFault::of_mapping(path, message).into());
                 }
                 if let Some(unit) = spec.unit.filter(|unit| !spec.meaning.takes(*unit)) {
-                    return Err(refused(TableReason::ForeignUnit { column, meaning: spec.meaning, unit }));
+                    let path = format_args!("mapping.columns[{column}].unit");
+                    return Err(TableFault::of_mapping(path, foreign_unit(spec.meaning, unit)).into());
                 }
             }
             let names = if head.matrix { parts(head).to_vec() } else { head.names.clone().unwrap_or_default() };
@@ -83,7 +89,11 @@ pub(super) fn of(head: &Head<'_>, mapping: &Mapping) -> Result<(Vec<ColumnSpec>,
     for (number, column) in columns.iter_mut().enumerate() {
         let unknown = column.meaning.usual_unit().and_then(|_| Unit::unknown_in(&column.name, column.meaning));
         if let Some(unit) = unknown.filter(|_| mapping.columns.is_none()) {
-            return Err(refused(TableReason::UnknownUnit { column: number, unit: unit.to_owned() }));
+            return Err(TableFault::of_table(format_args!(
+                "column {} is in `{unit}`, which is no known unit of it; convert it and send its `unit` as `mapping`",
+                number + 1
+            ))
+            .into());
         }
         if column.unit.is_none()
             && let Some(unit) = column.meaning.usual_unit()
@@ -96,6 +106,14 @@ pub(super) fn of(head: &Head<'_>, mapping: &Mapping) -> Result<(Vec<ColumnSpec>,
         }
     }
     Ok((columns, notes))
+}
+
+/// The message of a unit that does not belong to the meaning of its column.
+fn foreign_unit(meaning: Meaning, unit: Unit) -> String {
+    let units = Unit::ALL.iter().filter(|(unit, _)| meaning.takes(*unit));
+    let units: Vec<String> = units.map(|(_, name)| format!("`{name}`")).collect();
+    let instead = if units.is_empty() { "it has no unit".into() } else { format!("send {}", units.join(" or ")) };
+    format!("`{}` is not in `{}`; {instead}", meaning.name(), unit.name())
 }
 
 fn unit_of(header: &str, meaning: Meaning) -> Option<Unit> {

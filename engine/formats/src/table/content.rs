@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 
 use super::{
-    Crossings, Layout, ListedPoint, Meaning, Missing, Table, TableReason, Unit,
+    ColumnSpec, Crossings, FlankFault, Layout, ListedPoint, Meaning, Missing, Table, TableFault, Unit,
     columns::{LEAST_SHARE, Roles},
     crossings::traces,
+    fault::what,
     reader::Cells,
-    refusal::refused,
-    words::{flank_of, kind_of},
+    words::{flank_of, kind_of, words_of},
 };
 use crate::file_error::FileError;
 use flankfit_estimation::Nodes;
@@ -65,6 +65,21 @@ struct Surface {
     weight: Option<Vec<f64>>,
 }
 
+/// Refuses a table of nodes where points are wanted, or the other way round.
+fn other_content(found: Layout) -> FileError {
+    TableFault::of_table(format_args!("the table holds {}", what(found))).into()
+}
+
+/// Refuses a word for a flank that is neither left nor right.
+fn unknown_flank(line: usize, found: &str) -> FileError {
+    let found: String = found.chars().take(40).collect();
+    let [left, right] = [Side::Left, Side::Right].map(words_of);
+    let fault = TableFault::of_table(format_args!(
+        "line {line}: `{found}` is no flank; a left one is {left}, a right one {right}"
+    ));
+    TableFault { flanks: Some(FlankFault::Unknown), ..fault }.into()
+}
+
 impl Table {
     /// Rows.
     pub fn rows(&self) -> usize {
@@ -110,8 +125,14 @@ impl Table {
     /// Why the columns make nothing.
     fn incomplete(&self, missing: Missing) -> FileError {
         let each = self.columns.iter().zip(1..);
-        let names = each.map(|(column, k)| if column.name.is_empty() { k.to_string() } else { column.name.clone() });
-        refused(TableReason::Incomplete { names: names.collect(), missing, mapped: self.mapped })
+        let name = |(column, k): (&ColumnSpec, i32)| {
+            if column.name.is_empty() { format!("`{k}`") } else { format!("`{}`", column.name) }
+        };
+        let names: Vec<String> = each.take(12).map(name).collect();
+        let message =
+            format!("the columns are {}: {missing}; say what they are as `columns` of `mapping`", names.join(", "));
+        let fault = TableFault::of_table(message);
+        TableFault { path: self.mapped.then(|| "mapping.columns".to_owned()), ..fault }.into()
     }
 
     /// The points of a list, in mm.
@@ -119,8 +140,7 @@ impl Table {
         let (at, direction) = match self.roles.map_err(|missing| self.incomplete(missing))? {
             Roles::Points { at, direction } => (at, direction),
             Roles::Surface { .. } | Roles::Curve { .. } => {
-                let found = self.layout().unwrap_or(Layout::Scattered);
-                return Err(refused(TableReason::OtherContent { found }));
+                return Err(other_content(self.layout().unwrap_or(Layout::Scattered)));
             }
         };
         let ids = self.texts(Meaning::Id);
@@ -134,7 +154,8 @@ impl Table {
                 cancel::every(10, row);
                 let direction = direction.map(|columns| vector(columns, row)).filter(|d| !d.iter().all(|x| x.is_nan()));
                 if direction == Some(Vector::zeros()) {
-                    return Err(refused(TableReason::ZeroDirection { line: self.lines[row] }));
+                    let message = format_args!("line {}: i, j, k are all zero, which is no direction", self.lines[row]);
+                    return Err(TableFault::of_table(message).into());
                 }
                 let id = ids.as_ref().map(|id| id(row)).filter(|id| !id.is_empty()).map(str::to_owned);
                 let point = vector(at, row).component_mul(&Vector::from(factors));
@@ -147,22 +168,22 @@ impl Table {
     pub fn node_sets(&self) -> Result<Vec<NodeSet>, FileError> {
         let roles = self.roles.map_err(|missing| self.incomplete(missing))?;
         if let Roles::Points { .. } = roles {
-            return Err(refused(TableReason::OtherContent { found: Layout::Points }));
+            return Err(other_content(Layout::Points));
         }
         let (teeth, flanks) = (self.texts(Meaning::Tooth), self.texts(Meaning::Flank));
         let mut groups: BTreeMap<(Option<&str>, Option<Side>), Vec<usize>> = BTreeMap::new();
         for row in 0..self.rows() {
             cancel::every(10, row);
             let tooth = teeth.as_ref().map(|tooth| number_of(tooth(row)));
-            let unknown = |found: &str| {
-                let found = found.chars().take(40).collect();
-                refused(TableReason::UnknownFlank { line: self.lines[row], found })
-            };
+            let unknown = |found: &str| unknown_flank(self.lines[row], found);
             let side =
                 flanks.as_ref().map(|flank| flank_of(flank(row)).ok_or_else(|| unknown(flank(row)))).transpose()?;
             groups.entry((tooth.filter(|tooth| !tooth.is_empty()), side)).or_default().push(row);
             if groups.len() > MOST_FLANKS {
-                return Err(refused(TableReason::TooManyFlanks { most: MOST_FLANKS }));
+                let fault = TableFault::of_table(format_args!(
+                    "the table has nodes of more than {MOST_FLANKS} flanks: send parts of it, or map fewer columns"
+                ));
+                return Err(TableFault { flanks: Some(FlankFault::TooMany), ..fault }.into());
             }
         }
         if groups.is_empty() {

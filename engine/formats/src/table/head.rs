@@ -4,8 +4,7 @@
 use std::{borrow::Cow, collections::BTreeMap};
 
 use super::{
-    ColumnSpec, Decimal, MOST_COLUMNS, Mapping, Separator, TableReason, Unit, dialect,
-    refusal::refused,
+    ColumnSpec, Decimal, MOST_COLUMNS, Mapping, Separator, TableFault, Unit, dialect,
     rows::{Kind, Row, Rows, split, value},
     words::meaning_of,
 };
@@ -123,7 +122,7 @@ impl<'a> Head<'a> {
         let all: Vec<Counts> =
             self.sample.iter().map(|row| counts(&cells_of(row.text, self.separator), self.decimal)).collect();
         if all.iter().any(|counts| counts.cells > MOST_COLUMNS) {
-            return Err(refused(TableReason::TooManyColumns { most: MOST_COLUMNS }));
+            return Err(TableFault::of_table(format_args!("a line has more than {MOST_COLUMNS} cells")).into());
         }
         let mut lengths: BTreeMap<usize, usize> = BTreeMap::new();
         for counts in all.iter().filter(|counts| counts.is_data() && counts.cells >= 2) {
@@ -196,7 +195,7 @@ impl<'a> Head<'a> {
                 return Ok(());
             }
         }
-        Err(refused(TableReason::NoNumbers))
+        Err(TableFault::of_table("no line of the table has two numbers").into())
     }
 
     /// Takes a line for the header if it is one. It may be separated otherwise than the numbers.

@@ -15,7 +15,6 @@ mod fault;
 mod head;
 mod points;
 mod reader;
-mod refusal;
 mod rows;
 mod terms;
 mod words;
@@ -25,7 +24,7 @@ pub(super) use reader::{looks_like_a_table, parse};
 pub use {
     content::NodeSet,
     crossings::{Crossings, HelixSign},
-    fault::{TableFault, TableNote, TablePlace, TableReason},
+    fault::{FlankFault, TableFault, TableNote, TablePlace},
     points::{ListedPoint, write_points},
     reader::{Table, read, shape},
     rows::MOST_COLUMNS,

@@ -2,8 +2,9 @@
 
 use std::fmt::Write as _;
 
-use crate::{fault::ExportFault, number::real};
+use crate::{export::node_range, number::real};
 use flankfit_geometry::space::Vector;
+use flankfit_numerics::check::Faults;
 
 /// A point of a list.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,7 +31,7 @@ const NAMES: [&str; 7] = ["id", "x", "y", "z", "i", "j", "k"];
 /// assert_eq!(table::write_points(&list)?, "x,y,z\n1.0,2.0,3.0\n");
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub fn write_points(points: &[ListedPoint]) -> Result<String, ExportFault> {
+pub fn write_points(points: &[ListedPoint]) -> Result<String, Faults> {
     let with_id = points.iter().any(|point| point.id.is_some());
     let with_direction = points.iter().any(|point| point.direction.is_some());
     let names = &NAMES[usize::from(!with_id)..if with_direction { 7 } else { 4 }];
@@ -46,7 +47,7 @@ pub fn write_points(points: &[ListedPoint]) -> Result<String, ExportFault> {
         }
         let finite = |vector: &Vector| vector.iter().all(|x| x.is_finite());
         if !finite(&listed.point) || !listed.direction.as_ref().is_none_or(finite) {
-            return Err(ExportFault::NodeRange { index });
+            return Err(Faults::one("", node_range(index)));
         }
         let [x, y, z] = [listed.point.x, listed.point.y, listed.point.z].map(real);
         // writing to a string cannot fail

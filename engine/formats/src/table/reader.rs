@@ -6,15 +6,17 @@ use std::{
 };
 
 use super::{
-    ColumnSpec, Decimal, Layout, Mapping, Meaning, Missing, Separator, Shape, TableFault, TableNote, TablePlace,
-    TableReason, Unit,
+    ColumnSpec, Decimal, Layout, Mapping, Meaning, Missing, Separator, Shape, TableFault, TableNote, TablePlace, Unit,
     columns::{self, Roles},
+    fault::what,
     head::Head,
-    refusal::refused,
     rows::{Kind, Row, Rows, split, value},
 };
 use crate::{file_error::FileError, source::decode};
-use flankfit_numerics::cancel;
+use flankfit_numerics::{
+    cancel,
+    fault::words::{are, counted},
+};
 
 /// A table, read.
 #[derive(Clone, Debug, PartialEq)]
@@ -113,12 +115,13 @@ pub(crate) fn parse(text: &str, mapping: &Mapping) -> Result<Table, FileError> {
         lines: Vec::new(),
     };
     let faults = if head.matrix { table.fill_matrix(text, &head) } else { table.fill(text, &head) };
-    faults.into_result(&head, &table.columns).map_err(|fault| FileError::Table(Box::new(fault)))?;
+    faults.into_result(&head, &table.columns, mapping)?;
     table.convert();
     if let (Some(wanted), Some(found)) = (mapping.layout, table.layout())
         && wanted != found
     {
-        return Err(refused(TableReason::Layout { wanted, found }));
+        let message = format_args!("the table holds {}, not {}", what(found), what(wanted));
+        return Err(TableFault::of_mapping("mapping.layout", message).into());
     }
     Ok(table)
 }
@@ -156,24 +159,70 @@ impl Faulty {
         push(&mut self.number_places, line, column, name, found);
     }
 
-    fn into_result(self, head: &Head<'_>, columns: &[ColumnSpec]) -> Result<(), TableFault> {
+    fn into_result(self, head: &Head<'_>, columns: &[ColumnSpec], mapping: &Mapping) -> Result<(), TableFault> {
         if self.too_many {
-            return Err(TableFault { reason: TableReason::TooManyCells { most: MOST_CELLS }, places: Vec::new() });
+            let message = format_args!("the table has more than {MOST_CELLS} cells: send parts of it");
+            return Err(TableFault::of_table(message));
         }
         let most = self.rows.iter().max_by_key(|(_, rows)| **rows).map(|(cells, rows)| (*cells, *rows));
-        let (reason, places) = match most {
+        let (message, places, so) = match most {
             Some((cells, rows)) => {
-                let otherwise = head.otherwise(columns);
-                (TableReason::Cells { rows, cells, columns: head.width, otherwise }, self.row_places)
+                (row_message(rows, cells, head.width), self.row_places, format!("they have {}", head.width))
             }
             None if self.numbers > 0 => {
-                let otherwise = head.otherwise(columns);
-                (TableReason::NotNumbers { cells: self.numbers, otherwise }, self.number_places)
+                let numbers = if self.numbers == 1 { "a finite number" } else { "finite numbers" };
+                let cells = counted(self.numbers, "cell", "cells");
+                let message = format!("{cells} {} not {numbers}", are(self.numbers));
+                (message, self.number_places, "they are".to_owned())
             }
             None => return Ok(()),
         };
-        Err(TableFault { reason, places })
+        let fault = match head.otherwise(columns) {
+            Some(other) => {
+                let (path, hint) = hint(other, &so, mapping);
+                TableFault { path, ..TableFault::of_table(format_args!("{message}{hint}")) }
+            }
+            None if most.is_some_and(|(cells, _)| cells == 2 * head.width) => TableFault::of_table(format_args!(
+                "{message}; where the comma is separator and decimal sign nothing tells them apart: separate the \
+                 columns by semicolons, or write decimal points"
+            )),
+            None => TableFault::of_table(message),
+        };
+        Err(TableFault { places, ..fault })
     }
+}
+
+/// The message of rows with another number of cells than there are columns.
+fn row_message(rows: usize, cells: usize, columns: usize) -> String {
+    let have = if rows == 1 { "has" } else { "have" };
+    let (rows, cells) = (counted(rows, "row", "rows"), counted(cells, "cell", "cells"));
+    format!("{rows} {have} {cells} for {}", counted(columns, "column", "columns"))
+}
+
+/// How the table would be read, with what to send for that, and the path to what says otherwise in
+/// `mapping`.
+fn hint((separator, decimal): (Separator, Decimal), so: &str, mapping: &Mapping) -> (Option<String>, String) {
+    let (name, value) = match separator {
+        Separator::Comma => ("commas", ","),
+        Separator::Semicolon => ("semicolons", ";"),
+        Separator::Tab => ("tabs", "tab"),
+        Separator::Spaces => ("blanks", "spaces"),
+    };
+    let mut hint = match decimal {
+        Decimal::Comma => format!("; with decimal commas {so}: send `decimal: \",\"`"),
+        Decimal::Point => format!(
+            "; with {name} between columns and decimal points {so}: send `separator: \"{value}\"` and `decimal: \".\"`"
+        ),
+    };
+    let path = if mapping.separator.is_some_and(|given| given != separator) {
+        if decimal == Decimal::Comma {
+            hint.push_str(" and leave out `separator`");
+        }
+        Some("mapping.separator")
+    } else {
+        mapping.decimal.is_some_and(|given| given != decimal).then_some("mapping.decimal")
+    };
+    (path.map(str::to_owned), hint)
 }
 
 fn push(places: &mut Vec<TablePlace>, line: usize, column: usize, name: &str, found: &str) {

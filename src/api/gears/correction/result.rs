@@ -17,7 +17,7 @@ use super::{
 };
 use crate::api::{
     built::Built,
-    faults::{is_within, pointer_of},
+    faults::{Faults, is_within, pointer_of},
     fits::{
         answer::{result::FitResultBody, text},
         canonical,
@@ -28,7 +28,7 @@ use crate::api::{
         figure_limits,
         requirements::RequirementsBody,
     },
-    json::writer::Json,
+    json::{location::escape, writer::Json},
     measurand::side::SideName,
     problem::{Problem, ProblemCode},
     warning::WarningBody,
@@ -36,6 +36,7 @@ use crate::api::{
 use flankfit_engine::{
     estimation::{FitError, spec::Include},
     gear::correction::{Change, Correction, Flank, LeftAlone, Limit, Predicted, SettingsUsed, Solution, Trust},
+    numerics::check,
 };
 
 /// What is to be changed, and what is expected of it.
@@ -209,7 +210,8 @@ pub fn build(text: &[u8], subject: &Subject<'_>) -> Result<(Built, CorrectionInc
     let read = read.map_err(Problem::invalid)?;
     let Read { spec, aim, aim_assumed, nodes, include } = read;
     refuse_implausible(measured, &nodes)?;
-    let correction = Correction::new(spec).map_err(Problem::invalid)?;
+    let names: Vec<String> = spec.settings.iter().map(|setting| setting.name.clone()).collect();
+    let correction = Correction::new(spec).map_err(|found| Problem::invalid(placed(found, &names)))?;
     let solution = correction.solve().map_err(refused)?;
     let spec = correction.asked();
     let flank = nodes.blocks.first().and_then(|block| block.flank.as_ref());
@@ -242,6 +244,15 @@ fn refuse_implausible(measured: &[&Measured], nodes: &Blocks) -> Result<(), Prob
         }
     }
     Ok(())
+}
+
+/// The engine's faults by places in the request, where limits stand under the names of settings.
+fn placed(found: check::Faults, names: &[String]) -> Faults {
+    Faults::from(found).moved(|pointer| {
+        let (setting, limit) = pointer.strip_prefix("/limits/")?.split_once('/')?;
+        let name = names.get(setting.parse::<usize>().ok()?)?;
+        Some(format!("/limits/{}/{limit}", escape(name)))
+    })
 }
 
 /// A fit that was refused, by places in the request.

@@ -15,16 +15,16 @@ use crate::{
 };
 use flankfit_engine::{
     estimation::Nodes,
-    fault::{Fault, words::entries},
+    fault::words::entries,
     gear::{
         Gear, Side,
         correction::{
             Flank, Setting,
-            fault::{MachineFaults, MachineField},
             machine::{Machine, Ranges},
         },
         evaluation::flank_surface::FigureTerms,
     },
+    numerics::check,
 };
 
 request! {
@@ -257,25 +257,27 @@ fn coordinates(requested: Option<ProfileAxisName>, axes: &AxesBody, faults: &mut
 
 /// Faults of a machine's sensitivity by places in the request, one for each place; the pair says
 /// which ranges are in it.
-fn placed(found: &MachineFaults, [profile, helix]: [bool; 2]) -> Faults {
+fn placed(found: &check::Faults, [profile, helix]: [bool; 2]) -> Faults {
     let mut faults = Faults::default();
-    let nodes = found.list().iter().filter(|fault| fault.field.is_of_nodes()).count();
-    for Fault { field, reason } in found.list() {
-        let pointer = match field {
-            MachineField::ProfileRange if profile => "/sensitivity/profile_diameter_range_mm",
-            MachineField::HelixRange if helix => "/sensitivity/helix_range_mm",
-            field if field.is_of_nodes() => "/sensitivity/profile_axis",
+    let is_of_nodes = |fault: &check::Fault| fault.path.starts_with("nodes");
+    let nodes = found.list().iter().filter(|fault| is_of_nodes(fault)).count();
+    for fault in found.list() {
+        let pointer = match &*fault.path {
+            "profile_diameter_range_mm" if profile => "/sensitivity/profile_diameter_range_mm",
+            "helix_range_mm" if helix => "/sensitivity/helix_range_mm",
+            _ if is_of_nodes(fault) => "/sensitivity/profile_axis",
             // the nodes themselves have no such range
             _ => "/sensitivity/machine",
         };
         if faults.list().iter().any(|there| there.pointer == pointer) {
             continue;
         }
-        let more = if field.is_of_nodes() && nodes > 1 {
+        let message = &fault.message;
+        let more = if is_of_nodes(fault) && nodes > 1 {
             let count = found.count() - (found.list().len() - nodes);
-            format!("{count} nodes of the iteration have no place on the flank; the first: {reason}")
+            format!("{count} nodes of the iteration have no place on the flank; the first: {message}")
         } else {
-            reason.to_string()
+            message.clone()
         };
         faults.push(pointer, more);
     }

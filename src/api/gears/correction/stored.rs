@@ -405,9 +405,7 @@ impl<'a> Made<'a> {
         let predicted = correction.predict(&change).deviation;
         let comparison = Comparison { scatter, ..correction.comparison(&change, leverage, noise, measured.clone()) };
         let answer = compare(&comparison).map_err(|refused| match refused {
-            Refused::Invalid(faults) => {
-                faults.list().first().map_or_else(String::new, |fault| fault.reason.to_string())
-            }
+            Refused::Invalid(faults) => first(&faults.into()),
             Refused::Fit(error) => why(error),
         })?;
         Ok(Judged { answer, predicted, before: correction.asked().deviation.clone(), measured })

@@ -13,10 +13,7 @@ use crate::api::{
     gears::{flank_design::DesignBody, requirements::RequirementsBody},
     json::union_schema::documented,
 };
-use flankfit_engine::gear::{
-    correction::{Flank, flank::DesignRefused},
-    evaluation::flank_surface::FlankFigures,
-};
+use flankfit_engine::gear::{correction::Flank, evaluation::flank_surface::FlankFigures};
 
 /// What a correction aims at: a name, or the deviation that is wanted at each node.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -192,12 +189,7 @@ impl Wanted<'_> {
         let refused = |why: String| Faults::one("/target", format!("the design that the job requires: {why}"));
         let first = |faults: &Faults| faults.list().first().map_or_else(String::new, |fault| fault.detail.clone());
         let found = design.on(&flank.gear, flank.side, "").map_err(|found| refused(first(&found)));
-        let found = found.and_then(|design| {
-            flank.designed(&design).map_err(|why| match why {
-                DesignRefused::Range(found) => refused(first(&Faults::at("", &found))),
-                DesignRefused::Law(found) => refused(first(&Faults::at("", &found))),
-            })
-        });
+        let found = found.and_then(|design| flank.designed(&design).map_err(|found| refused(first(&found.into()))));
         found.map_err(|more| faults.append(more)).ok()
     }
 }

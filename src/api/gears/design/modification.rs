@@ -170,7 +170,7 @@ pub fn read(
     let mut faults = Faults::default();
     let range = match range {
         Some(body) => Range::new(gear, body.profile_diameter_range_mm, body.helix_range_mm)
-            .map_err(|more| faults.append(Faults::at("/modification_range", &more)))
+            .map_err(|more| faults.append(Faults::of_engine("/modification_range", &more)))
             .ok(),
         None => Range::whole(gear).or_else(|| {
             faults.push_missing(
@@ -182,7 +182,7 @@ pub fn read(
     };
     let laws = laws(gear, list, "", &mut faults);
     let Some(range) = faults.into_result(range)? else { return Ok(None) };
-    Modifications::new(gear, range, laws).map(Some).map_err(|more| Faults::at("/modifications", &more))
+    Modifications::new(gear, range, laws).map(Some).map_err(|more| Faults::of_engine("/modifications", &more))
 }
 
 /// Reads the modifications of the list at `{at}/modifications`.
@@ -231,7 +231,7 @@ impl ModificationBody {
                 };
                 let made = rolls.and_then(|rolls| {
                     Topography::new(&rolls, face_width_positions_mm, relief_um, interpolation)
-                        .map_err(|more| Faults::at(at, &more))
+                        .map_err(|more| Faults::of_engine(at, &more))
                 });
                 (flank, Law::Topography(made.map_err(|more| faults.append(more)).ok()?))
             }

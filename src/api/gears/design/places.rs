@@ -24,6 +24,6 @@ impl ProfileBody {
     /// Roll lengths; faults stand at `{at}/0` ….
     pub fn roll_lengths(&self, gear: &Gear, at: &str) -> Result<Vec<f64>, Faults> {
         let (axis, values) = self.axis_and_values();
-        axis.roll_lengths(gear, &values).map_err(|found| Faults::at(at, &found))
+        axis.roll_lengths(gear, &values).map_err(|found| Faults::of_engine(at, &found))
     }
 }

@@ -15,8 +15,7 @@ use flankfit_engine::gear::{
     generation::{
         Polar,
         envelope::{Envelope, MOST_RADII, Motion, ToolPoint, ToolProfile},
-        fault::MOST_TOOTH_POINTS,
-        tooth::{Steps, Tooth},
+        tooth::{MOST_TOOTH_POINTS, Steps, Tooth},
     },
 };
 
@@ -243,7 +242,7 @@ pub fn envelope(text: &[u8], room: Room) -> Result<Vec<u8>, Problem> {
         ThroughName::Polyline => ToolProfile::polyline(&body.tool.points, steps),
         ThroughName::Spline => ToolProfile::spline(&body.tool.points, steps),
     };
-    let profile = made.map_err(|more| faults.append(Faults::at("/tool/points", &more))).ok();
+    let profile = made.map_err(|more| faults.append(Faults::of_engine("/tool/points", &more))).ok();
     let Some(profile) = faults.into_result(profile).map_err(Problem::invalid)? else {
         return Err(Problem::internal("a tool's profile without a fault is none"));
     };

@@ -116,7 +116,7 @@ pub fn file(text: &[u8], now: Timestamp, room: Room) -> Result<File, Problem> {
     };
     // more are refused in any case
     room(HexMesh::most_nodes(&spec).min(MOST_NODES) * NODE)?;
-    let mesh = HexMesh::of_gear(&gear, &spec).map_err(|faults| Problem::invalid(Faults::at("", &faults)))?;
+    let mesh = HexMesh::of_gear(&gear, &spec).map_err(Problem::invalid)?;
     let mesh = Arc::new(mesh);
     let name = body.name.map_or_else(|| "gear".to_owned(), String::from);
     let label = label(&name, now);

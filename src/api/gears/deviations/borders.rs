@@ -4,12 +4,12 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use crate::api::faults::Faults;
-use flankfit_engine::gear::{
-    Gear,
-    deviation::{
-        Border, Borders,
-        fault::{BorderFaults, BorderField},
+use flankfit_engine::{
+    gear::{
+        Gear,
+        deviation::{Border, Borders},
     },
+    numerics::check,
 };
 
 /// Which part of the flank takes part.
@@ -42,7 +42,7 @@ pub struct BordersBody {
 
 impl BordersBody {
     /// Faults of the borders, by places in the request.
-    pub fn placed(&self, faults: &BorderFaults) -> Faults {
+    pub fn placed(&self, faults: &check::Faults) -> Faults {
         let (range, percent) = (self.diameter_range_mm.is_some(), |share: Option<f64>| share.is_some());
         let profile = match percent(self.root_percent) {
             _ if range => "diameter_range_mm",
@@ -54,10 +54,10 @@ impl BordersBody {
             true => "toe_percent",
             false => "heel_percent",
         };
-        Faults::by(faults, |field| match field {
-            BorderField::Whole => "/borders".to_owned(),
-            BorderField::Profile => format!("/borders/{profile}"),
-            BorderField::Face => format!("/borders/{face}"),
+        Faults::of_engine("/borders", faults).moved(|pointer| match pointer {
+            "/borders/diameter_range_mm" => Some(format!("/borders/{profile}")),
+            "/borders/z_range_mm" => Some(format!("/borders/{face}")),
+            _ => None,
         })
     }
 

@@ -6,14 +6,13 @@ use utoipa::ToSchema;
 use crate::api::{
     faults::{is_within, pointer_of},
     fits::answer::{result::FitResultBody, text},
-    gears::faults,
     json::writer::Json,
     problem::Problem,
     warning::WarningBody,
 };
 use flankfit_engine::{
     estimation::spec::Include,
-    gear::registration::{Registration, fault::RegistrationRefused},
+    gear::{Refused, registration::Registration},
 };
 
 /// The motions of the part that were found; the deviations beside them are those of the part
@@ -91,8 +90,8 @@ pub struct IndistinguishableBody {
 }
 
 /// A refused registration, by places in the request.
-pub fn refused(error: RegistrationRefused) -> Problem {
-    faults::refused(error, |path| match path {
+pub fn refused(error: FitError) -> Problem {
+    Problem::of_fit(error, |path| match path {
         _ if is_within(path, &["nodes"]) => "/points".to_owned(),
         _ if is_within(path, &["model"]) => "/registration/motions".to_owned(),
         _ => pointer_of(path),

@@ -5,7 +5,7 @@ use utoipa::ToSchema;
 
 use super::borders::BordersBody;
 use crate::api::{
-    faults::{Faults, Field},
+    faults::Faults,
     fits::{reader::fields, spec::request::FitFields},
     gears::{
         design::modification::{ModificationBody, ModificationRangeBody},
@@ -26,15 +26,12 @@ use flankfit_engine::{
     fault::words::{Shown, entries},
     gear::{
         Gear, Side,
-        deviation::{
-            FootlessPoints, MeasuredPoint, Measurement, Topography,
-            fault::{TopographyFaults, TopographyField},
-        },
+        deviation::{FootlessPoints, MeasuredPoint, Measurement, Topography},
         registration::Motion,
         trace::Direction,
     },
     geometry::space::Vector,
-    numerics::Rows,
+    numerics::{Rows, check},
 };
 
 /// Most points of one request.
@@ -294,11 +291,10 @@ impl DeviationGrid {
 
     /// Faults of the topography by their places in the request, whose profile may be given by
     /// diameters.
-    pub fn placed(&self, faults: &TopographyFaults) -> Faults {
-        Faults::by(faults, |field| match field {
-            TopographyField::RollLengths if self.diameter.is_some() => "/grid/diameter_mm".to_owned(),
-            TopographyField::RollLength { index } if self.diameter.is_some() => format!("/grid/diameter_mm/{index}"),
-            other => format!("/grid{}", other.pointer()),
+    pub fn placed(&self, faults: &check::Faults) -> Faults {
+        Faults::of_engine("/grid", faults).moved(|pointer| {
+            let rest = pointer.strip_prefix("/grid/roll_length_mm").filter(|_| self.diameter.is_some())?;
+            Some(format!("/grid/diameter_mm{rest}"))
         })
     }
 

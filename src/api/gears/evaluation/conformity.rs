@@ -8,8 +8,7 @@ use flankfit_engine::{
     estimation::inference::{Conformity, Decision},
     gear::{
         Side,
-        evaluation::{SidedLimits, ToleranceLimits, fault::ToleranceReason},
-        tolerance::{COARSEST, FINEST},
+        evaluation::{SidedLimits, ToleranceLimits, no_class, not_ascending_limits},
     },
 };
 
@@ -211,16 +210,16 @@ impl ToleranceLimitsBody {
 
 /// Refuses a class that there is not.
 pub fn check_class(class: Option<u8>, at: &str, faults: &mut Faults) {
-    if let Some(class) = class.filter(|class| !(FINEST..=COARSEST).contains(class)) {
-        faults.push(format!("{at}/class"), ToleranceReason::NoClass(class).to_string());
+    if let Some(message) = class.and_then(no_class) {
+        faults.push(format!("{at}/class"), message);
     }
 }
 
 /// Refuses limits that do not ascend.
 pub fn check_ascending(told: &[(&str, Option<[f64; 2]>)], at: &str, faults: &mut Faults) {
     for (name, limits) in told {
-        if let Some(limits) = limits.filter(|[low, high]| !(low < high)) {
-            faults.push(format!("{at}/{name}"), ToleranceReason::NotAscending(limits).to_string());
+        if let Some(message) = limits.and_then(not_ascending_limits) {
+            faults.push(format!("{at}/{name}"), message);
         }
     }
 }

@@ -13,12 +13,7 @@ use crate::api::{
         requirements::{RequirementsBody, aside},
     },
 };
-use flankfit_engine::gear::{
-    Gear, Kind, Side, Trace,
-    correction::{flank::DesignRefused, machine::Ranges},
-    evaluation,
-    modification::Range,
-};
+use flankfit_engine::gear::{Gear, Kind, Side, Trace, correction::machine::Ranges, evaluation, modification::Range};
 
 /// Place of the member in a request.
 pub const AT: &str = "/evaluation/against";
@@ -92,10 +87,7 @@ fn design_lines<'a>(
     })?;
     let of = |side| {
         let design = body.on(gear, side, "").map_err(|found| refused(&found))?;
-        design.on(gear, side, ranges, required.figure_terms()).map_err(|why| match why {
-            DesignRefused::Range(found) => refused(&Faults::at("", &found)),
-            DesignRefused::Law(found) => refused(&Faults::at("", &found)),
-        })
+        design.on(gear, side, ranges, required.figure_terms()).map_err(|found| refused(&found.into()))
     };
     let [left, right] = [of(Side::Left)?, of(Side::Right)?];
     let engine = settings.settings();

@@ -22,13 +22,16 @@ use crate::{
     },
     jobs::Measurand,
 };
-use flankfit_engine::gear::{
-    Gear,
-    evaluation::{
-        self, Against, Classes, Evaluated, Evaluation, Posted, Spread, Summary, Suspect, Suspects, TraceSurface, Twist,
-        Values, fault::TraceFaults, settings::Settings, within,
+use flankfit_engine::{
+    gear::{
+        Gear,
+        evaluation::{
+            self, Against, Classes, Evaluated, Evaluation, Posted, Spread, Summary, Suspect, Suspects, TraceSurface,
+            Twist, Values, settings::Settings, within,
+        },
+        tolerance::Class,
     },
-    tolerance::Class,
+    numerics::check,
 };
 
 /// Evaluates the traces of a request; `own` is the gear of the job and `of` what the iteration that
@@ -62,7 +65,7 @@ pub fn build(
     let settings = body.evaluation.settings_on(gear).map_err(Problem::invalid)?;
     let accept_units = body.evaluation.accept_units == Some(true);
     let (evaluation, implausible) =
-        evaluated(gear, &posted, settings, accept_units).map_err(|faults| Problem::invalid(body.placed(&faults)))?;
+        evaluated(gear, &posted, settings, accept_units).map_err(|faults| Problem::invalid(body.placed(faults)))?;
     let explicit = body.evaluation.explicit(&evaluation);
     let mut answer = EvaluationBody::new(evaluation, explicit).with_designs(read.designs);
     answer.warnings.extend(implausible);
@@ -79,7 +82,7 @@ pub fn evaluated(
     posted: &[Posted<'_>],
     mut settings: Settings,
     accept_units: bool,
-) -> Result<(Evaluation, Option<NoticeBody>), TraceFaults> {
+) -> Result<(Evaluation, Option<NoticeBody>), check::Faults> {
     let mut evaluation = evaluation::evaluate(gear, posted, &settings)?;
     // a distance from the design says nothing about units
     let about_involute = match settings.against == Against::Design && posted.iter().any(|one| one.design.is_some()) {

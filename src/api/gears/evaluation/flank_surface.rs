@@ -17,7 +17,7 @@ use crate::api::{
         reader::fields,
         spec::request::FitFields,
     },
-    gears::{faults, gear::GearBody, notice::NoticeBody, plausibility::implausible_flank},
+    gears::{gear::GearBody, notice::NoticeBody, plausibility::implausible_flank},
     json::{
         members::of_request,
         numbers::{Numbers, read_heights},
@@ -31,9 +31,8 @@ use flankfit_engine::{
     estimation::spec::Include,
     fault::words::entries,
     gear::{
-        Gear,
+        Gear, Refused,
         evaluation::{
-            fault::SurfaceRefused,
             flank_surface::{Border, FlankNodes, FlankSurface, SurfaceSettings, flank_surface},
             settings::{DeviationSign, SlopeSign},
         },
@@ -231,8 +230,8 @@ fn check_rows(lengths: &[usize], columns: usize, faults: &mut Faults) {
 }
 
 /// A refused fit, by places in the request.
-fn refused(error: SurfaceRefused) -> Problem {
-    faults::refused(error, |path| match path {
+fn refused(error: FitError) -> Problem {
+    Problem::of_fit(error, |path| match path {
         _ if is_within(path, &["nodes", "model"]) => "/deviation_um".to_owned(),
         _ => pointer_of(path),
     })

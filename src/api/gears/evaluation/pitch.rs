@@ -15,7 +15,6 @@ use crate::{
         built::Built,
         faults::Faults,
         gears::{
-            faults as table,
             gear::GearBody,
             notice::NoticeBody,
             of_iteration::{ToothOf, refuse_others},
@@ -28,14 +27,16 @@ use crate::{
     },
     jobs::Measurand,
 };
-use flankfit_engine::gear::{
-    Gear, Side,
-    evaluation::{
-        fault::{PitchField, RunoutFaults},
-        pitch::{Extreme, Pitch, PitchMeasured, PitchSettings, pitch, thickness_variation},
-        runout::{Counting, Runout, from_pitches, from_readings},
+use flankfit_engine::{
+    gear::{
+        Gear, Side,
+        evaluation::{
+            pitch::{Extreme, Pitch, PitchMeasured, PitchSettings, pitch, thickness_variation},
+            runout::{Counting, Runout, from_pitches, from_readings},
+        },
+        tolerance::{Class, OutOfScope, Rounding, Tolerances},
     },
-    tolerance::{Class, OutOfScope, Rounding, Tolerances},
+    numerics::check,
 };
 
 /// Where limits stand in a request.
@@ -312,10 +313,16 @@ impl PitchRequestBody {
             let (name, measured) = measured.as_ref()?.measured(at, &mut faults)?;
             let settings = PitchSettings { side, diameter: self.diameter_mm, sector: self.sector, rounding };
             let deviations = format!("{at}/{name}");
-            let place = |field: &PitchField| table::pitch(field, &deviations);
-            let found =
-                pitch(gear, &measured, &settings).map_err(|more| faults.append(Faults::by(&more, place))).ok()?;
-            Some((found, deviations))
+            match pitch(gear, &measured, &settings) {
+                Ok(found) => Some((found, deviations)),
+                Err(more) => {
+                    // circle and sector are those of both flanks
+                    let of_flank = |pointer: &str| pointer.starts_with(&format!("/{name}"));
+                    let place = |pointer: &str| of_flank(pointer).then(|| format!("{at}{pointer}"));
+                    faults.append(Faults::from(more).moved(place));
+                    None
+                }
+            }
         };
         let left = evaluated(&self.left, Side::Left, "/left");
         let right = evaluated(&self.right, Side::Right, "/right");
@@ -334,8 +341,8 @@ impl PitchRequestBody {
             }
             (None, Some((left, _)), Some((right, _)), Some(counting)) => {
                 let found = from_pitches(gear, left, right, counting.into(), rounding);
-                let said = |faults: RunoutFaults| {
-                    let why: Vec<String> = faults.list().iter().map(|fault| fault.reason.to_string()).collect();
+                let said = |faults: check::Faults| {
+                    let why: Vec<&str> = faults.list().iter().map(|fault| &*fault.message).collect();
                     none(&why.join("; "));
                 };
                 found.map_err(said).ok()
@@ -380,7 +387,7 @@ impl PitchRequestBody {
         let before = faults.count();
         limits.check(LIMITS, faults);
         if let Some(why) = limits.of(Side::Left).class_refused(tolerances).filter(|_| faults.count() == before) {
-            faults.push(format!("{LIMITS}/class"), why.to_string());
+            faults.push(format!("{LIMITS}/class"), why);
         }
         limits
     }
@@ -450,11 +457,7 @@ impl PitchBody {
             cumulative_pitch_limits_um: cumulative.limits,
             cumulative_pitch_within: cumulative.within,
             cumulative_pitch_conformity: cumulative.conformity,
-            warnings: pitch
-                .warnings
-                .iter()
-                .map(|warning| NoticeBody::of_pitch(warning, |field| table::pitch(field, deviations)))
-                .collect(),
+            warnings: pitch.warnings.iter().map(|warning| NoticeBody::of_pitch(warning, deviations)).collect(),
         }
     }
 }

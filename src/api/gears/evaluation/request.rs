@@ -9,7 +9,7 @@ use super::{
     conformity::ToleranceLimitsBody,
 };
 use crate::api::{
-    faults::{Faults, Field},
+    faults::Faults,
     gears::{
         design::modification::{self, ModificationBody, ModificationRangeBody},
         gear::GearBody,
@@ -21,7 +21,6 @@ use flankfit_engine::gear::{
     Gear, Trace,
     evaluation::{
         self, Against, Evaluation,
-        fault::{TraceFaults, TraceField},
         flank_surface::{FigureTerms, Reference},
         settings::{
             DeviationSign, HelixReference, HelixSettings, MeanCurve, Outliers, PlusMaterial, ProfileReference,
@@ -31,6 +30,7 @@ use flankfit_engine::gear::{
     tolerance::Rounding,
     trace::Direction,
 };
+use flankfit_engine::numerics::check;
 
 /// Traces to evaluate.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -399,13 +399,14 @@ pub struct Traces {
 impl EvaluateBody {
     /// Faults of the traces by their places in the request, where a profile may be given by
     /// diameters.
-    pub fn placed(&self, faults: &TraceFaults) -> Faults {
-        let by_diameter = |trace: usize| self.traces.get(trace).is_some_and(|trace| trace.diameter_mm.is_some());
-        Faults::by(faults, |field| match *field {
-            TraceField::Position { trace, index, .. } if by_diameter(trace) => {
-                format!("/traces/{trace}/diameter_mm/{index}")
-            }
-            other => other.pointer(),
+    pub fn placed(&self, faults: check::Faults) -> Faults {
+        let by_diameter = |trace: &str| {
+            let trace = trace.parse().ok().and_then(|trace: usize| self.traces.get(trace));
+            trace.is_some_and(|trace| trace.diameter_mm.is_some())
+        };
+        Faults::from(faults).moved(|pointer| {
+            let (trace, index) = pointer.strip_prefix("/traces/")?.split_once("/roll_length_mm/")?;
+            by_diameter(trace).then(|| format!("/traces/{trace}/diameter_mm/{index}"))
         })
     }
 

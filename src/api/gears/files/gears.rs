@@ -270,7 +270,7 @@ pub(in crate::api) fn chosen(
             let detail = format!("the file does not say {}; give `gear`, or give it to the job", names.join(", "));
             Problem::invalid(Faults::one("/spec/gear", detail))
         })?;
-        return Gear::new(data).map_err(|faults| Problem::invalid(Faults::at("/file", &faults)));
+        return Gear::new(data).map_err(|faults| Problem::invalid(Faults::of_engine("/file", &faults)));
     };
     let mut faults = Faults::default();
     for Difference { datum, file, gear, another } in facts.differences(gear.data()) {

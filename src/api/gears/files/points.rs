@@ -6,7 +6,7 @@ use super::{
     spec::ImportSpecBody,
 };
 use crate::api::{
-    faults::{Faults, Field},
+    faults::Faults,
     gears::{
         evaluation::request::{DeviationSignName, DirectionName},
         notice::NoticeBody,
@@ -22,9 +22,7 @@ use flankfit_engine::{
     },
     gear::{
         Gear, Trace,
-        deviation::{
-            self, Deviations, FootlessPoints, MeasuredPoint, Measurement, Node, Reference, fault::MeasureField,
-        },
+        deviation::{self, Deviations, FootlessPoints, MeasuredPoint, Measurement, Node, Reference},
         trace::Direction,
     },
 };
@@ -49,9 +47,9 @@ pub(in crate::api) fn of_list(
     };
     let reference = Reference::new(gear);
     let deviations = deviation::measure(&reference, &touches, &measurement).map_err(|faults| {
-        Problem::invalid(Faults::by(&faults, |field| match field {
-            MeasureField::BallRadius => "/spec/probe_radius_mm".to_owned(),
-            other => format!("/file{}", other.pointer()),
+        Problem::invalid(Faults::from(faults).moved(|pointer| match pointer {
+            "/probe_radius_mm" => Some("/spec/probe_radius_mm".to_owned()),
+            other => Some(format!("/file{other}")),
         }))
     })?;
     let mut warnings = Vec::new();

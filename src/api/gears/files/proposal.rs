@@ -21,7 +21,7 @@ use flankfit_engine::{
     fault::words::rounded,
     formats::{
         FileError, Table,
-        table::{HelixSign, Layout, Meaning, NodeSet, TableReason, Unit},
+        table::{FlankFault, HelixSign, Layout, Meaning, NodeSet, Unit},
     },
 };
 
@@ -229,11 +229,11 @@ pub fn answer(
 
 /// Why it is not known what the nodes of a table are.
 fn unknown(error: &FileError) -> NoticeBody {
-    let reason = if let FileError::Table(fault) = error { Some(&fault.reason) } else { None };
-    match reason {
-        Some(reason @ TableReason::UnknownFlank { .. }) => NoticeBody::new("flank_unknown", reason),
-        Some(reason @ TableReason::TooManyFlanks { .. }) => NoticeBody::new("too_many_flanks", reason),
-        _ => {
+    let fault = if let FileError::Table(fault) = error { Some(fault) } else { None };
+    match fault.and_then(|fault| Some((fault.flanks?, &fault.message))) {
+        Some((FlankFault::Unknown, message)) => NoticeBody::new("flank_unknown", message),
+        Some((FlankFault::TooMany, message)) => NoticeBody::new("too_many_flanks", message),
+        None => {
             let message = "which columns hold places and heights is not known; say it as `columns`";
             NoticeBody::new("columns_unknown", &message)
         }

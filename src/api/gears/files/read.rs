@@ -5,14 +5,9 @@ use super::{
     curves, points,
     spec::ImportSpecBody,
 };
-use crate::api::{
-    gears::requirements::RequirementsBody,
-    problem::Problem,
-    tables::{mapping::MappingBody, nodes},
-};
+use crate::api::{gears::requirements::RequirementsBody, problem::Problem, tables::mapping::MappingBody};
 use flankfit_engine::{
     formats::{
-        FileError,
         gear_file::{self, GearFile},
         table::Mapping,
     },
@@ -27,9 +22,7 @@ pub fn parsed(
     mapping: Option<&MappingBody>,
 ) -> Result<GearFile, Problem> {
     let mapping = mapping.map(Mapping::from);
-    let refused =
-        |error: FileError| nodes::refusal_by(&error, mapping.as_ref().unwrap_or(&Mapping::default()), "/file");
-    let file = gear_file::read(bytes, name, mapping.as_ref()).map_err(refused)?;
+    let file = gear_file::read(bytes, name, mapping.as_ref()).map_err(|error| unreadable(&error))?;
     spec.belongs_to(&file)?;
     Ok(file)
 }
