@@ -1,6 +1,6 @@
 //! Corrections under the names of OPC UA for Geometrical Measuring Systems.
 
-use flankfit_engine::formats::gms::{COLUMNS, Correction, CorrectionFault, Unit, check, write_csv};
+use flankfit_engine::formats::gms::{COLUMNS, Correction, Unit, check, write_csv};
 
 fn correction(identifier: &str) -> Correction {
     Correction {
@@ -56,16 +56,12 @@ fn what_is_no_correction() {
         check(&[correction("first"), it])
     };
     assert_eq!(one(|_| ()), Ok(()));
-    assert_eq!(one(|it| it.relative = None), Err(CorrectionFault::NoValue { index: 1 }));
-    assert!(matches!(
-        one(|it| it.absolute = Some(f64::NAN)),
-        Err(CorrectionFault::NotFinite { index: 1, name: "the absolute value", .. })
-    ));
-    assert_eq!(
-        one(|it| it.lower_limit = Some(0.75)),
-        Err(CorrectionFault::Limits { index: 1, lower: 0.75, upper: 0.5 })
-    );
-    assert_eq!(one(|it| it.characteristic.clear()), Err(CorrectionFault::Unnamed { index: 1, name: "characteristic" }));
-    let repeated = CorrectionFault::Repeated { first: 0, second: 1, identifier: "first".into() };
-    assert_eq!(one(|it| it.identifier = "first".into()), Err(repeated));
+    let refused = |change: fn(&mut Correction)| one(change).unwrap_err().to_string();
+    assert_eq!(refused(|it| it.relative = None), "[1]: correction 1 has neither an absolute nor a relative value");
+    assert!(refused(|it| it.absolute = Some(f64::NAN)).contains("the absolute value is NaN, no finite number"));
+    let limits = refused(|it| it.lower_limit = Some(0.75));
+    assert!(limits.contains("the lower limit 0.75 lies above the upper one, 0.5"), "{limits}");
+    assert_eq!(refused(|it| it.characteristic.clear()), "[1].characteristic: correction 1 has no characteristic");
+    let repeated = refused(|it| it.identifier = "first".into());
+    assert!(repeated.contains("corrections 0 and 1 have the same identifier first"), "{repeated}");
 }

@@ -2,7 +2,7 @@
 
 use flankfit_engine::formats::{
     UtcTime,
-    qdas::{Characteristic, Charset, DECIMALS, Measurement, Part, QualityDataFault, encode, one_line, write},
+    qdas::{Characteristic, Charset, DECIMALS, Measurement, Part, encode, one_line, write},
 };
 use proptest::prelude::*;
 
@@ -93,19 +93,21 @@ fn letters_that_the_code_page_lacks_make_a_file_of_utf_8() {
 
 #[test]
 fn what_cannot_be_written() {
-    let refused = |characteristics: &[Characteristic]| write(&part(), characteristics, &measured()).unwrap_err();
-    assert_eq!(refused(&[]), QualityDataFault::NoCharacteristic);
-    let again = QualityDataFault::Repeated { first: 0, second: 1, number: "1".into() };
+    let refused =
+        |characteristics: &[Characteristic]| write(&part(), characteristics, &measured()).unwrap_err().to_string();
+    assert_eq!(refused(&[]), "characteristics: there is no characteristic");
+    let again = "characteristics[1].number: characteristics 0 and 1 have the same number 1";
     assert_eq!(refused(&[slope("1"), slope(" 1\n")]), again);
     let lower = Characteristic { lower_limit: Some(7.0), ..slope("2") };
-    assert_eq!(refused(&[slope("1"), lower]), QualityDataFault::Limits { index: 1, lower: 7.0, upper: 6.5 });
+    let limits = refused(&[slope("1"), lower]);
+    assert!(limits.ends_with("characteristic 1: the lower limit 7 lies above the upper one, 6.5"), "{limits}");
     let infinite = Characteristic { value: Some(f64::INFINITY), ..slope("1") };
-    assert!(matches!(refused(&[infinite]), QualityDataFault::NotFinite { index: 0, name: "its value", .. }));
+    assert!(refused(&[infinite]).contains("characteristic 0: its value is inf, no finite number"));
     let nameless = Characteristic { name: "\r\n\t".into(), ..slope("1") };
-    assert_eq!(refused(&[nameless]), QualityDataFault::UnnamedCharacteristic { index: 0, name: "name" });
+    assert_eq!(refused(&[nameless]), "characteristics[0].name: characteristic 0 has no name");
     let part = Part { number: " \u{14}".into(), ..part() };
     let fault = write(&part, &[slope("1")], &measured()).unwrap_err();
-    assert_eq!(fault, QualityDataFault::Unnamed("the part's number"));
+    assert_eq!(fault.to_string(), "part.number: the part's number is empty");
 }
 
 #[test]

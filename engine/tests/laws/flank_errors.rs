@@ -10,7 +10,6 @@ use flankfit_engine::{
         ProfileAxis,
         evaluation::{
             ToleranceLimits,
-            fault::SurfaceRefused,
             flank_surface::{FlankNodes, FlankSurface, SurfaceSettings, flank_surface},
         },
     },
@@ -42,7 +41,7 @@ fn along(along: Along, rho: Option<f64>) -> FitSpec {
     FitSpec { errors: Some(Errors { correlation: Correlation::Ar1 { rho }, along, lines: None }), ..plain() }
 }
 
-fn fitted(deviation: &[f64], grid: bool, settings: &SurfaceSettings) -> Result<FlankSurface, SurfaceRefused> {
+fn fitted(deviation: &[f64], grid: bool, settings: &SurfaceSettings) -> Result<FlankSurface, FitError> {
     let (mut profile, mut z) = axes();
     if !grid {
         let places = profile.iter().flat_map(|&p| z.iter().map(move |&z| (p, z)));
@@ -124,7 +123,7 @@ fn lines_and_groups_of_trimmed_nodes_are_left_out() {
     let scattered = fitted(&deviation, false, &trimmed(lined.clone())).expect("it is fitted");
     assert!((value(&of_grid) - value(&scattered)).abs() < 1e-9);
     let refused = |spec: FitSpec| match fitted(&deviation, true, &trimmed(spec)) {
-        Err(SurfaceRefused::Fit(FitError::Invalid(faults))) => faults.to_string(),
+        Err(FitError::Invalid(faults)) => faults.to_string(),
         other => panic!("{other:?}"),
     };
     let short = FitSpec { variance: Variance::Groups(vec![1; 3]), ..plain() };

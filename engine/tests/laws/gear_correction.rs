@@ -3,7 +3,6 @@
 use flankfit_engine::estimation::FitError;
 use flankfit_engine::estimation::result::NormLimitSource;
 use flankfit_engine::estimation::spec::{Count, Parameter, Regularization, Scheme};
-use flankfit_engine::gear::correction::fault::{CorrectionField, LimitField};
 use flankfit_engine::gear::correction::{Correction, CorrectionSpec, Damping, Limit, Setting, Solution};
 use flankfit_engine::gear::simulation::case;
 use proptest::prelude::*;
@@ -27,8 +26,8 @@ pub fn changes(solution: &Solution) -> Vec<f64> {
     solution.settings.iter().map(|s| s.change).collect()
 }
 
-fn fields(asked: CorrectionSpec) -> Vec<CorrectionField> {
-    Correction::new(asked).unwrap_err().list().iter().map(|f| f.field.clone()).collect()
+fn paths(asked: CorrectionSpec) -> Vec<String> {
+    Correction::new(asked).unwrap_err().list().iter().map(|fault| fault.path.clone()).collect()
 }
 
 pub fn times(j: &[f64], x: &[f64]) -> Vec<f64> {
@@ -303,56 +302,42 @@ fn bounds_are_of_the_size_of_settings_and_the_default_does_not_warn_against_itse
 fn faults_are_named_by_their_place() {
     let j = vec![1.0; 8];
     let good = CorrectionSpec::new(vec![1.0; 4], j, settings(2));
-    assert_eq!(fields(CorrectionSpec { sensitivity: vec![1.0; 7], ..good.clone() }), [CorrectionField::Matrix]);
+    assert_eq!(paths(CorrectionSpec { sensitivity: vec![1.0; 7], ..good.clone() }), ["sensitivity.matrix"]);
+    assert_eq!(paths(CorrectionSpec { weight: Some(vec![1.0, -1.0, 1.0, 1.0]), ..good.clone() }), ["weight[1]"]);
+    assert_eq!(paths(CorrectionSpec { target: Some(vec![1.0]), ..good.clone() }), ["target.deviation_um"]);
+    assert_eq!(paths(CorrectionSpec { noise_sigma: Some(0.0), ..good.clone() }), ["noise_sigma_um"]);
     assert_eq!(
-        fields(CorrectionSpec { weight: Some(vec![1.0, -1.0, 1.0, 1.0]), ..good.clone() }),
-        [CorrectionField::Weight { index: 1 }]
+        paths(CorrectionSpec { coefficient_norm_limit: Some(-1.0), ..good.clone() }),
+        ["coefficient_norm_limit"]
     );
-    assert_eq!(fields(CorrectionSpec { target: Some(vec![1.0]), ..good.clone() }), [CorrectionField::Targets]);
-    assert_eq!(fields(CorrectionSpec { noise_sigma: Some(0.0), ..good.clone() }), [CorrectionField::NoiseSigma]);
-    assert_eq!(
-        fields(CorrectionSpec { coefficient_norm_limit: Some(-1.0), ..good.clone() }),
-        [CorrectionField::CoefficientNormLimit]
-    );
-    assert_eq!(
-        fields(CorrectionSpec { response_uncertainty: f64::NAN, ..good.clone() }),
-        [CorrectionField::ResponseUncertainty]
-    );
-    assert_eq!(fields(CorrectionSpec { deviation: vec![f64::NAN; 4], ..good.clone() }), [CorrectionField::Deviations]);
+    assert_eq!(paths(CorrectionSpec { response_uncertainty: f64::NAN, ..good.clone() }), ["response_uncertainty"]);
+    assert_eq!(paths(CorrectionSpec { deviation: vec![f64::NAN; 4], ..good.clone() }), ["deviation_um"]);
     // too few nodes: by what leaves them
     let undefined = vec![1.0, f64::NAN, f64::NAN, f64::NAN];
-    assert_eq!(fields(CorrectionSpec { deviation: undefined, ..good.clone() }), [CorrectionField::Settings]);
-    assert_eq!(fields(CorrectionSpec { weight: Some(vec![0.0; 4]), ..good.clone() }), [CorrectionField::Weights]);
-    assert_eq!(
-        fields(CorrectionSpec { weight: Some(vec![0.0, 0.0, 0.0, 1.0]), ..good.clone() }),
-        [CorrectionField::Weights]
-    );
+    assert_eq!(paths(CorrectionSpec { deviation: undefined, ..good.clone() }), ["sensitivity.settings"]);
+    assert_eq!(paths(CorrectionSpec { weight: Some(vec![0.0; 4]), ..good.clone() }), ["weight"]);
+    assert_eq!(paths(CorrectionSpec { weight: Some(vec![0.0, 0.0, 0.0, 1.0]), ..good.clone() }), ["weight"]);
     let mut twice = good.clone();
     twice.settings[1].name = "s0".into();
-    assert_eq!(fields(twice), [CorrectionField::Setting { index: 1 }]);
+    assert_eq!(paths(twice), ["sensitivity.settings[1]"]);
     let mut crossed = good.clone();
     (crossed.settings[0].min, crossed.settings[0].max) = (Some(1.0), Some(0.0));
-    assert_eq!(fields(crossed), [CorrectionField::Limit { setting: "s0".into(), limit: LimitField::Min }]);
-    let limit = |limit| CorrectionField::Limit { setting: "a/b~".into(), limit };
+    assert_eq!(paths(crossed), ["limits[0].min"]);
     let setting = |change: fn(&mut Setting)| {
         let mut asked = good.clone();
-        asked.settings[1].name = "a/b~".into();
         change(&mut asked.settings[1]);
-        fields(asked)
+        paths(asked)
     };
-    assert_eq!(setting(|s| s.increment = Some(0.0)), [limit(LimitField::Increment)]);
-    assert_eq!(setting(|s| s.increment = Some(f64::INFINITY)), [limit(LimitField::Increment)]);
-    assert_eq!(
-        setting(|s| (s.min, s.max, s.increment) = (Some(0.1), Some(0.9), Some(1.0))),
-        [limit(LimitField::Increment)]
-    );
-    assert_eq!(setting(|s| (s.fixed, s.min) = (true, Some(0.0))), [limit(LimitField::Min)]);
+    assert_eq!(setting(|s| s.increment = Some(0.0)), ["limits[1].increment"]);
+    assert_eq!(setting(|s| s.increment = Some(f64::INFINITY)), ["limits[1].increment"]);
+    assert_eq!(setting(|s| (s.min, s.max, s.increment) = (Some(0.1), Some(0.9), Some(1.0))), ["limits[1].increment"]);
+    assert_eq!(setting(|s| (s.fixed, s.min) = (true, Some(0.0))), ["limits[1].min"]);
     let mut still = good.clone();
     still.settings.iter_mut().for_each(|setting| setting.fixed = true);
-    assert_eq!(fields(still), [CorrectionField::Limits]);
-    assert_eq!(fields(CorrectionSpec { absolute: false, ..good.clone() }), [CorrectionField::Absolute]);
+    assert_eq!(paths(still), ["limits"]);
+    assert_eq!(paths(CorrectionSpec { absolute: false, ..good.clone() }), ["absolute"]);
     let infinite = CorrectionSpec { sensitivity: [1.0, f64::INFINITY].repeat(4), ..good };
-    assert_eq!(fields(infinite)[0], CorrectionField::Entry { row: 0, column: 1 });
+    assert_eq!(paths(infinite)[0], "sensitivity.matrix[0][1]");
 }
 
 /// A regularisation that the service refuses is refused here.

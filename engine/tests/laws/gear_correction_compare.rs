@@ -1,13 +1,10 @@
 //! Predicted beside measured: whether the machine answered as predicted.
 
+use flankfit_engine::gear::Refused;
 use flankfit_engine::gear::correction::{
     Answer, Comparison, Correction, CorrectionSpec, Noise, Scatter, Verdict, compare,
 };
 use flankfit_engine::gear::simulation::{Simulation, Strategy, case, run};
-use flankfit_engine::gear::{
-    Refused,
-    correction::fault::{ComparisonField, NodeList},
-};
 
 /// A machine of the ill-conditioned case whose response is `factor` times the one that it was drawn
 /// with.
@@ -248,31 +245,16 @@ fn nothing_predicted_has_no_ratio_and_faults_have_their_places() {
     };
     let told = compare(&still).unwrap();
     assert_eq!((told.verdict, told.response_ratio), (Verdict::Different, None));
-    let field = |wrong: Comparison| match compare(&wrong) {
-        Err(Refused::Invalid(faults)) => faults.list()[0].field,
+    let path = |wrong: Comparison| match compare(&wrong) {
+        Err(Refused::Invalid(faults)) => faults.list()[0].path.clone(),
         other => panic!("{other:?}"),
     };
-    assert_eq!(
-        field(Comparison { measured: vec![0.0; 4], ..still.clone() }),
-        ComparisonField::List(NodeList::Measured)
-    );
-    assert_eq!(
-        field(Comparison { noise: Noise { sigma: -1.0, freedom: None }, ..still.clone() }),
-        ComparisonField::NoiseSigma
-    );
-    assert_eq!(
-        field(Comparison { measured: vec![f64::NAN; 5], ..still.clone() }),
-        ComparisonField::List(NodeList::Measured)
-    );
-    assert_eq!(
-        field(Comparison { leverage: Some(vec![-1.0; 5]), ..still.clone() }),
-        ComparisonField::Entry { list: NodeList::Leverage, index: 0 }
-    );
-    assert_eq!(
-        field(Comparison { contributions: vec![f64::INFINITY; 5], ..still.clone() }),
-        ComparisonField::Contribution { index: 0 }
-    );
-    assert_eq!(field(Comparison { settings: 2, ..still }), ComparisonField::Contributions);
+    assert_eq!(path(Comparison { measured: vec![0.0; 4], ..still.clone() }), "measured");
+    assert_eq!(path(Comparison { noise: Noise { sigma: -1.0, freedom: None }, ..still.clone() }), "noise.sigma");
+    assert_eq!(path(Comparison { measured: vec![f64::NAN; 5], ..still.clone() }), "measured");
+    assert_eq!(path(Comparison { leverage: Some(vec![-1.0; 5]), ..still.clone() }), "leverage[0]");
+    assert_eq!(path(Comparison { contributions: vec![f64::INFINITY; 5], ..still.clone() }), "contributions[0]");
+    assert_eq!(path(Comparison { settings: 2, ..still }), "contributions");
 }
 
 /// Without a datum both measurements may have any mean of their own.

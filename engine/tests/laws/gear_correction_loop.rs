@@ -2,7 +2,6 @@
 
 use flankfit_engine::gear::correction::machine::{FlankNode, Machine, Ranges};
 use flankfit_engine::gear::correction::{DEFAULT_RESPONSE_UNCERTAINTY, Setting, Verdict};
-use flankfit_engine::gear::simulation::fault::MachineField;
 use flankfit_engine::gear::simulation::{MachineSpec, Run, Simulation, Strategy, case, run};
 use flankfit_engine::gear::{Gear, GearData, Hand, Side};
 
@@ -192,31 +191,29 @@ fn steps_and_runs_agree() {
     assert!(machine.apply(&[1.0]).is_err() && machine.apply(&[f64::NAN; 6]).is_err());
     let refused =
         Simulation::new(MachineSpec { missing: 1.0, setting_error: vec![-1.0; 6], ..case::ill_conditioned(0) });
-    let fields: Vec<MachineField> = refused.unwrap_err().list().iter().map(|f| f.field).collect();
-    assert_eq!((fields[0], fields[fields.len() - 1]), (MachineField::SettingError { index: 0 }, MachineField::Missing));
+    let refused = refused.unwrap_err();
+    let paths: Vec<&str> = refused.list().iter().map(|fault| &*fault.path).collect();
+    assert_eq!((paths[0], paths[paths.len() - 1]), ("setting_error[0]", "missing"));
 }
 
 /// What no probe or machine is like is refused at its own place, before anything overflows.
 #[test]
 fn machines_out_of_range_are_refused_by_their_place() {
     let good = case::ill_conditioned(0);
-    for (machine, field) in [
-        (MachineSpec { missing: 0.95, ..good.clone() }, MachineField::Missing),
-        (MachineSpec { response_noise: 1e300, ..good.clone() }, MachineField::ResponseNoise),
-        (MachineSpec { response_noise: f64::NAN, ..good.clone() }, MachineField::ResponseNoise),
-        (MachineSpec { probe_noise: 1e200, ..good.clone() }, MachineField::ProbeNoise),
-        (
-            MachineSpec { setting_error: vec![12.0, 12.0, 1e200, 12.0, 12.0, 12.0], ..good.clone() },
-            MachineField::SettingError { index: 2 },
-        ),
+    for (machine, path) in [
+        (MachineSpec { missing: 0.95, ..good.clone() }, "missing"),
+        (MachineSpec { response_noise: 1e300, ..good.clone() }, "response_noise"),
+        (MachineSpec { response_noise: f64::NAN, ..good.clone() }, "response_noise"),
+        (MachineSpec { probe_noise: 1e200, ..good.clone() }, "probe_noise_um"),
+        (MachineSpec { setting_error: vec![12.0, 12.0, 1e200, 12.0, 12.0, 12.0], ..good.clone() }, "setting_error[2]"),
         (
             MachineSpec { setting_error: vec![12.0, 12.0, 12.0, 12.0, 12.0, f64::INFINITY], ..good.clone() },
-            MachineField::SettingError { index: 5 },
+            "setting_error[5]",
         ),
     ] {
         let faults = Simulation::new(machine).unwrap_err();
-        let fields: Vec<MachineField> = faults.list().iter().map(|f| f.field).collect();
-        assert_eq!(fields, [field]);
+        let paths: Vec<&str> = faults.list().iter().map(|fault| &*fault.path).collect();
+        assert_eq!(paths, [path]);
     }
     // 45 nodes, of which 39 are missed, tell six settings
     assert!(Simulation::new(MachineSpec { missing: 39.0 / 45.0, ..good }).is_ok());

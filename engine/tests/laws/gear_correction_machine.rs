@@ -2,7 +2,6 @@
 //! the nominal normal meets them is found by Newton's iteration on three unknowns, which shares
 //! nothing with the formulas.
 
-use flankfit_engine::gear::correction::fault::MachineField;
 use flankfit_engine::gear::correction::machine::{FlankNode, Machine, Ranges, Sensitivity};
 use flankfit_engine::gear::correction::{self, Correction, CorrectionSpec};
 use flankfit_engine::gear::involute::Flank;
@@ -346,11 +345,8 @@ fn impossible_nodes_and_ranges_have_their_places() {
     nodes[4].z = f64::NAN;
     let backwards = Ranges { helix: [5.0, 5.0], ..ranges };
     let faults = Machine::FormGrinding.sensitivity(gear, &nodes, backwards).unwrap_err();
-    let fields: Vec<MachineField> = faults.list().iter().map(|f| f.field).collect();
-    assert_eq!(
-        fields,
-        [MachineField::HelixRange, MachineField::RollLength { node: 3 }, MachineField::Position { node: 4 }]
-    );
+    let paths: Vec<&str> = faults.list().iter().map(|fault| &*fault.path).collect();
+    assert_eq!(paths, ["helix_range_mm", "nodes[3].roll_length_mm", "nodes[4].z_mm"]);
     // the base circle is a place on the involute
     (nodes[3].roll_length, nodes[4].z) = (0.0, 0.0);
     assert!(Machine::FormGrinding.sensitivity(gear, &nodes, ranges).unwrap().matrix.iter().all(|x| x.is_finite()));

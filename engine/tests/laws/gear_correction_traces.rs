@@ -2,7 +2,6 @@
 
 use crate::oracle::random::Random;
 use flankfit_engine::estimation::spec::Regularization;
-use flankfit_engine::gear::correction::fault::CorrectionField;
 use flankfit_engine::gear::correction::machine::{FlankNode, Machine, Ranges};
 use flankfit_engine::gear::correction::{
     Answer, Correction, CorrectionSpec, Damping, Noise, Setting, Solution, Verdict, compare,
@@ -167,17 +166,17 @@ fn zeros_of_traces_are_no_answer_of_the_machine() {
 
 #[test]
 fn traces_are_checked() {
-    let fields = |asked: CorrectionSpec| -> Vec<CorrectionField> {
-        Correction::new(asked).unwrap_err().list().iter().map(|fault| fault.field.clone()).collect()
+    let paths = |asked: CorrectionSpec| -> Vec<String> {
+        Correction::new(asked).unwrap_err().list().iter().map(|fault| fault.path.clone()).collect()
     };
     let j: Vec<f64> = (0..8).flat_map(|k| [f64::from(k), f64::from(k * k)]).collect();
     let asked = |traces: Vec<usize>| {
         let deviation = (0..8).map(f64::from).collect();
         CorrectionSpec { absolute: false, traces: Some(traces), ..plain(deviation, j.clone(), settings(2)) }
     };
-    assert_eq!(fields(asked(vec![0; 7])), [CorrectionField::Traces]);
-    assert_eq!(fields(CorrectionSpec { absolute: true, ..asked(vec![0; 8]) }), [CorrectionField::Absolute]);
+    assert_eq!(paths(asked(vec![0; 7])), ["trace"]);
+    assert_eq!(paths(CorrectionSpec { absolute: true, ..asked(vec![0; 8]) }), ["absolute"]);
     // a zero for each node leaves nothing to tell two settings from
-    assert_eq!(fields(asked((0..8).collect())), [CorrectionField::Settings]);
+    assert_eq!(paths(asked((0..8).collect())), ["sensitivity.settings"]);
     assert!(Correction::new(asked(vec![0, 0, 0, 0, 1, 1, 1, 1])).is_ok());
 }

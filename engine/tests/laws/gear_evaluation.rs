@@ -1,7 +1,6 @@
 //! Laws of the evaluation of traces: what was put in comes back, invariances, plus material, what
 //! is missing.
 
-use flankfit_engine::gear::evaluation::fault::{SettingField, TraceField};
 use flankfit_engine::gear::{
     Gear, GearData, Hand, Kind, Side, Trace,
     evaluation::{
@@ -250,7 +249,7 @@ fn undefined_samples_are_left_out_and_counted() {
     near(evaluated.values.expect("figures").slope, 6.0 * 20.0 / 18.0, 1e-9);
     assert_eq!(answer.warnings.len(), 1);
     assert_eq!(answer.warnings[0].code(), "undefined_samples");
-    assert_eq!(answer.warnings[0].field(), Some(TraceField::Deviations { trace: 0 }));
+    assert_eq!(answer.warnings[0].path().as_deref(), Some("traces[0].deviation_um"));
 }
 
 #[test]
@@ -261,10 +260,10 @@ fn what_cannot_be_evaluated_is_said() {
     let mut still = trace(&gear, Kind::Helix, Side::Left, 9, |u| u);
     still.at.fill(5.0);
     let answer = all(&gear, &[short, empty, still], &settings());
-    let codes: Vec<_> = answer.warnings.iter().map(|w| (w.code(), w.field())).collect();
-    assert!(codes.contains(&("range_not_covered", Some(TraceField::Deviations { trace: 0 }))), "{codes:?}");
-    assert!(codes.contains(&("too_few_samples", Some(TraceField::Deviations { trace: 1 }))), "{codes:?}");
-    assert!(codes.contains(&("no_mean_curve", Some(TraceField::Deviations { trace: 2 }))), "{codes:?}");
+    let codes: Vec<_> = answer.warnings.iter().map(|w| (w.code(), w.path().unwrap_or_default())).collect();
+    assert!(codes.contains(&("range_not_covered", "traces[0].deviation_um".to_owned())), "{codes:?}");
+    assert!(codes.contains(&("too_few_samples", "traces[1].deviation_um".to_owned())), "{codes:?}");
+    assert!(codes.contains(&("no_mean_curve", "traces[2].deviation_um".to_owned())), "{codes:?}");
     assert!(answer.traces.iter().all(|trace| trace.values.is_none() && trace.classes.is_none()));
     assert_eq!(answer.overall, None);
 }
@@ -274,32 +273,26 @@ fn impossible_requests_name_their_place() {
     let gear = gear();
     let helix = trace(&gear, Kind::Helix, Side::Left, 30, |u| u);
     let profile = trace(&gear, Kind::Profile, Side::Left, 30, |u| u);
-    let faults = |traces: &[Trace], settings: &Settings| -> Vec<TraceField> {
+    let faults = |traces: &[Trace], settings: &Settings| -> Vec<String> {
         let posted: Vec<Posted> = traces.iter().map(|trace| Posted { trace, design: None }).collect();
         let faults = evaluate(&gear, &posted, settings).expect_err("impossible");
-        faults.list().iter().map(|fault| fault.field).collect()
+        faults.list().iter().map(|fault| fault.path.clone()).collect()
     };
-    assert_eq!(faults(&[], &settings()), [TraceField::Traces]);
+    assert_eq!(faults(&[], &settings()), ["traces"]);
     let none = Settings { profile: None, helix: None, ..settings() };
     assert_eq!(
         faults(&[helix.clone(), profile.clone()], &none),
-        [TraceField::Setting(SettingField::ProfileRange), TraceField::Setting(SettingField::HelixRange)]
+        ["evaluation.profile_diameter_range_mm", "evaluation.helix_range_mm"]
     );
     let below = Settings { profile: Some(ProfileSettings::on([10.0, f64::NAN])), ..settings() };
     assert_eq!(
         faults(std::slice::from_ref(&profile), &below),
-        [
-            TraceField::Setting(SettingField::ProfileRangeEnd { index: 0 }),
-            TraceField::Setting(SettingField::ProfileRangeEnd { index: 1 })
-        ]
+        ["evaluation.profile_diameter_range_mm[0]", "evaluation.profile_diameter_range_mm[1]"]
     );
     let turned = Settings { helix: Some(HelixSettings::on([19.0, 1.0])), ..settings() };
-    assert_eq!(faults(std::slice::from_ref(&helix), &turned), [TraceField::Setting(SettingField::HelixRange)]);
+    assert_eq!(faults(std::slice::from_ref(&helix), &turned), ["evaluation.helix_range_mm"]);
     let mut uneven = helix.clone();
     uneven.deviation.pop();
     uneven.at[3] = f64::INFINITY;
-    assert_eq!(
-        faults(&[profile, uneven], &settings()),
-        [TraceField::Deviations { trace: 1 }, TraceField::Position { trace: 1, kind: Kind::Helix, index: 3 }]
-    );
+    assert_eq!(faults(&[profile, uneven], &settings()), ["traces[1].deviation_um", "traces[1].z_mm[3]"]);
 }

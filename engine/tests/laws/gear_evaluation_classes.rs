@@ -1,6 +1,5 @@
 //! Tolerances and classes of ISO 1328-1:2013, pitch and run-out.
 
-use flankfit_engine::gear::evaluation::fault::PitchField;
 use std::f64::consts::{SQRT_2, TAU};
 
 use flankfit_engine::gear::{
@@ -245,8 +244,8 @@ fn pitch_of_few_teeth_by_hand() {
 
     let wrong = PitchSettings { diameter: Some(-1.0), sector: Some(8), ..settings };
     let faults = pitch(&gear, &PitchMeasured::Index(vec![0.0; 7]), &wrong).expect_err("impossible");
-    let places: Vec<_> = faults.list().iter().map(|f| f.field).collect();
-    assert_eq!(places, [PitchField::Deviations, PitchField::Diameter, PitchField::Sector]);
+    let places: Vec<_> = faults.list().iter().map(|fault| &*fault.path).collect();
+    assert_eq!(places, ["index_deviation_um", "diameter_mm", "sector"]);
 }
 
 /// An eccentric gear moves both flanks of a space along with it; narrower spaces alone lift the

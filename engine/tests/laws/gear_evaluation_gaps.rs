@@ -2,7 +2,6 @@
 
 use crate::gear_evaluation::{gear, near, range, settings, trace};
 use crate::oracle::random::Random;
-use flankfit_engine::gear::evaluation::fault::TraceField;
 use flankfit_engine::gear::{
     Kind, Side, Trace,
     evaluation::{Evaluation, Posted, evaluate},
@@ -49,7 +48,7 @@ fn gaps_below_a_hole_count_together() {
         assert!(crests.traces[0].values.is_none() && crests.traces[0].classes.is_none(), "{share} of {count}");
         assert_eq!(codes(&crests), ["samples_missing"], "{share} of {count}");
         let warning = crests.warnings.iter().find(|warning| warning.code() == "samples_missing").expect("a warning");
-        assert_eq!(warning.field(), Some(TraceField::Deviations { trace: 0 }));
+        assert_eq!(warning.path().as_deref(), Some("traces[0].deviation_um"));
         assert!(warning.to_string().contains("are covered, less than 75 %"), "{}", warning);
     }
 }

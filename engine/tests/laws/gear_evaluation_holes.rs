@@ -3,7 +3,6 @@
 
 use crate::gear_evaluation::{gear, near, one, settings, trace};
 use crate::oracle::random::Random;
-use flankfit_engine::gear::evaluation::fault::TraceField;
 use flankfit_engine::gear::{
     Gear, Kind, Side, Trace,
     evaluation::{
@@ -197,7 +196,7 @@ fn a_slope_that_the_hole_leaves_open_has_no_class() {
     let answer = all(&gear, &trace, &settings());
     assert!(answer.traces[0].values.is_some() && answer.traces[0].classes.is_none());
     let warning = answer.warnings.iter().find(|warning| warning.code() == "slope_class_open").expect("a warning");
-    assert_eq!(warning.field(), Some(TraceField::Deviations { trace: 0 }));
+    assert_eq!(warning.path().as_deref(), Some("traces[0].deviation_um"));
     assert!(warning.to_string().contains("leaves it open"), "{}", warning);
 }
 

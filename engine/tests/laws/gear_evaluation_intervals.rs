@@ -11,7 +11,6 @@ use flankfit_engine::{
         Kind, ProfileAxis, Side, Trace,
         evaluation::{
             Evaluation, Inference, Posted, ToleranceLimits, evaluate,
-            fault::{SettingField, SettingReason, ToleranceField, ToleranceReason, TraceField, TraceReason},
             flank_surface::{Border, FlankNodes, FlankSurface, SurfaceSettings, flank_surface},
             settings::{HelixReference, HelixSettings, Settings, SlopeSign},
         },
@@ -280,16 +279,16 @@ fn limits_and_levels_that_there_are_not_are_refused() {
         let posted: Vec<Posted> = clean.iter().map(|trace| Posted { trace, design: None }).collect();
         let faults = evaluate(&gear(), &posted, &settings).unwrap_err();
         let fault = &faults.list()[0];
-        (fault.field, fault.reason.clone())
+        (fault.path.clone(), fault.message.clone())
     };
     let limits = |limits: ToleranceLimits| Settings { limits: limits.into(), ..settings() };
-    let of = |field| TraceField::Setting(SettingField::Limit(field));
     let told = ToleranceLimits::default();
     let turned = refused(limits(ToleranceLimits { twist: Some([2.0, -2.0]), ..told }));
-    let reason = SettingReason::Limit(ToleranceReason::NotAscending([2.0, -2.0]));
-    assert_eq!(turned, (of(ToleranceField::Twist), TraceReason::Setting(reason)));
+    assert_eq!(turned.0, "evaluation.tolerance_limits.twist_um");
+    assert!(turned.1.starts_with("2 to -2 µm leave nothing between them"), "{}", turned.1);
     let class = refused(limits(ToleranceLimits { class: Some(12), ..told }));
-    assert_eq!(class.0, of(ToleranceField::Class));
+    assert_eq!(class.0, "evaluation.tolerance_limits.class");
     let level = refused(Settings { level: 1.0, ..settings() });
-    assert_eq!(level, (TraceField::Setting(SettingField::Level), TraceReason::Setting(SettingReason::Level(1.0))));
+    assert_eq!(level.0, "evaluation.level");
+    assert!(level.1.starts_with("1 is not a level"), "{}", level.1);
 }

@@ -3,7 +3,6 @@
 
 use crate::gear_evaluation::{data, gear, near, one, range, settings, trace};
 use crate::oracle::random::Random;
-use flankfit_engine::gear::evaluation::fault::{SettingField, TraceField};
 use flankfit_engine::gear::{
     Gear, GearData, Kind, ProfileAxis, Side, Trace,
     evaluation::{
@@ -244,7 +243,7 @@ fn dust_is_suspected_and_left_out_where_asked() {
         }
         let kept = all(&gear, std::slice::from_ref(&dusty), &settings());
         assert_eq!(codes(&kept), ["outliers_suspected"], "{wide} samples wide");
-        assert_eq!(kept.warnings[0].field(), Some(TraceField::Deviations { trace: 0 }));
+        assert_eq!(kept.warnings[0].path().as_deref(), Some("traces[0].deviation_um"));
         let suspects = kept.traces[0].suspects.as_ref().expect("a suspect");
         let [place] = suspects.places[..] else { panic!("one place: {suspects:?}") };
         assert!(place.from <= dusty.at[120] && place.to >= dusty.at[119 + wide] && place.samples <= wide + 4);
@@ -327,7 +326,7 @@ fn plus_material_of_internal_gears_counts_down_to_the_base_circle() {
     let to_tip = ProfileSettings { reference: ProfileReference::ToTip, ..ProfileSettings::on(range) };
     let asked = Settings { profile: Some(to_tip), ..settings() };
     let faults = evaluate(&gear, &[Posted { trace: &profile, design: None }], &asked).expect_err("refused");
-    assert_eq!(faults.list()[0].field, TraceField::Setting(SettingField::ProfileReference));
+    assert_eq!(faults.list()[0].path, "evaluation.profile_reference");
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Laws of the second-order flank surface.
 
-use flankfit_engine::gear::{Refused, evaluation::fault::SurfaceField};
+use flankfit_engine::gear::Refused;
 use flankfit_engine::{
     estimation::{
         FitSpec,
@@ -236,36 +236,33 @@ fn internal_gears_and_diameters() {
 fn impossible_requests_name_their_place() {
     let gear = gear();
     let full = grid(6, 5, |_, _| 0.0);
-    let places = |nodes: &FlankNodes, settings: &SurfaceSettings| -> Vec<SurfaceField> {
+    let places = |nodes: &FlankNodes, settings: &SurfaceSettings| -> Vec<String> {
         match flank_surface(&gear, nodes, settings).expect_err("impossible") {
-            Refused::Invalid(faults) => faults.list().iter().map(|f| f.field).collect(),
+            Refused::Invalid(faults) => faults.list().iter().map(|fault| fault.path.clone()).collect(),
             other => panic!("{other}"),
         }
     };
     let border = Border { root: 60.0, tip: 40.0, toe: -1.0, heel: f64::NAN };
     assert_eq!(
         places(&full.nodes(), &SurfaceSettings { border, ..settings() }),
-        [SurfaceField::BorderToe, SurfaceField::BorderHeel, SurfaceField::Border]
+        ["border_percent.toe", "border_percent.heel", "border_percent"]
     );
-    assert_eq!(places(&FlankNodes { z: &full.z[..4], ..full.nodes() }, &settings()), [SurfaceField::Deviations]);
+    assert_eq!(places(&FlankNodes { z: &full.z[..4], ..full.nodes() }, &settings()), ["deviation_um"]);
     let by_diameter = FlankNodes { axis: ProfileAxis::Diameter, ..full.nodes() };
-    assert_eq!(places(&by_diameter, &settings())[0], SurfaceField::ProfileAt { index: 0 });
+    assert_eq!(places(&by_diameter, &settings())[0], "profile[0]");
     let mut turned = full.profile.clone();
     turned.swap(0, 1);
-    assert_eq!(
-        places(&FlankNodes { profile: &turned, ..full.nodes() }, &settings()),
-        [SurfaceField::ProfileAt { index: 1 }]
-    );
+    assert_eq!(places(&FlankNodes { profile: &turned, ..full.nodes() }, &settings()), ["profile[1]"]);
     let nothing = vec![f64::NAN; 30];
-    assert_eq!(places(&FlankNodes { deviation: &nothing, ..full.nodes() }, &settings()), [SurfaceField::Deviations]);
+    assert_eq!(places(&FlankNodes { deviation: &nothing, ..full.nodes() }, &settings()), ["deviation_um"]);
     // figures of a range that the nodes reach half of would be extrapolated
     let [least, most] = [full.profile[0], full.profile[5]];
     let wider = SurfaceSettings { profile_range: Some([least, 2.0 * most - least]), ..settings() };
-    assert_eq!(places(&full.nodes(), &wider), [SurfaceField::ProfileRange]);
+    assert_eq!(places(&full.nodes(), &wider), ["profile_range"]);
     let longer = SurfaceSettings { helix_range: Some([full.z[0] - 20.0, full.z[4]]), ..settings() };
-    assert_eq!(places(&full.nodes(), &longer), [SurfaceField::HelixRange]);
+    assert_eq!(places(&full.nodes(), &longer), ["helix_range_mm"]);
     let beside = SurfaceSettings { helix_range: Some([30.0, 40.0]), ..settings() };
-    assert_eq!(places(&full.nodes(), &beside), [SurfaceField::Border]);
+    assert_eq!(places(&full.nodes(), &beside), ["border_percent"]);
 }
 
 /// A border that cuts the outermost nodes off leaves a range that the others reach little of: its
@@ -294,7 +291,7 @@ fn what_the_nodes_do_not_cover_is_held_against_no_limits() {
     // 3 of 5 rows are left: 0.5 of 0.9; of 9 columns 7: 0.75 of 0.9
     let (held, warnings) = cut(5.0, 5.0);
     assert_eq!(held, [false, false, true, true, false]);
-    let [SurfaceWarning::RangeNotCovered { field: SurfaceField::Border, reached, range }] = warnings[..] else {
+    let [SurfaceWarning::RangeNotCovered { path: "border_percent", reached, range }] = warnings[..] else {
         panic!("{warnings:?}")
     };
     near(share(reached, range), 0.5 / 0.9, 1e-9);
@@ -317,8 +314,8 @@ fn places_beyond_the_face_are_told() {
     far.z[8] = 1e30;
     match flank_surface(&gear, &far.nodes(), &settings()).expect_err("no gear is so wide") {
         Refused::Invalid(faults) => {
-            let fields: Vec<SurfaceField> = faults.list().iter().map(|fault| fault.field).collect();
-            assert_eq!(fields, [SurfaceField::Position { index: 8 }]);
+            let paths: Vec<&str> = faults.list().iter().map(|fault| &*fault.path).collect();
+            assert_eq!(paths, ["z_mm[8]"]);
         }
         other => panic!("{other}"),
     }

@@ -2,7 +2,6 @@
 
 use crate::gear_evaluation::{gear, near, range, settings, trace};
 use crate::oracle::random::Random;
-use flankfit_engine::gear::evaluation::fault::{SettingField, TraceField};
 use flankfit_engine::gear::{
     Gear, Kind, Side, Trace,
     evaluation::{
@@ -316,7 +315,7 @@ fn traces_that_contradict_each_other_are_warned_of() {
         }
         let turned = answer(&gear, &good, &asked);
         assert_eq!(codes(&turned), ["surface_misfit", "helix_sign_doubtful"], "{:?}", turned.surfaces);
-        assert_eq!(turned.warnings[1].field(), Some(TraceField::Setting(SettingField::DeviationSign)));
+        assert_eq!(turned.warnings[1].path().as_deref(), Some("evaluation.deviation_sign"));
     }
     let third = |u: f64, v: f64| 20.0 * u * v * v * v;
     let mut odd: Vec<Trace> = [-0.9, 0.0, 0.9].map(|v| line(&gear, Kind::Profile, v, 80, third)).to_vec();

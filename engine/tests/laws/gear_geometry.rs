@@ -1,7 +1,6 @@
 //! Laws of the nominal flank: the involute, its normals, thicknesses, measures over teeth and
 //! balls, and gears that cannot be.
 
-use flankfit_engine::gear::GearField;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use flankfit_engine::{
@@ -115,33 +114,29 @@ fn a_pointed_tooth_is_told() {
 #[test]
 fn impossible_gears_are_named_by_their_fields() {
     type Change = fn(&mut GearData);
-    let cases: [(GearField, Change); 15] = [
-        (GearField::HelixAngle, |d| d.helix_angle = FRAC_PI_2),
-        (GearField::HelixAngle, |d| d.helix_angle = -0.1),
-        (GearField::PressureAngle, |d| d.pressure_angle = 0.0),
-        (GearField::PressureAngle, |d| d.pressure_angle = f64::NAN),
-        (GearField::Teeth, |d| d.teeth = 0),
-        (GearField::NormalModule, |d| d.normal_module = -1.0),
-        (GearField::TipDiameter, |d| d.tip_diameter = Some(55.0)),
-        (GearField::TipDiameter, |d| (d.tip_diameter, d.root_diameter) = (Some(60.0), Some(61.0))),
-        (GearField::RootDiameter, |d| d.root_diameter = Some(70.0)),
-        (GearField::ProfileShift, |d| d.profile_shift = -30.0),
-        (GearField::ProfileShift, |d| d.profile_shift = 8.0),
-        (GearField::ToolTipRadius, |d| {
-            d.tool = Some(Tool { tip_radius: 2.0, addendum_factor: 1.25, protuberance: 0.0 })
-        }),
-        (GearField::ToolAddendum, |d| d.tool = Some(Tool { tip_radius: 0.0, addendum_factor: 4.0, protuberance: 0.0 })),
-        (GearField::ToolProtuberance, |d| {
-            d.tool = Some(Tool { tip_radius: 0.1, addendum_factor: 1.25, protuberance: 0.2 })
-        }),
-        (GearField::TipDiameter, |d| (d.internal, d.tip_diameter, d.root_diameter) = (true, Some(66.0), Some(64.0))),
+    let cases: [(&str, Change); 15] = [
+        ("helix_angle_deg", |d| d.helix_angle = FRAC_PI_2),
+        ("helix_angle_deg", |d| d.helix_angle = -0.1),
+        ("normal_pressure_angle_deg", |d| d.pressure_angle = 0.0),
+        ("normal_pressure_angle_deg", |d| d.pressure_angle = f64::NAN),
+        ("teeth", |d| d.teeth = 0),
+        ("normal_module_mm", |d| d.normal_module = -1.0),
+        ("tip_diameter_mm", |d| d.tip_diameter = Some(55.0)),
+        ("tip_diameter_mm", |d| (d.tip_diameter, d.root_diameter) = (Some(60.0), Some(61.0))),
+        ("root_diameter_mm", |d| d.root_diameter = Some(70.0)),
+        ("profile_shift_coefficient", |d| d.profile_shift = -30.0),
+        ("profile_shift_coefficient", |d| d.profile_shift = 8.0),
+        ("tool.tip_radius_mm", |d| d.tool = Some(Tool { tip_radius: 2.0, addendum_factor: 1.25, protuberance: 0.0 })),
+        ("tool.addendum_factor", |d| d.tool = Some(Tool { tip_radius: 0.0, addendum_factor: 4.0, protuberance: 0.0 })),
+        ("tool.protuberance_mm", |d| d.tool = Some(Tool { tip_radius: 0.1, addendum_factor: 1.25, protuberance: 0.2 })),
+        ("tip_diameter_mm", |d| (d.internal, d.tip_diameter, d.root_diameter) = (true, Some(66.0), Some(64.0))),
     ];
-    for (field, change) in cases {
+    for (path, change) in cases {
         let mut gear = data(30, 2.0, 20.0, 0.0);
         change(&mut gear);
         let faults = Gear::new(gear).unwrap_err();
-        assert!(faults.list().iter().any(|f| f.field == field), "{field:?}: {faults:?}");
-        assert!(faults.list().iter().all(|f| !f.reason.to_string().is_empty()));
+        assert!(faults.list().iter().any(|fault| fault.path == path), "{path}: {faults:?}");
+        assert!(faults.list().iter().all(|fault| !fault.message.is_empty()));
     }
 }
 

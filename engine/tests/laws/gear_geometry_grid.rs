@@ -6,10 +6,6 @@ use flankfit_engine::gear::{
     involute::Flank,
     modification::{End, Flanks, Growth, Interpolation, Law, Modification, Range, Topography},
 };
-use flankfit_engine::gear::{
-    flank_grid::GridField,
-    modification::fault::{LawField, RangeField, TopographyField},
-};
 use proptest::prelude::*;
 
 use super::gear_geometry::{any_gear, data, miss, side_of};
@@ -239,27 +235,24 @@ fn a_topography_goes_through_its_nodes_and_on_beyond_them() {
 fn faults_have_fields() {
     let gear = gear();
     let base = 2.0 * gear.base_radius();
-    let fields = |spec: &GridSpec| -> Vec<GridField> {
-        FlankGrid::new(&gear, spec, None).unwrap_err().list().iter().map(|f| f.field).collect()
+    let paths = |spec: &GridSpec| -> Vec<String> {
+        FlankGrid::new(&gear, spec, None).unwrap_err().list().iter().map(|fault| fault.path.clone()).collect()
     };
     let good = spec(Side::Left, vec![10.0, 12.0], vec![0.0, 5.0]);
-    assert_eq!(
-        fields(&GridSpec { values: vec![10.0, 11.0, 12.0, -1.0], ..good.clone() }),
-        [GridField::ProfileValue { index: 3 }]
-    );
+    assert_eq!(paths(&GridSpec { values: vec![10.0, 11.0, 12.0, -1.0], ..good.clone() }), ["profile.values[3]"]);
     let below = GridSpec { axis: ProfileAxis::Diameter, values: vec![base + 1.0, base - 1.0], ..good.clone() };
-    assert_eq!(fields(&below), [GridField::ProfileValue { index: 1 }]);
-    assert_eq!(fields(&GridSpec { positions: vec![f64::NAN], ..good.clone() }), [GridField::Position { index: 0 }]);
-    assert_eq!(fields(&GridSpec { values: vec![], ..good.clone() }), [GridField::Profile]);
-    assert_eq!(fields(&GridSpec { tooth: 41, ..good.clone() }), [GridField::Tooth]);
+    assert_eq!(paths(&below), ["profile.values[1]"]);
+    assert_eq!(paths(&GridSpec { positions: vec![f64::NAN], ..good.clone() }), ["face_width_positions_mm[0]"]);
+    assert_eq!(paths(&GridSpec { values: vec![], ..good.clone() }), ["profile.values"]);
+    assert_eq!(paths(&GridSpec { tooth: 41, ..good.clone() }), ["tooth"]);
     let many = GridSpec { values: vec![10.0; MOST_NODES / 2], positions: vec![0.0; 3], ..good };
-    assert_eq!(fields(&many), [GridField::Profile]);
+    assert_eq!(paths(&many), ["profile.values"]);
 
     let range = Range::whole(&gear).unwrap();
-    let refused = |laws: Vec<Law>| -> Vec<LawField> {
+    let refused = |laws: Vec<Law>| -> Vec<String> {
         let list = laws.into_iter().map(both).collect();
         let faults = Modifications::new(&gear, range, list).unwrap_err();
-        faults.list().iter().map(|f| f.field).collect()
+        faults.list().iter().map(|fault| fault.path.clone()).collect()
     };
     let growth = Growth::Linear;
     let tip = gear.diameter(range.profile()[1]);
@@ -271,20 +264,15 @@ fn faults_have_fields() {
             Law::EndRelief { end: End::Low, amount: 1.0, length: 21.0, growth },
             Law::TipRelief { amount: 5.0, start_diameter: tip, growth },
         ]),
-        [
-            LawField::StartDiameter { number: 0 },
-            LawField::Amount { number: 1 },
-            LawField::StartDiameter { number: 2 },
-            LawField::Length { number: 3 },
-            LawField::StartDiameter { number: 4 }
-        ]
+        ["[0].start_diameter_mm", "[1].amount_um", "[2].start_diameter_mm", "[3].length_mm", "[4].start_diameter_mm"]
     );
     let faults = Range::new(&gear, [1.0, 82.0], [3.0, 3.0]).unwrap_err();
-    let found: Vec<RangeField> = faults.list().iter().map(|f| f.field).collect();
-    assert_eq!(found, [RangeField::Diameter { index: 0 }, RangeField::Helix]);
+    let found: Vec<&str> = faults.list().iter().map(|fault| &*fault.path).collect();
+    assert_eq!(found, ["profile_diameter_range_mm[0]", "helix_range_mm"]);
     let ragged = Topography::new(&[10.0, 9.0], &[0.0, 1.0], &[vec![1.0, 2.0], vec![1.0]], Interpolation::Bilinear);
-    let found: Vec<TopographyField> = ragged.unwrap_err().list().iter().map(|f| f.field).collect();
-    assert_eq!(found, [TopographyField::ProfileValue { index: 1 }, TopographyField::ReliefRow { row: 1 }]);
+    let ragged = ragged.unwrap_err();
+    let found: Vec<&str> = ragged.list().iter().map(|fault| &*fault.path).collect();
+    assert_eq!(found, ["profile.values[1]", "relief_um[1]"]);
 }
 
 #[test]

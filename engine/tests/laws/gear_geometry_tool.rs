@@ -1,7 +1,6 @@
 //! Laws of the generated root: fillet, undercut, envelope, closed profile. The oracle is the tool
 //! itself, moved over the gear in small steps.
 
-use flankfit_engine::gear::generation::fault::ToolField;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
 use flankfit_engine::gear::{
@@ -402,14 +401,14 @@ fn an_envelope_has_a_total_of_points() {
 #[test]
 fn profiles_of_tools_are_checked() {
     let point = |x: f64| [x, 0.5 * x];
-    let fields = |points: &[[f64; 2]], parts| -> Vec<ToolField> {
-        ToolProfile::polyline(points, parts).unwrap_err().list().iter().map(|f| f.field).collect()
+    let paths = |points: &[[f64; 2]], parts| -> Vec<String> {
+        ToolProfile::polyline(points, parts).unwrap_err().list().iter().map(|fault| fault.path.clone()).collect()
     };
-    assert_eq!(fields(&[point(0.0)], 3), [ToolField::Points]);
-    assert_eq!(fields(&[point(0.0), point(0.0)], 3), [ToolField::Point { index: 1 }]);
-    assert_eq!(fields(&[point(0.0), point(f64::NAN), point(2.0)], 3), [ToolField::Point { index: 1 }]);
-    assert_eq!(fields(&[point(0.0), point(1.0)], usize::MAX), [ToolField::Points]);
+    assert_eq!(paths(&[point(0.0)], 3), [""]);
+    assert_eq!(paths(&[point(0.0), point(0.0)], 3), ["[1]"]);
+    assert_eq!(paths(&[point(0.0), point(f64::NAN), point(2.0)], 3), ["[1]"]);
+    assert_eq!(paths(&[point(0.0), point(1.0)], usize::MAX), [""]);
     // a saw: nearly half a turn at every corner
     let saw: Vec<[f64; 2]> = (0..2000).map(|k| [f64::from(k % 2), 1e-3 * f64::from(k)]).collect();
-    assert_eq!(fields(&saw, 1), [ToolField::Points]);
+    assert_eq!(paths(&saw, 1), [""]);
 }

@@ -8,8 +8,7 @@ use flankfit_engine::estimation::spec::{Estimator, FitSpec, Model, Parameter, Re
 use flankfit_engine::estimation::spec::{Loss, MEstimator};
 use flankfit_engine::gear::deviation::{Deviations, MeasuredPoint, Measurement, Reference, measure};
 use flankfit_engine::gear::registration::{Motion, Pose, Registering, Registration, columns::SCREW, register};
-use flankfit_engine::gear::{Gear, Hand, Side};
-use flankfit_engine::gear::{Refused, registration::fault::RegistrationField};
+use flankfit_engine::gear::{Gear, Hand, Refused, Side};
 use flankfit_engine::geometry::space::Vector;
 use proptest::prelude::*;
 
@@ -194,7 +193,7 @@ fn a_spur_gear_tells_no_axial_shift() {
     let spec = plain();
     let asked = Registering { motions: &[Motion::AxialShift], pivot: None, weight: None, spec: &spec };
     let Err(Refused::Invalid(faults)) = register(&reference, &deviations, &asked) else { panic!("faults") };
-    assert_eq!(faults.list()[0].field, RegistrationField::Motion { index: 0 });
+    assert_eq!(faults.list()[0].path, "registration.motions[0]");
 }
 
 #[test]
@@ -320,26 +319,20 @@ fn impossible_registrations_are_refused() {
     let deviations = measured(&reference, &places(&gear, 1, &[Side::Left], |_, _, _| 0.0, 0.0)[..3], 0.0);
     let spec = plain();
     let refused = |asked: Registering| match register(&reference, &deviations, &asked) {
-        Err(Refused::Invalid(faults)) => faults.list()[0].field,
+        Err(Refused::Invalid(faults)) => faults.list()[0].path.clone(),
         other => panic!("{other:?}"),
     };
     let asked = Registering { motions: &FIVE, pivot: None, weight: None, spec: &spec };
-    assert_eq!(refused(asked.clone()), RegistrationField::Points);
-    assert_eq!(refused(Registering { motions: &[], ..asked.clone() }), RegistrationField::Motions);
+    assert_eq!(refused(asked.clone()), "points");
+    assert_eq!(refused(Registering { motions: &[], ..asked.clone() }), "registration.motions");
     let twice = [Motion::XShift, Motion::XShift];
-    assert_eq!(refused(Registering { motions: &twice, ..asked.clone() }), RegistrationField::Motion { index: 1 });
+    assert_eq!(refused(Registering { motions: &twice, ..asked.clone() }), "registration.motions[1]");
     let one = [Motion::XShift];
     assert_eq!(
         refused(Registering { motions: &one, pivot: Some(f64::NAN), ..asked.clone() }),
-        RegistrationField::Pivot
+        "registration.pivot_z_mm"
     );
-    assert_eq!(
-        refused(Registering { motions: &one, weight: Some(&[1.0]), ..asked.clone() }),
-        RegistrationField::Weights
-    );
+    assert_eq!(refused(Registering { motions: &one, weight: Some(&[1.0]), ..asked.clone() }), "weight");
     let weight = [1.0, -1.0, 1.0];
-    assert_eq!(
-        refused(Registering { motions: &one, weight: Some(&weight), ..asked }),
-        RegistrationField::Weight { index: 1 }
-    );
+    assert_eq!(refused(Registering { motions: &one, weight: Some(&weight), ..asked }), "weight[1]");
 }

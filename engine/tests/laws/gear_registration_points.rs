@@ -4,7 +4,6 @@
 use crate::gear_registration::{above, gear, helical, rolls, side};
 use crate::oracle::random::Random;
 use crate::problems::config;
-use flankfit_engine::gear::deviation::fault::{BorderField, MeasureField, TopographyField};
 use flankfit_engine::gear::deviation::{
     Border, Borders, Deviations, Direction, FootlessPoints, MeasuredPoint, Measurement, NoFoot, Reference, Topography,
     foot::foot, grid, measure,
@@ -234,23 +233,10 @@ fn points_that_are_not_of_the_flank_are_named() {
     let before = anywhere(above(&gear, 5, Side::Left, 0.0, 3.0, 0.0) * 1.000_001);
     let touches = [good, inside, wrong_tooth, good, wrong_flank, no_tooth, endless, before];
     let faults = measure(&Reference::new(&gear), &touches, &Measurement::default()).expect_err("faults");
-    let fields: Vec<_> = faults.list().iter().map(|fault| fault.field).collect();
-    assert_eq!(
-        fields,
-        [
-            MeasureField::Point { index: 1 },
-            MeasureField::Point { index: 2 },
-            MeasureField::Point { index: 4 },
-            MeasureField::Tooth { index: 5 },
-            MeasureField::Point { index: 6 }
-        ]
-    );
-    assert!(
-        faults.list()[0].reason.to_string().contains("inside the base circle"),
-        "{}",
-        faults.list()[0].reason.to_string()
-    );
-    assert!(faults.list()[1].reason.to_string().contains("tooth 6"), "{}", faults.list()[1].reason.to_string());
+    let paths: Vec<&str> = faults.list().iter().map(|fault| &*fault.path).collect();
+    assert_eq!(paths, ["points[1]", "points[2]", "points[4]", "teeth[5]", "points[6]"]);
+    assert!(faults.list()[0].message.contains("inside the base circle"), "{}", faults.list()[0].message);
+    assert!(faults.list()[1].message.contains("tooth 6"), "{}", faults.list()[1].message);
 
     // or they are left out, and listed
     let lenient = Measurement { strays: FootlessPoints::Undefined, ..Measurement::default() };
@@ -274,11 +260,7 @@ fn a_normal_tells_the_flank() {
         assert!(node.deviation > 1000.0);
         let wrong = MeasuredPoint { normal: normal.map(|n| -n), side: Some(side), tooth: Some(tooth), ..middle };
         let faults = measure(&Reference::new(&gear), &[wrong], &reach).expect_err("the other flank's normal");
-        assert!(
-            faults.list()[0].reason.to_string().contains("into the material"),
-            "{}",
-            faults.list()[0].reason.to_string()
-        );
+        assert!(faults.list()[0].message.contains("into the material"), "{}", faults.list()[0].message);
     }
 }
 
@@ -292,7 +274,7 @@ fn tip_and_root_circles_that_are_given_hold() {
     let point = anywhere(above(&gear, 1, Side::Left, roll, 0.0, 0.0));
     assert!(measure(&Reference::new(&plain), &[point], &Measurement::default()).is_ok());
     let faults = measure(&Reference::new(&gear), &[point], &Measurement::default()).expect_err("beyond the tip");
-    assert!(faults.list()[0].reason.to_string().contains("tip circle"), "{}", faults.list()[0].reason.to_string());
+    assert!(faults.list()[0].message.contains("tip circle"), "{}", faults.list()[0].message);
 }
 
 #[test]
@@ -300,8 +282,8 @@ fn settings_are_checked() {
     let gear = helical(20.0, Hand::Left);
     let bad = Measurement { ball_radius: -1.0, reach: Some(100.0), ..Measurement::default() };
     let faults = measure(&Reference::new(&gear), &[], &bad).expect_err("faults");
-    let fields: Vec<_> = faults.list().iter().map(|fault| fault.field).collect();
-    assert_eq!(fields, [MeasureField::BallRadius, MeasureField::Reach]);
+    let paths: Vec<&str> = faults.list().iter().map(|fault| &*fault.path).collect();
+    assert_eq!(paths, ["probe_radius_mm", "reach_mm"]);
 }
 
 fn topography() -> Topography {
@@ -358,17 +340,8 @@ fn bad_grids_are_refused() {
         rows[4][5] = f64::INFINITY;
     });
     let faults = grid(&Reference::new(&gear), &bad).expect_err("faults");
-    let fields: Vec<_> = faults.list().iter().map(|fault| fault.field).collect();
-    assert_eq!(
-        fields,
-        [
-            TopographyField::Tooth,
-            TopographyField::RollLength { index: 1 },
-            TopographyField::Position { index: 3 },
-            TopographyField::Row { row: 2 },
-            TopographyField::Deviation { row: 4, column: 5 }
-        ]
-    );
+    let paths: Vec<&str> = faults.list().iter().map(|fault| &*fault.path).collect();
+    assert_eq!(paths, ["tooth", "roll_length_mm[1]", "z_mm[3]", "deviation_um[2]", "deviation_um[4][5]"]);
 }
 
 #[test]
@@ -389,8 +362,8 @@ fn borders_leave_the_edges_out() {
     let mad =
         Borders { profile: Border::Trimmed { low: 60.0, high: 40.0 }, face: Border::Range { from: f64::NAN, to: 1.0 } };
     let faults = nodes.set_borders(&mad).expect_err("faults");
-    let fields: Vec<_> = faults.list().iter().map(|fault| fault.field).collect();
-    assert_eq!(fields, [BorderField::Profile, BorderField::Face]);
+    let paths: Vec<&str> = faults.list().iter().map(|fault| &*fault.path).collect();
+    assert_eq!(paths, ["diameter_range_mm", "z_range_mm"]);
 }
 
 #[test]

@@ -7,11 +7,7 @@ use crate::oracle::random::Random;
 use crate::problems::config;
 use flankfit_engine::gear::deviation::{MeasuredPoint, Measurement, Reference, measure};
 use flankfit_engine::gear::registration::{Motion, Pose, Registering, Registration, register_from, start};
-use flankfit_engine::gear::{Gear, Hand, Side, warning::Warning};
-use flankfit_engine::gear::{
-    Refused,
-    registration::fault::{RegistrationField, RegistrationRefused},
-};
+use flankfit_engine::gear::{Gear, Hand, Refused, Side, warning::Warning};
 use flankfit_engine::geometry::space::Vector;
 use proptest::prelude::*;
 use std::f64::consts::PI;
@@ -22,11 +18,7 @@ const DOUBTS: [&str; 5] =
 const FIVE: [Motion; 5] = [Motion::XShift, Motion::YShift, Motion::XTilt, Motion::YTilt, Motion::Rotation];
 
 /// As the service does it; `None` where a point has no foot on the nominal flank.
-fn tried(
-    gear: &Gear,
-    touches: &[MeasuredPoint],
-    motions: &[Motion],
-) -> Option<Result<Registration, RegistrationRefused>> {
+fn tried(gear: &Gear, touches: &[MeasuredPoint], motions: &[Motion]) -> Option<Result<Registration, Refused>> {
     let (reference, spec) = (Reference::new(gear), plain());
     let asked = Registering { motions, pivot: Some(22.0), weight: None, spec: &spec };
     let begun = match start(gear, touches, 0.0, &asked) {
@@ -37,7 +29,7 @@ fn tried(
     Some(register_from(&reference, &deviations, &asked, &begun))
 }
 
-fn laid(gear: &Gear, touches: &[MeasuredPoint], motions: &[Motion]) -> Result<Registration, RegistrationRefused> {
+fn laid(gear: &Gear, touches: &[MeasuredPoint], motions: &[Motion]) -> Result<Registration, Refused> {
     tried(gear, touches, motions).expect("every point has a foot")
 }
 
@@ -162,8 +154,8 @@ fn without_a_majority_of_names_there_is_no_place() {
         }
         let Err(Refused::Invalid(faults)) = laid(&gear, &touches, &FIVE) else { panic!("refused") };
         let [fault] = faults.list() else { panic!("one fault: {faults:?}") };
-        assert_eq!(fault.field, RegistrationField::Teeth);
-        assert!(fault.reason.to_string().contains("at most 25 %"), "{}", fault.reason.to_string());
+        assert_eq!(fault.path, "teeth");
+        assert!(fault.message.contains("at most 25 %"), "{}", fault.message);
     }
     // all of them one on: the part is turned, and where it may not be, that is said
     let mut touches = part(&gear, 4, &Pose { pivot: 22.0, ..Pose::default() }, &mut random);
@@ -174,8 +166,8 @@ fn without_a_majority_of_names_there_is_no_place() {
     let Err(Refused::Invalid(faults)) = laid(&gear, &touches, &[Motion::XShift, Motion::YShift]) else {
         panic!("refused")
     };
-    assert_eq!(faults.list()[0].field, RegistrationField::Teeth);
-    assert!(faults.list()[0].reason.to_string().contains("1 pitch "), "{}", faults.list()[0].reason.to_string());
+    assert_eq!(faults.list()[0].path, "teeth");
+    assert!(faults.list()[0].message.contains("1 pitch "), "{}", faults.list()[0].message);
 }
 
 /// A part that is turned, with only the axial shift free: the screw that does the same is answered,

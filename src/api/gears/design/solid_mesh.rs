@@ -7,7 +7,6 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use crate::api::{
-    faults::Faults,
     gears::gear::GearBody,
     json::{text::ShortText, value::read_json},
     problem::{Problem, Room},
