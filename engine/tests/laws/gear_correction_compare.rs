@@ -1,6 +1,6 @@
 //! Predicted beside measured: whether the machine answered as predicted.
 
-use flankfit_engine::gear::Refused;
+use flankfit_engine::estimation::FitError;
 use flankfit_engine::gear::correction::{
     Answer, Comparison, Correction, CorrectionSpec, Noise, Scatter, Verdict, compare,
 };
@@ -246,7 +246,7 @@ fn nothing_predicted_has_no_ratio_and_faults_have_their_places() {
     let told = compare(&still).unwrap();
     assert_eq!((told.verdict, told.response_ratio), (Verdict::Different, None));
     let path = |wrong: Comparison| match compare(&wrong) {
-        Err(Refused::Invalid(faults)) => faults.list()[0].path.clone(),
+        Err(FitError::Invalid(faults)) => faults.list()[0].path.clone(),
         other => panic!("{other:?}"),
     };
     assert_eq!(path(Comparison { measured: vec![0.0; 4], ..still.clone() }), "measured");

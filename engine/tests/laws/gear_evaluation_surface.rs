@@ -1,9 +1,8 @@
 //! Laws of the second-order flank surface.
 
-use flankfit_engine::gear::Refused;
 use flankfit_engine::{
     estimation::{
-        FitSpec,
+        FitError, FitSpec,
         spec::{Degree, Model, PolynomialBasis, Regularization, Terms},
     },
     gear::{
@@ -238,7 +237,7 @@ fn impossible_requests_name_their_place() {
     let full = grid(6, 5, |_, _| 0.0);
     let places = |nodes: &FlankNodes, settings: &SurfaceSettings| -> Vec<String> {
         match flank_surface(&gear, nodes, settings).expect_err("impossible") {
-            Refused::Invalid(faults) => faults.list().iter().map(|fault| fault.path.clone()).collect(),
+            FitError::Invalid(faults) => faults.list().iter().map(|fault| fault.path.clone()).collect(),
             other => panic!("{other}"),
         }
     };
@@ -313,7 +312,7 @@ fn places_beyond_the_face_are_told() {
     assert!(matches!(warnings[..], [SurfaceWarning::BeyondFace { .. }]), "{warnings:?}");
     far.z[8] = 1e30;
     match flank_surface(&gear, &far.nodes(), &settings()).expect_err("no gear is so wide") {
-        Refused::Invalid(faults) => {
+        FitError::Invalid(faults) => {
             let paths: Vec<&str> = faults.list().iter().map(|fault| &*fault.path).collect();
             assert_eq!(paths, ["z_mm[8]"]);
         }

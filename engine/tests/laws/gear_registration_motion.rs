@@ -4,11 +4,12 @@
 use crate::gear_registration::{above, gear, helical, rolls, side};
 use crate::oracle::random::Random;
 use crate::problems::config;
+use flankfit_engine::estimation::FitError;
 use flankfit_engine::estimation::spec::{Estimator, FitSpec, Model, Parameter, Regularization, Scaling};
 use flankfit_engine::estimation::spec::{Loss, MEstimator};
 use flankfit_engine::gear::deviation::{Deviations, MeasuredPoint, Measurement, Reference, measure};
 use flankfit_engine::gear::registration::{Motion, Pose, Registering, Registration, columns::SCREW, register};
-use flankfit_engine::gear::{Gear, Hand, Refused, Side};
+use flankfit_engine::gear::{Gear, Hand, Side};
 use flankfit_engine::geometry::space::Vector;
 use proptest::prelude::*;
 
@@ -192,7 +193,7 @@ fn a_spur_gear_tells_no_axial_shift() {
     assert!(answer.indistinguishable.iter().any(|near| near.motions == [Motion::AxialShift]));
     let spec = plain();
     let asked = Registering { motions: &[Motion::AxialShift], pivot: None, weight: None, spec: &spec };
-    let Err(Refused::Invalid(faults)) = register(&reference, &deviations, &asked) else { panic!("faults") };
+    let Err(FitError::Invalid(faults)) = register(&reference, &deviations, &asked) else { panic!("faults") };
     assert_eq!(faults.list()[0].path, "registration.motions[0]");
 }
 
@@ -319,7 +320,7 @@ fn impossible_registrations_are_refused() {
     let deviations = measured(&reference, &places(&gear, 1, &[Side::Left], |_, _, _| 0.0, 0.0)[..3], 0.0);
     let spec = plain();
     let refused = |asked: Registering| match register(&reference, &deviations, &asked) {
-        Err(Refused::Invalid(faults)) => faults.list()[0].path.clone(),
+        Err(FitError::Invalid(faults)) => faults.list()[0].path.clone(),
         other => panic!("{other:?}"),
     };
     let asked = Registering { motions: &FIVE, pivot: None, weight: None, spec: &spec };

@@ -5,9 +5,10 @@ use crate::gear_registration::{gear, helical};
 use crate::gear_registration_motion::{moved, places, plain};
 use crate::oracle::random::Random;
 use crate::problems::config;
+use flankfit_engine::estimation::FitError;
 use flankfit_engine::gear::deviation::{MeasuredPoint, Measurement, Reference, measure};
 use flankfit_engine::gear::registration::{Motion, Pose, Registering, Registration, register_from, start};
-use flankfit_engine::gear::{Gear, Hand, Refused, Side, warning::Warning};
+use flankfit_engine::gear::{Gear, Hand, Side, warning::Warning};
 use flankfit_engine::geometry::space::Vector;
 use proptest::prelude::*;
 use std::f64::consts::PI;
@@ -18,7 +19,7 @@ const DOUBTS: [&str; 5] =
 const FIVE: [Motion; 5] = [Motion::XShift, Motion::YShift, Motion::XTilt, Motion::YTilt, Motion::Rotation];
 
 /// As the service does it; `None` where a point has no foot on the nominal flank.
-fn tried(gear: &Gear, touches: &[MeasuredPoint], motions: &[Motion]) -> Option<Result<Registration, Refused>> {
+fn tried(gear: &Gear, touches: &[MeasuredPoint], motions: &[Motion]) -> Option<Result<Registration, FitError>> {
     let (reference, spec) = (Reference::new(gear), plain());
     let asked = Registering { motions, pivot: Some(22.0), weight: None, spec: &spec };
     let begun = match start(gear, touches, 0.0, &asked) {
@@ -29,7 +30,7 @@ fn tried(gear: &Gear, touches: &[MeasuredPoint], motions: &[Motion]) -> Option<R
     Some(register_from(&reference, &deviations, &asked, &begun))
 }
 
-fn laid(gear: &Gear, touches: &[MeasuredPoint], motions: &[Motion]) -> Result<Registration, Refused> {
+fn laid(gear: &Gear, touches: &[MeasuredPoint], motions: &[Motion]) -> Result<Registration, FitError> {
     tried(gear, touches, motions).expect("every point has a foot")
 }
 
@@ -152,7 +153,7 @@ fn without_a_majority_of_names_there_is_no_place() {
         if !sides {
             touches.iter_mut().for_each(|touch| touch.side = None);
         }
-        let Err(Refused::Invalid(faults)) = laid(&gear, &touches, &FIVE) else { panic!("refused") };
+        let Err(FitError::Invalid(faults)) = laid(&gear, &touches, &FIVE) else { panic!("refused") };
         let [fault] = faults.list() else { panic!("one fault: {faults:?}") };
         assert_eq!(fault.path, "teeth");
         assert!(fault.message.contains("at most 25 %"), "{}", fault.message);
@@ -163,7 +164,7 @@ fn without_a_majority_of_names_there_is_no_place() {
     let turned = laid(&gear, &touches, &FIVE).expect("a rotation by a pitch");
     assert!((turned.pose.get(Motion::Rotation).abs() - 1e6 * gear.pitch_angle()).abs() < 5.0);
     assert_eq!(codes(&turned), Vec::<&str>::new());
-    let Err(Refused::Invalid(faults)) = laid(&gear, &touches, &[Motion::XShift, Motion::YShift]) else {
+    let Err(FitError::Invalid(faults)) = laid(&gear, &touches, &[Motion::XShift, Motion::YShift]) else {
         panic!("refused")
     };
     assert_eq!(faults.list()[0].path, "teeth");

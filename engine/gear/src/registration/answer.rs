@@ -10,12 +10,11 @@ use super::{
     solve::Found,
 };
 use crate::{
-    Refused,
     deviation::{Deviations, Node},
     warning::Warning,
 };
 use flankfit_estimation::{
-    FitResult, FitSpec, fit,
+    FitError, FitResult, FitSpec, fit,
     spec::{Estimator, Include, Regularization},
 };
 use flankfit_numerics::{cancel::Asking, dot};
@@ -31,7 +30,7 @@ impl Part<'_> {
         Found { pose, begun, iterations, converged }: Found,
         last: FitResult,
         asked: &Registering,
-    ) -> Result<Registration, Refused> {
+    ) -> Result<Registration, FitError> {
         let mut warnings = Vec::new();
         if !converged {
             warnings.push(Warning::RegistrationNotConverged(iterations));
@@ -99,7 +98,7 @@ impl Part<'_> {
     }
 
     /// Least squares with a column for every motion.
-    fn every_motion(&self, pose: &Pose, spec: &FitSpec) -> Result<FitResult, Refused> {
+    fn every_motion(&self, pose: &Pose, spec: &FitSpec) -> Result<FitResult, FitError> {
         let columns: Vec<Column> = self.freedom.motions.iter().map(|motion| Column::Motion(*motion)).collect();
         let State { x, d } = self.with_columns(pose, &columns)?;
         let values: Vec<f64> = self.freedom.motions.iter().map(|motion| pose.get(*motion)).collect();

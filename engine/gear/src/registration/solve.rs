@@ -8,10 +8,7 @@ use super::{
     search::SHIFTS,
     start::Start,
 };
-use crate::{
-    Refused,
-    deviation::{Deviations, Reference},
-};
+use crate::deviation::{Deviations, Reference};
 use flankfit_estimation::{
     FitError, FitResult, FitSpec, Unconverged, asked_models, fit,
     spec::{Include, Regularization},
@@ -72,7 +69,7 @@ const REASSIGNING: usize = 25;
 /// assert!((found.motions[0].value - 7.0).abs() < 0.05 && found.rms_after < 0.05);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub fn register(reference: &Reference, deviations: &Deviations, asked: &Registering) -> Result<Registration, Refused> {
+pub fn register(reference: &Reference, deviations: &Deviations, asked: &Registering) -> Result<Registration, FitError> {
     registered(reference, deviations, asked, None)
 }
 
@@ -84,7 +81,7 @@ pub fn register_from(
     deviations: &Deviations,
     asked: &Registering,
     start: &Start,
-) -> Result<Registration, Refused> {
+) -> Result<Registration, FitError> {
     registered(reference, deviations, asked, Some(start))
 }
 
@@ -93,11 +90,11 @@ fn registered(
     deviations: &Deviations,
     asked: &Registering,
     start: Option<&Start>,
-) -> Result<Registration, Refused> {
+) -> Result<Registration, FitError> {
     let freedom = Freedom::new(reference.gear, asked.motions)?;
     if let Some(path) = asked_models(asked.spec).next() {
         let message = "a part is registered with independent errors of one variance";
-        return Err(FitError::from(Faults::one(path, message)).into());
+        return Err(Faults::one(path, message).into());
     }
     let mut part = Part::new(reference, deviations, asked, freedom, start)?;
     let pivot = part.pivot(asked)?;
@@ -113,7 +110,7 @@ fn registered(
 
 /// The same with the slide along the helices, where the modifications tell it; `None`, and the part
 /// as it was, where they do not.
-fn slid(part: &mut Part, alone: &Found, asked: &Registering) -> Result<Option<(Found, FitResult)>, Refused> {
+fn slid(part: &mut Part, alone: &Found, asked: &Registering) -> Result<Option<(Found, FitResult)>, FitError> {
     if part.freedom.is_whole() || part.reference.relief.is_none() || !part.tells_slide(&alone.pose, asked.spec)? {
         return Ok(None);
     }
@@ -136,7 +133,7 @@ fn slid(part: &mut Part, alone: &Found, asked: &Registering) -> Result<Option<(F
 impl Part<'_> {
     /// Whether the slope of the modifications along z, at a place that was found without it, speaks
     /// for a slide.
-    fn tells_slide(&self, pose: &Pose, spec: &FitSpec) -> Result<bool, Refused> {
+    fn tells_slide(&self, pose: &Pose, spec: &FitSpec) -> Result<bool, FitError> {
         let columns = self.freedom.with_slide().columns;
         if self.rows.len() <= columns.len() {
             return Ok(false);
@@ -164,7 +161,7 @@ impl Part<'_> {
         mut pose: Pose,
         begun: Vec<f64>,
         asked: &Registering,
-    ) -> Result<(Found, FitResult), Refused> {
+    ) -> Result<(Found, FitResult), FitError> {
         let mut p = self.freedom.coefficients(&pose);
         let (mut iterations, mut converged) = (0, false);
         let last = loop {
@@ -181,7 +178,7 @@ impl Part<'_> {
             let moved = state.x.chunks_exact(p.len()).map(|x| dot(x, &step).abs()).fold(0.0, f64::max);
             self.freedom.set(&mut pose, &next);
             if !pose.is_sane() {
-                return Err(FitError::NotConverged(Unconverged::Registration).into());
+                return Err(Unconverged::Registration.into());
             }
             // doubles tell a coefficient of this size no finer
             let finest =

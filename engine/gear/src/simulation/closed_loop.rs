@@ -1,11 +1,11 @@
 //! Whole runs: measure, fit, correct, machine again.
 
 use super::{MOST_CORRECTIONS, MachineSpec, Simulation, rms};
-use crate::{
-    Refused,
-    correction::{self, Answer, Correction, Damping, Noise, Solution, compare},
+use crate::correction::{self, Answer, Correction, Damping, Noise, Solution, compare};
+use flankfit_estimation::{
+    FitError,
+    spec::{Count, Criterion, DEFAULT_CONDITION_LIMIT, Parameter, Regularization, Scheme},
 };
-use flankfit_estimation::spec::{Count, Criterion, DEFAULT_CONDITION_LIMIT, Parameter, Regularization, Scheme};
 use flankfit_numerics::{cancel, check::Faults};
 
 /// A way to correct.
@@ -108,7 +108,7 @@ pub fn run(
     strategy: &Strategy,
     response_uncertainty: f64,
     corrections: usize,
-) -> Result<Run, Refused> {
+) -> Result<Run, FitError> {
     if corrections > MOST_CORRECTIONS {
         let message = format_args!("{corrections} corrections; at most {MOST_CORRECTIONS}");
         return Err(Faults::one("corrections", message).into());

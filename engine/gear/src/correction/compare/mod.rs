@@ -48,7 +48,6 @@ mod figures;
 mod misfit;
 mod scaled;
 
-use crate::Refused;
 pub use answer::{Answer, Verdict};
 pub use comparison::Comparison;
 use counted::Counted;
@@ -62,7 +61,7 @@ use scaled::Scaled;
 const EXPLAINED: f64 = 0.9;
 
 /// Compares.
-pub fn compare(comparison: &Comparison) -> Result<Answer, Refused> {
+pub fn compare(comparison: &Comparison) -> Result<Answer, FitError> {
     comparison.check()?;
     let nodes = Counted::of(comparison);
     if nodes.before.is_empty() {

@@ -6,7 +6,7 @@
 //! are: scaled to one length, a column that hardly is there would look as good as any other.
 
 use super::{Figure, FlankNodes, Slopes, SurfaceSettings, Trimmed, flank_surface};
-use crate::{Gear, Refused};
+use crate::Gear;
 use flankfit_estimation::{
     self, FitError, FitResult, FitSpec, Nodes,
     inference::Inferred,
@@ -214,7 +214,7 @@ fn told(result: &FitResult) -> bool {
 }
 
 /// The surface without its mixed term: columns 1, u, v, u², v².
-fn crossed(gear: &Gear, nodes: &FlankNodes, settings: &SurfaceSettings) -> Result<(Trimmed, FitResult), Refused> {
+fn crossed(gear: &Gear, nodes: &FlankNodes, settings: &SurfaceSettings) -> Result<(Trimmed, FitResult), FitError> {
     let (trimmed, _, posted) = Trimmed::new(gear, nodes, settings)?;
     let (mut columns, mut heights) = (Vec::new(), Vec::new());
     let mut add = |u: f64, v: f64, height: f64| {

@@ -28,7 +28,7 @@ mod roll_lengths;
 mod settings;
 
 use super::{limits::Inference, warning::SurfaceWarning};
-use crate::{Gear, Refused, tolerance::Tolerances};
+use crate::{Gear, tolerance::Tolerances};
 pub use figures::{EstimatedFigure, FlankFigures, estimated_figures, flank_figures};
 use flankfit_estimation::{
     self, FitError, FitSpec, Unconverged,
@@ -106,7 +106,7 @@ pub struct FlankSurface {
 }
 
 /// Fits the surface.
-pub fn flank_surface(gear: &Gear, nodes: &FlankNodes, settings: &SurfaceSettings) -> Result<FlankSurface, Refused> {
+pub fn flank_surface(gear: &Gear, nodes: &FlankNodes, settings: &SurfaceSettings) -> Result<FlankSurface, FitError> {
     let (trimmed, counts, posted) = Trimmed::new(gear, nodes, settings)?;
     let model = Model::Polynomial { degree: Degree::Both(2), basis: PolynomialBasis::Monomial, terms: Terms::Total };
     let of_kept = errors::of_kept(&settings.spec, &trimmed.kept, counts.posted).map_err(FitError::from)?;

@@ -4,7 +4,7 @@ use super::{
     super::warning::SurfaceWarning,
     settings::{Border, FigureTerms, Slopes, SurfaceSettings, covers},
 };
-use crate::{Gear, Kind, ProfileAxis, Refused, data::MOST_LENGTH, evaluation::EDGE};
+use crate::{Gear, Kind, ProfileAxis, data::MOST_LENGTH, evaluation::EDGE};
 use flankfit_estimation::{FitError, Nodes};
 use flankfit_numerics::{
     cancel::Asking,
@@ -69,7 +69,7 @@ impl Trimmed {
         gear: &Gear,
         nodes: &FlankNodes,
         settings: &SurfaceSettings,
-    ) -> Result<(Self, NodeCounts, Nodes), Refused> {
+    ) -> Result<(Self, NodeCounts, Nodes), FitError> {
         check(nodes, &settings.border)?;
         let roll = nodes.axis.roll_lengths(gear, nodes.profile);
         let roll: Vec<f64> = roll.map_err(|found| found.within("profile"))?;
