@@ -105,7 +105,7 @@ pub fn pressure_angle(value: f64) -> Result<(), String> {
     angle(value, PRESSURE_ANGLES, PRESSURE_ANGLES)
 }
 
-/// Checks the size of β, rad. The message has the range with a sign, by which callers tell the hand.
+/// Checks the size of β, rad. The range of the message has a sign, by which callers tell the hand.
 pub fn helix_angle(value: f64) -> Result<(), String> {
     angle(value, HELIX_ANGLES, [-HELIX_ANGLES[1], HELIX_ANGLES[1]])
 }

@@ -11,9 +11,9 @@ use flankfit_numerics::fault::words::counted;
 pub struct TableFault {
     /// Path to what is wrong in `mapping`; none where it is the table.
     pub path: Option<String>,
-    /// What is wrong, and how to mend it.
+    /// The fault in words, and how to mend it.
     pub message: String,
-    /// Whether it is in the columns of flanks.
+    /// The fault in the columns that tell flanks apart, where it is one.
     pub flanks: Option<FlankFault>,
     /// The first places, where there are any.
     pub places: Vec<TablePlace>,

@@ -25,7 +25,8 @@ pub struct FlankDeviations {
 }
 
 impl FlankDeviations {
-    /// Scattered nodes, from which faults are placed: u is the roll length, v the axial position, the height is the deviation.
+    /// Scattered nodes, by which faults are placed: u is the roll length, v the axial position, the
+    /// height is the deviation.
     pub fn nodes(&self) -> Result<Nodes, Faults> {
         Nodes::scattered(self.roll_length.clone(), self.z.clone(), self.deviation.clone(), None)
     }

@@ -43,8 +43,8 @@ use topography::{Columns, Contracted};
 
 /// Most modifications of one flank.
 pub const MOST: usize = 100;
-/// What is shorter, mm, is no length on a flank: a relief over it would be a step, its slopes
-/// beyond all numbers.
+/// Shortest length on a flank, mm: a relief over less would be a step, its slopes beyond all
+/// numbers.
 pub const LEAST_LENGTH: f64 = 1e-6;
 
 /// Which flanks a modification is meant for.

@@ -109,7 +109,7 @@ impl Part<'_> {
             include: Include::default(),
             ..spec.clone()
         };
-        Ok(fit(&self.nodes(x, heights, &columns)?, &plain)?)
+        fit(&self.nodes(x, heights, &columns)?, &plain)
     }
 
     fn undetermined(&self) -> Warning {

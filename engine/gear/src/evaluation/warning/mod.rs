@@ -157,7 +157,7 @@ impl PitchWarning {
         }
     }
 
-    /// Whether it speaks of the list of what was measured.
+    /// Says that it speaks of the list of what was measured, not of the gear.
     pub fn is_of_measured(&self) -> bool {
         match self {
             PitchWarning::PitchesDoNotClose(_) | PitchWarning::MissingTeeth { .. } => true,
