@@ -5,4 +5,4 @@ pub use flankfit_formats as formats;
 pub use flankfit_gear as gear;
 pub use flankfit_geometry as geometry;
 pub use flankfit_numerics as numerics;
-pub use flankfit_numerics::fault;
+pub use flankfit_numerics::words;

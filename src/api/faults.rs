@@ -1,11 +1,10 @@
 //! Faults of a request, by JSON Pointers.
 //!
-//! The engine names its faults by typed fields; the table of each feature says which pointer and
-//! which sentence these become.
+//! The engine names its faults by paths, which become pointers.
 
-use std::fmt::{self, Display};
+use std::fmt;
 
-use flankfit_engine::{fault, numerics::check};
+use flankfit_engine::numerics::check;
 
 /// One fault, by its place in the request.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -126,40 +125,6 @@ impl Faults {
     }
 }
 
-/// A field of the engine as the contract names it: one line of a feature's table.
-pub trait Field<R: Display> {
-    /// JSON Pointer from what holds the field; empty for the whole of it.
-    fn pointer(&self) -> String;
-
-    /// What is said there: the engine's words, unless the contract has others.
-    fn detail(&self, reason: &R) -> String {
-        reason.to_string()
-    }
-}
-
-impl Faults {
-    /// The engine's faults in what stands at `base`, by the table of their fields.
-    pub fn at<F: Field<R>, R: Display>(base: &str, found: &fault::Faults<F, R>) -> Self {
-        Self::by(found, |field| format!("{base}{}", field.pointer()))
-    }
-
-    /// The engine's faults where a request has other places than the table.
-    pub fn by<F: Field<R>, R: Display>(found: &fault::Faults<F, R>, place: impl Fn(&F) -> String) -> Self {
-        let each = found.list().iter();
-        let faults = each.map(|one| {
-            let (pointer, detail) = (place(&one.field), one.field.detail(&one.reason));
-            Fault { pointer, detail, missing: false }
-        });
-        Faults { faults: faults.collect(), count: found.count(), settled: Vec::new() }
-    }
-}
-
-impl<F: Field<R>, R: Display> From<fault::Faults<F, R>> for Faults {
-    fn from(found: fault::Faults<F, R>) -> Self {
-        Faults::at("", &found)
-    }
-}
-
 /// The JSON Pointer of a path of the engine, such as `/regularization/weights/1`.
 pub fn pointer_of(path: &str) -> String {
     let mut pointer = String::with_capacity(path.len() + 1);
@@ -169,7 +134,7 @@ pub fn pointer_of(path: &str) -> String {
     pointer
 }
 
-/// Whether a path of the engine is one of `places`, or within one.
+/// Tells if a path of the engine is one of `places`, or within one.
 pub fn is_within(path: &str, places: &[&str]) -> bool {
     places.iter().any(|place| check::rest_of(path, place).is_some())
 }
@@ -194,19 +159,6 @@ impl Faults {
             missing: false,
         });
         Faults { faults: each.collect(), count: found.count(), settled: Vec::new() }
-    }
-}
-
-impl Faults {
-    /// Moves faults to other places: `place` returns the pointer for one, or none where it stays.
-    #[must_use]
-    pub fn moved(mut self, place: impl Fn(&str) -> Option<String>) -> Self {
-        for fault in &mut self.faults {
-            if let Some(pointer) = place(&fault.pointer) {
-                fault.pointer = pointer;
-            }
-        }
-        self
     }
 }
 

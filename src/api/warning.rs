@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use super::{json::writer::Object, params::Params};
 use flankfit_engine::{
     estimation::result::{Times, Warning},
-    fault::words::{Shown, Size},
+    words::{Shown, Size},
 };
 
 use serde::{Deserialize, Serialize};

@@ -31,9 +31,9 @@ use crate::{
     cli::{CommandError, called, content_of, out::out, progress, table::Table, wrong_in},
 };
 use flankfit_engine::{
-    fault::words::Shown,
     formats::{GearFile, gear_file, klingelnberg::ResultValue},
     gear::Gear,
+    words::Shown,
 };
 
 #[derive(Debug, Args)]

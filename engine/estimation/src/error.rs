@@ -1,8 +1,6 @@
 //! Why there is no fit.
 
-use std::fmt;
-
-use flankfit_numerics::{check::Faults, fault};
+use flankfit_numerics::check::Faults;
 
 /// Why no fit could be given.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -103,28 +101,5 @@ impl FitError {
 impl From<Faults> for FitError {
     fn from(faults: Faults) -> Self {
         FitError::Invalid(faults)
-    }
-}
-
-/// Why something that is made by a fit was refused: by checks of its own, or by the fit.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum Refused<F: fmt::Debug, R: fmt::Debug + fmt::Display> {
-    /// Something in what was asked for is impossible.
-    #[error(transparent)]
-    Invalid(fault::Faults<F, R>),
-    /// The fit was refused.
-    #[error(transparent)]
-    Fit(FitError),
-}
-
-impl<F: fmt::Debug, R: fmt::Debug + fmt::Display> From<fault::Faults<F, R>> for Refused<F, R> {
-    fn from(faults: fault::Faults<F, R>) -> Self {
-        Refused::Invalid(faults)
-    }
-}
-
-impl<F: fmt::Debug, R: fmt::Debug + fmt::Display> From<FitError> for Refused<F, R> {
-    fn from(error: FitError) -> Self {
-        Refused::Fit(error)
     }
 }

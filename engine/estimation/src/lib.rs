@@ -32,7 +32,7 @@ mod spectrum;
 
 pub use banded::weight::Trace;
 pub use data::Nodes;
-pub use error::{FitError, Refused, Unconverged};
+pub use error::{FitError, Unconverged};
 pub use filtering::{fit, fit_remembering};
 pub use fit::asked_models;
 pub use fit::{Plans, is_short};

@@ -24,7 +24,7 @@ use flankfit_geometry::{
 use flankfit_numerics::{
     cancel::{self, Asking},
     check::Faults,
-    fault::words::Shown,
+    words::Shown,
 };
 
 /// A shape that CAD files can hold.

@@ -1,7 +1,7 @@
 //! Data of a gear in a file, complete or not.
 
 use flankfit_gear::{GearData, Hand};
-use flankfit_numerics::fault::words::Shown;
+use flankfit_numerics::words::Shown;
 
 /// A datum of a gear.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

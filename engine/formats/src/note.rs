@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use flankfit_numerics::fault::words::Shown;
+use flankfit_numerics::words::Shown;
 
 /// Why a note stands there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

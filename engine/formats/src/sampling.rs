@@ -10,7 +10,7 @@ use flankfit_geometry::{
 use flankfit_numerics::{
     cancel::{self, Asking},
     check::Faults,
-    fault::words::Shown,
+    words::Shown,
 };
 
 /// More nodes than this are refused for one surface.

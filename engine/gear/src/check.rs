@@ -10,7 +10,7 @@ use super::{
 };
 use flankfit_numerics::{
     check::Faults,
-    fault::words::{Shown, counted, rounded},
+    words::{Shown, counted, rounded},
 };
 
 /// Most teeth of a gear.

@@ -2,7 +2,7 @@
 
 use super::Gear;
 use crate::check::degrees;
-use flankfit_numerics::{check::Faults, fault::words::Shown};
+use flankfit_numerics::{check::Faults, words::Shown};
 
 /// What profile values are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]

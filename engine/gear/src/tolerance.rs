@@ -8,7 +8,7 @@
 use std::f64::consts::SQRT_2;
 
 use super::Gear;
-use flankfit_numerics::fault::words::Shown;
+use flankfit_numerics::words::Shown;
 
 /// What the standard gives tolerances for, in the order in which they are listed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]

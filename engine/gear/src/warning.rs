@@ -3,7 +3,7 @@
 use std::fmt;
 
 use super::{deviation::NoFoot, registration::Motion};
-use flankfit_numerics::fault::words::{Shown, counted, listed};
+use flankfit_numerics::words::{Shown, counted, listed};
 
 /// Something that the reader of a registration or of a correction must know.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

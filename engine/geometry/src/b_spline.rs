@@ -7,7 +7,7 @@
 use flankfit_numerics::{
     Dd, Real,
     check::Faults,
-    fault::words::{Shown, counted},
+    words::{Shown, counted},
 };
 
 /// A checked knot vector with its degree.

@@ -5,7 +5,7 @@
 //! weights computes in `NᵢNⱼ / W`, from which `Rᵢⱼ` differs by the factor wᵢⱼ alone.
 
 use crate::space::in_rows;
-use flankfit_numerics::{Real, check::Faults, fault::words::Shown};
+use flankfit_numerics::{Real, check::Faults, words::Shown};
 
 /// Largest ratio of two weights.
 const WIDEST: f64 = 1e12;

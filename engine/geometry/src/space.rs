@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 
 use flankfit_numerics::{
     check::Faults,
-    fault::words::{Shown, counted},
+    words::{Shown, counted},
 };
 
 /// A point or a derivative; coordinates beyond the shape's [`Dimension`] are 0.

@@ -22,7 +22,6 @@ pub mod condition;
 pub mod dd;
 pub mod dispatch;
 pub mod distribution;
-pub mod fault;
 pub mod givens;
 mod inverse;
 pub mod jacobi;
@@ -46,6 +45,7 @@ pub mod symmetric;
 pub mod triangular;
 mod tridiagonal;
 mod vector;
+pub mod words;
 
 pub use dispatch::fma;
 pub use scalar_product::{dot, length};

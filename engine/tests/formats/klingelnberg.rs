@@ -2,12 +2,12 @@
 //! line and a column.
 
 use flankfit_engine::{
-    fault::words::Shown,
     formats::{
         Datum, FileError, FilePosition, NoteCode,
         klingelnberg::{Block, Curves, ProfileAxis, Section, SectionPlane, SignConvention, WhichDiameter, read_curves},
     },
     gear::{self, Hand, Kind, Side},
+    words::Shown,
 };
 
 use super::klingelnberg_file::{Gear, Layout, Lines, Style, Trace};

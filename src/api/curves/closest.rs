@@ -14,11 +14,11 @@ use crate::api::{
     },
 };
 use flankfit_engine::{
-    fault::words::counted,
     geometry::{
         curve::{Curve, CurveShape, closest::Closest},
         space::{Dimension, Vector},
     },
+    words::counted,
 };
 
 /// Most points of one request.

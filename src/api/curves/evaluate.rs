@@ -15,12 +15,12 @@ use crate::api::{
     warning::WarningBody,
 };
 use flankfit_engine::{
-    fault::words::rounded,
     geometry::curve::{
         Curve, CurveShape,
         measure::{self, Bending},
     },
     numerics::cancel,
+    words::rounded,
 };
 
 /// Most parameters at which the arc length is asked for.

@@ -23,8 +23,8 @@ use flankfit_engine::{
         smoothing::{Smoothing, SmoothingSpline, smoothing_spline, spline},
         spec::{Criterion, Parameter},
     },
-    fault::words::rounded,
     geometry::curve::{Curve, CurveShape, Points},
+    words::rounded,
 };
 
 /// Spans that adaptive knots begin with, and control points that they end with at most.

@@ -9,11 +9,11 @@ use crate::api::{
 };
 use flankfit_engine::{
     estimation::Nodes,
-    fault::words::counted,
     geometry::{
         curve::{Parametrization, Points},
         space::{Dimension, Vector},
     },
+    words::counted,
 };
 
 /// Points of a curve: a graph y(x), or points of plane or space in the order in which the curve

@@ -11,8 +11,8 @@ use crate::api::{
     warning::WarningBody,
 };
 use flankfit_engine::{
-    fault::words::rounded,
     geometry::curve::{Absence, Constructed, Curve, CurveShape, Stability},
+    words::rounded,
 };
 
 /// A curve, everything needed to build it again, and how far it can be trusted.

@@ -7,11 +7,11 @@ use crate::api::{
     warning::WarningBody,
 };
 use flankfit_engine::{
-    fault::words::listed,
     gear::{
         Gear, Side,
         evaluation::flank_surface::{FigureTerms, FlankFigures, covers, figure_limits},
     },
+    words::listed,
 };
 
 /// Code of the warning.

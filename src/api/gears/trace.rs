@@ -5,11 +5,11 @@ use utoipa::ToSchema;
 
 use crate::api::{faults::Faults, measurand::side::SideName};
 use flankfit_engine::{
-    fault::words::{Shown, entries},
     gear::{
         Gear, Kind, Trace,
         tooth::{Position, check_name},
     },
+    words::{Shown, entries},
 };
 
 /// Which way a trace runs.

@@ -39,9 +39,9 @@ use flankfit_engine::{
         FitSpec, Nodes, Plans,
         spec::{Degree, Model, PolynomialBasis, Terms},
     },
-    fault::words::counted,
     formats::{GearFile, Table, table::HelixSign},
     gear::evaluation::OwnZeros,
+    words::counted,
 };
 
 /// What a file makes impossible, where the request has nothing but the file.

@@ -8,7 +8,7 @@ use crate::{
     },
     jobs::{MOST_OPEN, RepositoryError, Resource},
 };
-use flankfit_engine::fault::words::counted;
+use flankfit_engine::words::counted;
 
 impl From<RepositoryError> for Problem {
     fn from(error: RepositoryError) -> Self {

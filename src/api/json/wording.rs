@@ -6,7 +6,7 @@ use std::borrow::Cow;
 use serde::de::Unexpected;
 
 use super::nearest::nearest;
-use flankfit_engine::fault::words::{Shown, entries};
+use flankfit_engine::words::{Shown, entries};
 
 /// Characters of the caller's text that a message repeats.
 const REPEATED: usize = 64;

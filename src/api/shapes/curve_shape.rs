@@ -16,13 +16,13 @@ use crate::api::{
     },
 };
 use flankfit_engine::{
-    fault::words::counted,
     geometry::{
         BSplineBasis,
         curve::{BSplineCurve, Curve, CurveShape, PiecewisePolynomial, Polynomial, polynomial::Form},
         space::{HIGHEST_DEGREE, Vector, degree_too_high},
     },
     numerics::{Dd, check},
+    words::counted,
 };
 
 /// A curve. Values are numbers for a graph y(x), points for a curve of plane or space.

@@ -12,7 +12,7 @@ use super::{
     surface_shape::SurfaceBody,
 };
 use crate::api::{
-    faults::Faults,
+    faults::{Faults, pointer_of},
     json::{
         members::{Member, of_request},
         request::request,
@@ -21,7 +21,6 @@ use crate::api::{
     problem::{Problem, Room},
 };
 use flankfit_engine::{
-    fault::words::Shown,
     formats::{
         CadShape, Label, NamedLine, NamedMesh, NamedShape, QuadMesh, UtcTime, cad, fe_mesh, iges, obj, sampling, step,
         stl, vtk,
@@ -35,6 +34,7 @@ use flankfit_engine::{
         cancel::{self, Asking},
         check,
     },
+    words::Shown,
 };
 
 pub use flankfit_engine::formats::Pieces;
@@ -334,10 +334,10 @@ pub(in crate::api) fn file_name(name: &str, ending: &str) -> String {
 /// A writer's refusal of the shape at `pointer`; samples are those of surfaces.
 fn refused(pointer: &'static str) -> impl Fn(check::Faults) -> Problem {
     move |found| {
-        Problem::invalid(Faults::from(found).moved(|place| match place {
-            "/tolerance" => None,
-            "/samples" | "/samples/0" if pointer == "/surface" => None,
-            _ => Some(pointer.to_owned()),
+        Problem::invalid(Faults::placed(&found, |path| match path {
+            "tolerance" => pointer_of(path),
+            "samples" | "samples[0]" if pointer == "/surface" => pointer_of(path),
+            _ => pointer.to_owned(),
         }))
     }
 }

@@ -3,8 +3,8 @@
 use super::point::{self, PointBody};
 use crate::api::faults::Faults;
 use flankfit_engine::{
-    fault::words::counted,
     geometry::space::{Dimension, Vector},
+    words::counted,
 };
 
 /// Values of one kind, in rows of one length.

@@ -1,7 +1,7 @@
 //! Where a curve or surface is asked about, and answers that leave the range of doubles.
 
 use crate::api::{faults::Faults, json::writer::Object, problem::Problem};
-use flankfit_engine::{fault::words::Shown, geometry::space::Vector, numerics::cancel::Asking};
+use flankfit_engine::{geometry::space::Vector, numerics::cancel::Asking, words::Shown};
 
 /// Refuses what lies outside of a domain, each by the pointer that `pointer` writes of its index.
 pub fn within(

@@ -18,7 +18,6 @@ use crate::api::{
     },
 };
 use flankfit_engine::{
-    fault::words::counted,
     geometry::{
         BSplineBasis,
         curve::{Curve, CurveShape},
@@ -29,6 +28,7 @@ use flankfit_engine::{
         },
     },
     numerics::check::{self, rest_of},
+    words::counted,
 };
 
 /// Corners may be this share of the largest coordinate apart, where no tolerance is given.

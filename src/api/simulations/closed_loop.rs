@@ -10,7 +10,7 @@ use super::{
 use crate::{
     api::{
         built::Built,
-        faults::{Faults, is_within, pointer_of},
+        faults::{Faults, is_within, moved, pointer_of},
         fits::{canonical, spec::regularization_json},
         gears::correction::{
             self,
@@ -95,7 +95,7 @@ fn condition(machine: &MachineSpec) -> Result<Option<f64>, Problem> {
         damping: Damping::Given(Regularization::None),
         ..gear_correction::CorrectionSpec::new(vec![0.0; rows], machine.sensitivity.clone(), machine.settings.clone())
     };
-    let all = Correction::new(spec).map_err(|found| Problem::invalid(placed(found, 0)))?;
+    let all = Correction::new(spec).map_err(|found| Problem::invalid(placed(&found, 0)))?;
     let solution = all.solve().map_err(|error| Problem::of_fit(error, |_| "/matrix".to_owned()))?;
     Ok(solution.fit.spectrum.condition)
 }
@@ -115,10 +115,10 @@ fn place(number: usize) -> impl Fn(&str) -> String {
 
 /// A correction's faults by places in the request, where matrix and settings stand in no object of
 /// their own; `number` is how often the machine was corrected.
-fn placed(found: check::Faults, number: usize) -> Faults {
-    Faults::from(found).moved(|pointer| match number {
-        0 => pointer.strip_prefix("/sensitivity").map(str::to_owned),
-        _ => Some("/corrections".to_owned()),
+fn placed(found: &check::Faults, number: usize) -> Faults {
+    Faults::placed(found, |path| match number {
+        0 => moved(path, &[("sensitivity", "")]),
+        _ => "/corrections".to_owned(),
     })
 }
 
@@ -152,7 +152,7 @@ fn simulate_run(
             let spec = closed_loop::asked(&simulation, measured, strategy, uncertainty);
             let request = request(&machine, uncertainty, strategy);
             let refused = |error| Problem::of_fit(error, place(number));
-            let correction = Correction::new(spec).map_err(|found| Problem::invalid(placed(found, number)))?;
+            let correction = Correction::new(spec).map_err(|found| Problem::invalid(placed(&found, number)))?;
             let solution = correction.solve().map_err(refused)?;
             let changes: Vec<f64> = solution.settings.iter().map(|setting| setting.change).collect();
             simulation.apply(&changes).map_err(Problem::invalid)?;

@@ -5,11 +5,11 @@ use utoipa::ToSchema;
 
 use crate::api::faults::Faults;
 use flankfit_engine::{
-    fault::words::entries,
     gear::{
         correction::Setting,
         simulation::{MachineSpec, Strategy, case},
     },
+    words::entries,
 };
 
 /// A machine with wrong settings, and methods to correct it. By default the ill-conditioned case: 5

@@ -31,7 +31,7 @@ use crate::{
 };
 use flankfit_engine::{
     estimation::{FitError, Recursive, near},
-    fault::words::counted,
+    words::counted,
 };
 
 /// A stream to open: a fit request without nodes. `domain` must be given where the basis is mapped

@@ -15,9 +15,9 @@ use crate::api::{
     },
 };
 use flankfit_engine::{
-    fault::words::{counted, rounded},
     geometry::surface::{Evaluator, LocalGeometry, Surface, SurfaceJet, SurfaceShape, area},
     numerics::cancel::Asking,
+    words::{counted, rounded},
 };
 
 /// Relative error to which areas are computed.

@@ -24,12 +24,12 @@ use crate::api::{
 };
 use flankfit_engine::{
     estimation::Nodes,
-    fault::words::counted,
     geometry::{
         curve::{CurveShape, Parametrization},
         space::{Dimension, Vector},
         surface::mesh::CurveMesh,
     },
+    words::counted,
 };
 
 /// What the surface is made of.

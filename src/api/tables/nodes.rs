@@ -11,12 +11,12 @@ use crate::api::{
 };
 use flankfit_engine::{
     estimation::Nodes,
-    fault::words::{counted, listed},
     formats::{
         FileError, Table,
         table::{self, ColumnSpec, HelixSign, Layout, Mapping, Meaning, NodeSet, TableFault, Unit},
     },
     gear::{Side, evaluation::OwnZeros},
+    words::{counted, listed},
 };
 
 /// Why nodes are not fitted as a table has them.

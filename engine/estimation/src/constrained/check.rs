@@ -7,7 +7,7 @@ use crate::{
 use flankfit_geometry::BSplineBasis;
 use flankfit_numerics::{
     check::Faults,
-    fault::words::{Shown, counted},
+    words::{Shown, counted},
 };
 
 /// Constraints on a measurement matrix.

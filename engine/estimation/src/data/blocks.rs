@@ -2,7 +2,7 @@
 //! node set.
 
 use super::nodes::{Curve, Grid, Matrix, Nodes, Scattered};
-use flankfit_numerics::{check::Faults, fault::words};
+use flankfit_numerics::{check::Faults, words};
 
 /// What every block of a stream is.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -6,7 +6,7 @@
 
 use flankfit_numerics::{
     check::{self, Faults},
-    fault::words::{Shown, entries},
+    words::{Shown, entries},
 };
 
 /// The four forms in which nodes arrive. Lengths are in the caller's own unit.

@@ -4,7 +4,7 @@ use crate::{
     data::{Nodes, Sample},
     spec::Domain,
 };
-use flankfit_numerics::{cancel::Asking, check::Faults, fault::words::Shown};
+use flankfit_numerics::{cancel::Asking, check::Faults, words::Shown};
 
 pub(crate) fn bounding_box(sample: &Sample) -> ([f64; 2], [f64; 2]) {
     if let Some((u, v)) = sample.full_axes() {

@@ -4,7 +4,7 @@ use crate::{
     data::{Nodes, Sample},
     spec::Along,
 };
-use flankfit_numerics::fault::words::counted;
+use flankfit_numerics::words::counted;
 
 /// What a step along a line is measured in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -16,7 +16,7 @@ use crate::{
     result::{FilterReport, IterationReport, Warning},
     spec::{Action, Filter, FilterAxis, Gaussian, Hampel, Order, Spline},
 };
-use flankfit_numerics::{cancel::Asking, check::Faults, fault::words::Shown};
+use flankfit_numerics::{cancel::Asking, check::Faults, words::Shown};
 
 /// Products of a weight and a height that a linear filter may take, and one round of a robust one.
 const MOST_PRODUCTS: usize = 1_000_000_000;

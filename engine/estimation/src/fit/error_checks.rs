@@ -8,7 +8,7 @@ use crate::{
 };
 use flankfit_numerics::{
     check::Faults,
-    fault::words::{Shown, entries},
+    words::{Shown, entries},
 };
 
 /// Messages for an estimator beside a model of the errors, and for earlier iterations.

@@ -11,7 +11,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::{conclude::Solved, forms::Forms};
 use crate::{inference::Noise, regularized::Applied, result::EstimableSum, spectrum::caller_columns};
-use flankfit_numerics::{Dd, cancel, fault::words::Shown, jacobi, qr_with_rhs};
+use flankfit_numerics::{Dd, cancel, jacobi, qr_with_rhs, words::Shown};
 
 /// μ_max/μ up to which a sum is well determined.
 const WELL: f64 = 30.0;

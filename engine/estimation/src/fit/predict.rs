@@ -14,8 +14,8 @@ use flankfit_numerics::{
     cancel::Asking,
     check::Faults,
     distribution::Student,
-    fault::words::{Shown, counted},
     length, triangular,
+    words::{Shown, counted},
 };
 
 /// Products of places and coefficients at most: some seconds, and 100 MB.

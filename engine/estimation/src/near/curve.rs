@@ -26,7 +26,7 @@ use flankfit_geometry::{
 use flankfit_numerics::{
     cancel,
     check::Faults,
-    fault::words::{counted, entries},
+    words::{counted, entries},
 };
 
 /// A curve near points.

@@ -34,7 +34,7 @@ use flankfit_geometry::BSplineBasis;
 use flankfit_numerics::{
     band_cholesky::SymmetricBand,
     check::Faults,
-    fault::words::{Shown, entries},
+    words::{Shown, entries},
 };
 
 /// Coefficients at most, numbers of the banded matrix at most, and operations of its factorisation

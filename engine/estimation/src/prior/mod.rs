@@ -40,7 +40,7 @@ use super::{
 };
 use flankfit_numerics::{
     check::Faults,
-    fault::words::{Shown, counted, entries},
+    words::{Shown, counted, entries},
 };
 
 pub(crate) use self::{

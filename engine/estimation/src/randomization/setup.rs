@@ -4,7 +4,7 @@ use super::outcome::Outcome;
 use flankfit_numerics::{
     Rows,
     check::Faults,
-    fault::words::{Shown, counted, entries, listed},
+    words::{Shown, counted, entries, listed},
 };
 
 /// Products `levels · repetitions · rows · columns²` that a study may take.

@@ -12,7 +12,7 @@ use crate::{
 };
 use flankfit_numerics::{
     check::{Fault, Faults},
-    fault::words::Shown,
+    words::Shown,
 };
 
 /// Refuses what cannot be known node by node (estimators other than least squares, filters, mapped

@@ -16,7 +16,7 @@ use crate::{
 };
 use flankfit_numerics::{
     check::Faults,
-    fault::words::{counted, entries},
+    words::{counted, entries},
 };
 
 /// Refuses a scaling and regularisation of `spec` that `design` rules out.

@@ -19,9 +19,9 @@ use flankfit_geometry::{WeightNet, polynomial};
 use flankfit_numerics::{
     Dd, Real,
     check::Faults,
-    fault::words::{Shown, counted},
     qr,
     quadrature::gauss_legendre,
+    words::{Shown, counted},
 };
 
 /// Entries of L are squared.

@@ -29,8 +29,8 @@ use crate::{
 use flankfit_numerics::{
     Dd,
     check::Faults,
-    fault::words::{Shown, entries},
     jacobi, length, triangular,
+    words::{Shown, entries},
 };
 
 /// How far posted directions may be from orthonormal.

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use flankfit_numerics::fault::words::{Size, listed, rounded};
+use flankfit_numerics::words::{Size, listed, rounded};
 
 /// Greatest number of nodes named in a sentence.
 const NAMED: usize = 5;

@@ -7,7 +7,7 @@ use super::{
     warning_parts::{Contradiction, ExactWithout, NeedsSigma, Probability, Regularized, ShapeBound, Times},
 };
 use crate::spec::Along;
-use flankfit_numerics::fault::words::{Shown, Size, counted, listed, rounded};
+use flankfit_numerics::words::{Shown, Size, counted, listed, rounded};
 
 /// Something that the reader of an answer must know.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use crate::spec::Criterion;
-use flankfit_numerics::fault::words::{Shown, Size, counted};
+use flankfit_numerics::words::{Shown, Size, counted};
 
 /// A regularisation that lacks what others have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

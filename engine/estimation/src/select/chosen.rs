@@ -16,7 +16,7 @@ use crate::{
 };
 use flankfit_numerics::{
     check::Faults,
-    fault::words::{Shown, counted},
+    words::{Shown, counted},
 };
 
 /// What is fitted, and what spoke for it.

@@ -18,7 +18,7 @@ use crate::{
     selection::{Place, selector::ParameterProblem},
     spec::{Criterion, Parameter},
 };
-use flankfit_numerics::{cancel, check::Faults, fault::words::Shown, minimize, root};
+use flankfit_numerics::{cancel, check::Faults, minimize, root, words::Shown};
 
 /// What one λ gives.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -22,7 +22,7 @@ use flankfit_geometry::{
     curve::BSplineCurve,
     space::{Dimension, Vector},
 };
-use flankfit_numerics::{Dd, cancel::Asking, check::Faults, fault::words::Shown};
+use flankfit_numerics::{Dd, cancel::Asking, check::Faults, words::Shown};
 
 /// Points to be smoothed.
 #[derive(Clone, Copy, Debug)]

@@ -5,7 +5,7 @@ use super::{
     Block, Curve, Curves, HelixSetup, ProfileAxis, ProfileSetup, Section, Sides, SignConvention, Signs,
 };
 use flankfit_gear::{Gear, Kind, Side, Trace};
-use flankfit_numerics::fault::words::Shown;
+use flankfit_numerics::words::Shown;
 
 /// A trace whose samples have positions.
 #[derive(Clone, Debug, PartialEq)]

@@ -10,7 +10,7 @@ use super::{
     words::meaning_of,
 };
 use crate::file_error::FileError;
-use flankfit_numerics::fault::words::counted;
+use flankfit_numerics::words::counted;
 
 /// What columns make together, by their numbers from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

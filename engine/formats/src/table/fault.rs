@@ -4,7 +4,7 @@ use std::fmt;
 
 use super::{Layout, Meaning, Unit};
 use crate::file_error::FileError;
-use flankfit_numerics::fault::words::counted;
+use flankfit_numerics::words::counted;
 
 /// A table that cannot be read: one fault, and the first places.
 #[derive(Clone, Debug, PartialEq)]

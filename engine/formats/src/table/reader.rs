@@ -15,7 +15,7 @@ use super::{
 use crate::{file_error::FileError, source::decode};
 use flankfit_numerics::{
     cancel,
-    fault::words::{are, counted},
+    words::{are, counted},
 };
 
 /// A table, read.

@@ -41,7 +41,7 @@
 use super::problem::Setting;
 use crate::{Gear, Side, involute::Flank};
 use flankfit_geometry::space::Vector;
-use flankfit_numerics::{cancel::Asking, check::Faults, fault::words::Shown};
+use flankfit_numerics::{cancel::Asking, check::Faults, words::Shown};
 
 /// One arc-minute, rad.
 const MINUTE: f64 = std::f64::consts::PI / 10_800.0;

@@ -10,7 +10,7 @@ use super::{
 use flankfit_estimation::spec::{Include, Scaling};
 use flankfit_numerics::{
     check::{Faults, not_positive, per_node},
-    fault::words::{Shown, counted, entries},
+    words::{Shown, counted, entries},
 };
 
 /// Most settings of a machine.

@@ -7,7 +7,7 @@ use super::{Deviations, Node};
 use crate::Gear;
 use flankfit_numerics::{
     check::{self, Faults},
-    fault::words::Shown,
+    words::Shown,
 };
 
 /// What part of an axis takes part.

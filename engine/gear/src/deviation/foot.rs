@@ -23,7 +23,7 @@ use std::f64::consts::TAU;
 
 use crate::{Gear, Side, involute::Flank, involute::inv_of_roll};
 use flankfit_geometry::space::Vector;
-use flankfit_numerics::fault::words::Shown;
+use flankfit_numerics::words::Shown;
 
 /// Where a point belongs on a gear.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -6,7 +6,7 @@ use crate::{Side, trace::MOST_DEVIATION};
 use flankfit_numerics::{
     Rows,
     check::{Faults, deviation_beyond, not_ascending, not_finite},
-    fault::words::{Shown, counted, entries},
+    words::{Shown, counted, entries},
 };
 
 /// Deviations at the crossings of two strictly ascending axes.

@@ -9,7 +9,7 @@ use super::{
 };
 use crate::Side;
 use flankfit_geometry::space::Vector;
-use flankfit_numerics::{cancel::Asking, check::Faults, fault::words::Shown};
+use flankfit_numerics::{cancel::Asking, check::Faults, words::Shown};
 
 /// No coordinate is larger, mm.
 const MOST_COORDINATE: f64 = 1e7;

@@ -8,7 +8,7 @@ use flankfit_estimation::{
     inference::{Conformity, Inferred},
     result::IntervalKind,
 };
-use flankfit_numerics::{check::Faults, fault::words::Shown};
+use flankfit_numerics::{check::Faults, words::Shown};
 
 /// Limits of the figures, µm, in the sign that they are answered in; ascending.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

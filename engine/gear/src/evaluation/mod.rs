@@ -63,7 +63,7 @@ use super::{
 use flankfit_numerics::{
     cancel,
     check::{Faults, deviation_beyond, length_beyond, per_position},
-    fault::words::Shown,
+    words::Shown,
 };
 
 /// The most samples of all traces together.

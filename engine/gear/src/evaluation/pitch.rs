@@ -25,7 +25,7 @@ use crate::{
 };
 use flankfit_numerics::{
     check::Faults,
-    fault::words::{Shown, entries},
+    words::{Shown, entries},
 };
 
 /// What was measured: one number per tooth, NaN where there is none.

@@ -27,7 +27,7 @@ use flankfit_estimation::{
 };
 use flankfit_numerics::{
     check::Faults,
-    fault::words::{Shown, entries},
+    words::{Shown, entries},
 };
 
 /// Which way teeth are numbered, as the viewer sees it.

@@ -8,7 +8,7 @@ use super::super::{
 };
 use super::{against::Against, band::Band, limits::SidedLimits};
 use flankfit_estimation::spec::DEFAULT_LEVEL;
-use flankfit_numerics::{check::Faults, fault::words::Shown};
+use flankfit_numerics::{check::Faults, words::Shown};
 
 /// Which way a posted deviation counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]

@@ -27,7 +27,7 @@ use super::{
 use flankfit_numerics::{
     cancel,
     check::Faults,
-    fault::words::{Shown, counted},
+    words::{Shown, counted},
 };
 pub use warning::GridWarning;
 use warning::warnings;

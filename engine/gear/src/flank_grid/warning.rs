@@ -3,7 +3,7 @@
 use std::fmt;
 
 use crate::{Gear, Geometry};
-use flankfit_numerics::fault::words::{Shown, counted};
+use flankfit_numerics::words::{Shown, counted};
 
 /// A grid that leaves the flank that is really there: the involute itself goes on.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -23,7 +23,7 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
 use super::Polar;
 use crate::{Gear, Side, check::degrees, involute::Flank};
-use flankfit_numerics::{cancel::Asking, check::Faults, fault::words::Shown, root::boundary};
+use flankfit_numerics::{cancel::Asking, check::Faults, root::boundary, words::Shown};
 
 /// Tip radius where no tool is given: the fillet radius ρ_fP* of ISO 53, profile A, in normal
 /// modules.

@@ -8,7 +8,7 @@ use flankfit_geometry::{
 };
 use flankfit_numerics::{
     check::Faults,
-    fault::words::{Shown, counted},
+    words::{Shown, counted},
 };
 
 /// Most points of a profile, those of its steps and corners with them.

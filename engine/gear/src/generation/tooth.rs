@@ -10,7 +10,7 @@ use crate::{Gear, Side, check::no_space, geometry::pointed_diameter, involute::F
 use flankfit_numerics::{
     cancel,
     check::Faults,
-    fault::words::{Shown, counted},
+    words::{Shown, counted},
 };
 
 /// Most points of the teeth of a gear.

@@ -4,7 +4,7 @@ use std::fmt;
 
 use super::Geometry;
 use crate::{Gear, generation::Root};
-use flankfit_numerics::fault::words::Shown;
+use flankfit_numerics::words::Shown;
 
 /// Below this normal thickness (in normal modules) a tip counts as thin.
 pub const THIN_TIP: f64 = 0.2;

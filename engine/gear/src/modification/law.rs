@@ -3,7 +3,7 @@
 
 use super::{LEAST_LENGTH, Range, Topography};
 use crate::Gear;
-use flankfit_numerics::{check::Faults, fault::words::Shown};
+use flankfit_numerics::{check::Faults, words::Shown};
 
 /// How a relief grows from its start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -2,7 +2,7 @@
 
 use super::LEAST_LENGTH;
 use crate::{Gear, Geometry};
-use flankfit_numerics::{check::Faults, fault::words::Shown};
+use flankfit_numerics::{check::Faults, words::Shown};
 
 /// Ends of profile and face width, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]

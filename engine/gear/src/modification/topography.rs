@@ -12,7 +12,7 @@ use flankfit_geometry::{
 use flankfit_numerics::{
     cancel::Asking,
     check::Faults,
-    fault::words::{Shown, counted},
+    words::{Shown, counted},
 };
 
 /// Most nodes of one topography.

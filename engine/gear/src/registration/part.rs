@@ -20,7 +20,7 @@ use flankfit_geometry::space::Vector;
 use flankfit_numerics::{
     cancel::Asking,
     check::{Faults, negative, not_finite},
-    fault::words::counted,
+    words::counted,
 };
 
 /// Way to either side over which the slope of a relief is taken, mm.

@@ -27,7 +27,7 @@ use crate::{Gear, Side, deviation::MeasuredPoint};
 use flankfit_numerics::{
     cancel::Asking,
     check::Faults,
-    fault::words::{Shown, counted},
+    words::{Shown, counted},
 };
 
 /// Most points that the search looks at.

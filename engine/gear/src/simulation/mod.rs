@@ -20,7 +20,7 @@ pub mod closed_loop;
 use flankfit_estimation::randomization::normal::Normals;
 use flankfit_numerics::{
     check::Faults,
-    fault::words::{Shown, counted, entries},
+    words::{Shown, counted, entries},
 };
 
 pub use closed_loop::{Round, Run, Strategy, run};

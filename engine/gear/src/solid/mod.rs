@@ -23,7 +23,7 @@ use flankfit_geometry::space::Vector;
 use flankfit_numerics::{
     cancel::checkpoint,
     check::Faults,
-    fault::words::{Shown, counted},
+    words::{Shown, counted},
 };
 
 /// Most nodes of a mesh.

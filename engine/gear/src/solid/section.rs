@@ -15,7 +15,7 @@ use crate::{
         tooth::{Steps, Tooth},
     },
 };
-use flankfit_numerics::{check::Faults, fault::words::Shown};
+use flankfit_numerics::{check::Faults, words::Shown};
 
 /// What an edge of a quadrilateral is a part of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -3,7 +3,7 @@
 use crate::space::Vector;
 use flankfit_numerics::{
     check::Faults,
-    fault::words::{Shown, are},
+    words::{Shown, are},
 };
 
 /// Differences below this have no room for the second half of a double-double, and their

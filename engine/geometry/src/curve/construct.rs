@@ -6,7 +6,7 @@ use super::{
     method::{Method, Nodes, Points, nodes, shape},
     stability::{Stability, stability},
 };
-use flankfit_numerics::{check::Faults, fault::words::Shown};
+use flankfit_numerics::{check::Faults, words::Shown};
 
 /// A curve through points.
 #[derive(Clone, Debug, PartialEq)]

@@ -13,7 +13,7 @@ use super::{
     tangents::secants,
 };
 use crate::space::{Dimension, Vector};
-use flankfit_numerics::{Banded, BandedLu, Dd, check::Faults, fault::words::Shown};
+use flankfit_numerics::{Banded, BandedLu, Dd, check::Faults, words::Shown};
 
 /// Values at the two ends of a period may differ by this part of the largest.
 const PERIOD: f64 = 8.0 * f64::EPSILON;

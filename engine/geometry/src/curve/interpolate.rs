@@ -10,7 +10,7 @@ use crate::{
     BSplineBasis,
     space::{Dimension, HIGHEST_DEGREE, Vector},
 };
-use flankfit_numerics::{Banded, BandedLu, Dd, cancel::Asking, check::Faults, fault::words::Shown};
+use flankfit_numerics::{Banded, BandedLu, Dd, cancel::Asking, check::Faults, words::Shown};
 
 /// Which knots an interpolating B-spline has.
 #[derive(Clone, Debug, PartialEq)]

@@ -12,7 +12,7 @@ use super::{
     newton::{HIGHEST_ORDER, Newton},
 };
 use crate::space::{Dimension, Vector};
-use flankfit_numerics::{Dd, check::Faults, fault::words::Shown};
+use flankfit_numerics::{Dd, check::Faults, words::Shown};
 
 /// The most conditions that one polynomial has to meet.
 pub const MOST_CONDITIONS: usize = 500;

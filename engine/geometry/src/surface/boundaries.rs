@@ -9,7 +9,7 @@ use crate::{
     curve::{BSplineCurve, Curve, CurveShape},
     space::{Dimension, Vector},
 };
-use flankfit_numerics::{check::Faults, fault::words::Shown};
+use flankfit_numerics::{check::Faults, words::Shown};
 
 /// One of the four borders of a patch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

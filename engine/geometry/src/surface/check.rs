@@ -4,7 +4,7 @@ use super::Border;
 use crate::space::Dimension;
 use flankfit_numerics::{
     check::{Fault, Faults},
-    fault::words::{Shown, counted},
+    words::{Shown, counted},
 };
 
 /// Names of the axes.

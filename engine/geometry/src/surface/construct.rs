@@ -20,7 +20,7 @@ use crate::{
 };
 use flankfit_numerics::{
     check::{Fault, Faults},
-    fault::words::counted,
+    words::counted,
 };
 
 /// Places between two crossing lines at which the continuity across a line is looked at.

@@ -7,7 +7,7 @@ use crate::{
     curve::Parametrization,
     space::{Dimension, HIGHEST_DEGREE, Vector},
 };
-use flankfit_numerics::{cancel, check::Faults, fault::words::counted};
+use flankfit_numerics::{cancel, check::Faults, words::counted};
 
 /// Values at all crossings of two lists of parameters, v running fastest.
 #[derive(Clone, Debug, PartialEq)]

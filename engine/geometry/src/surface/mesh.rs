@@ -23,7 +23,7 @@ use crate::{
 use flankfit_numerics::{
     cancel,
     check::{Fault, Faults},
-    fault::words::{Shown, counted},
+    words::{Shown, counted},
 };
 
 /// The curves of a mesh.

@@ -3,7 +3,7 @@
 
 use super::{Surface, SurfaceJet, SurfaceShape, boundaries::merged, check};
 use crate::space::{Dimension, Vector};
-use flankfit_numerics::{cancel, check::Faults, fault::words::counted};
+use flankfit_numerics::{cancel, check::Faults, words::counted};
 
 /// Patches over the rectangles between given u and given v. Some may have three sides.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,6 +1,6 @@
 //! Messages that faults of many kinds have in common.
 
-use crate::fault::words::{Shown, counted, entries};
+use crate::words::{Shown, counted, entries};
 
 /// A number that is NaN or infinite.
 pub fn not_finite() -> String {

@@ -11,7 +11,7 @@ use crate::api::{
 };
 use flankfit_engine::{
     estimation::spec::{Along, Correlation, Errors, Matern, Variance},
-    fault::words::Shown,
+    words::Shown,
 };
 
 const AT: &str = "/errors";

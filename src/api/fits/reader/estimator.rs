@@ -12,7 +12,7 @@ use crate::api::{
 };
 use flankfit_engine::{
     estimation::spec::{Contamination, DEFAULT_COVERAGE, DEFAULT_K2, Estimator, Loss, MEstimator, ScaleRule, Start},
-    fault::words::{Counted, Shown, counted},
+    words::{Counted, Shown, counted},
 };
 
 /// The estimators that there are.

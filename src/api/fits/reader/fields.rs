@@ -15,7 +15,7 @@ use flankfit_engine::{
         FitSpec,
         spec::{self, Model, Regularization},
     },
-    fault::words::Shown,
+    words::Shown,
 };
 
 /// What a request asks for that names its fit otherwise than by a model: least squares, unless it

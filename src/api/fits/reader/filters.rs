@@ -14,7 +14,7 @@ use crate::api::{
 };
 use flankfit_engine::{
     estimation::spec::{Action, Filter, FilterAxis, Gaussian, Hampel, Order, Spline},
-    fault::words::Shown,
+    words::Shown,
 };
 
 /// The filters that there are.

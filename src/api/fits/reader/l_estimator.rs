@@ -3,7 +3,7 @@
 use crate::api::{faults::Faults, fits::spec::estimator::*};
 use flankfit_engine::{
     estimation::spec::{DEFAULT_SHARE, Distribution, LEstimator, QuantileWeights},
-    fault::words::Shown,
+    words::Shown,
 };
 
 const AT: &str = "/estimator";

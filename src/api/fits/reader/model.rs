@@ -13,7 +13,7 @@ use crate::api::{
     },
     shapes::degree::{DegreeBody, SpansBody},
 };
-use flankfit_engine::{estimation::spec, fault::words::counted};
+use flankfit_engine::{estimation::spec, words::counted};
 
 /// The models that there are.
 const MODELS: &str = "polynomial, b_spline and linear are";

@@ -17,8 +17,8 @@ use crate::api::{
 };
 use flankfit_engine::{
     estimation::Nodes,
-    fault::words::{counted, entries},
     numerics::check,
+    words::{counted, entries},
 };
 
 /// The fields of all four types, before the type is known (it may come last).

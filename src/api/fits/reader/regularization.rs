@@ -9,7 +9,7 @@ use crate::api::{
         value::read_value,
     },
 };
-use flankfit_engine::{estimation::spec, fault::words::Shown};
+use flankfit_engine::{estimation::spec, words::Shown};
 
 /// The regularisations that there are.
 const REGULARIZATIONS: &str = "none, spectral, ridge, tikhonov, truncated_svd, james_stein, attraction and \

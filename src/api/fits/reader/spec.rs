@@ -9,7 +9,7 @@ use crate::api::{
 };
 use flankfit_engine::{
     estimation::{FitSpec, spec},
-    fault::words::Shown,
+    words::Shown,
 };
 
 /// The spec, when none of its members has a fault.

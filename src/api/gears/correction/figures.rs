@@ -5,7 +5,6 @@ use utoipa::ToSchema;
 
 use crate::api::{gears::evaluation::conformity::DecisionName, params::Params, warning::WarningBody};
 use flankfit_engine::{
-    fault::words::listed,
     gear::{
         Side,
         correction::{
@@ -14,6 +13,7 @@ use flankfit_engine::{
         },
         evaluation::flank_surface::FlankFigures,
     },
+    words::listed,
 };
 
 /// Figures of each flank that was measured.

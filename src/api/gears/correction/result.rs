@@ -211,7 +211,7 @@ pub fn build(text: &[u8], subject: &Subject<'_>) -> Result<(Built, CorrectionInc
     let Read { spec, aim, aim_assumed, nodes, include } = read;
     refuse_implausible(measured, &nodes)?;
     let names: Vec<String> = spec.settings.iter().map(|setting| setting.name.clone()).collect();
-    let correction = Correction::new(spec).map_err(|found| Problem::invalid(placed(found, &names)))?;
+    let correction = Correction::new(spec).map_err(|found| Problem::invalid(placed(&found, &names)))?;
     let solution = correction.solve().map_err(refused)?;
     let spec = correction.asked();
     let flank = nodes.blocks.first().and_then(|block| block.flank.as_ref());
@@ -247,12 +247,13 @@ fn refuse_implausible(measured: &[&Measured], nodes: &Blocks) -> Result<(), Prob
 }
 
 /// The engine's faults by places in the request, where limits stand under the names of settings.
-fn placed(found: check::Faults, names: &[String]) -> Faults {
-    Faults::from(found).moved(|pointer| {
-        let (setting, limit) = pointer.strip_prefix("/limits/")?.split_once('/')?;
+fn placed(found: &check::Faults, names: &[String]) -> Faults {
+    let of_setting = |path: &str| {
+        let (setting, limit) = path.strip_prefix("limits[")?.split_once("].")?;
         let name = names.get(setting.parse::<usize>().ok()?)?;
         Some(format!("/limits/{}/{limit}", escape(name)))
-    })
+    };
+    Faults::placed(found, |path| of_setting(path).unwrap_or_else(|| pointer_of(path)))
 }
 
 /// A fit that was refused, by places in the request.

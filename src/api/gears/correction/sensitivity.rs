@@ -15,7 +15,6 @@ use crate::{
 };
 use flankfit_engine::{
     estimation::Nodes,
-    fault::words::entries,
     gear::{
         Gear, Side,
         correction::{
@@ -25,6 +24,7 @@ use flankfit_engine::{
         evaluation::flank_surface::FigureTerms,
     },
     numerics::check,
+    words::entries,
 };
 
 request! {

@@ -32,7 +32,7 @@ use crate::{
 use flankfit_engine::{
     estimation::{FitError, Unconverged},
     gear::{
-        Gear, Refused,
+        Gear,
         correction::{Answer, Comparison, Correction, CorrectionSpec, Scatter, Verdict, compare, compare_figures},
     },
 };
@@ -404,10 +404,7 @@ impl<'a> Made<'a> {
         let Later { measured, scatter, .. } = later;
         let predicted = correction.predict(&change).deviation;
         let comparison = Comparison { scatter, ..correction.comparison(&change, leverage, noise, measured.clone()) };
-        let answer = compare(&comparison).map_err(|refused| match refused {
-            Refused::Invalid(faults) => first(&faults.into()),
-            Refused::Fit(error) => why(error),
-        })?;
+        let answer = compare(&comparison).map_err(why)?;
         Ok(Judged { answer, predicted, before: correction.asked().deviation.clone(), measured })
     }
 }

@@ -127,7 +127,7 @@ pub fn build(text: &[u8], own: Option<&Gear>, of: Option<&Measurand>, room: Room
         Given::Grid(grid) => {
             let own = of.and_then(tooth_number);
             let topography = grid.take_topography(gear, checked.direction, own).map_err(Problem::invalid)?;
-            ("grid", deviation::grid(&reference, &topography).map_err(|faults| grid.placed(&faults)))
+            ("grid", deviation::grid(&reference, &topography).map_err(|faults| grid.placed(faults)))
         }
     };
     let mut deviations = deviations.map_err(Problem::invalid)?;

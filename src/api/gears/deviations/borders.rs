@@ -54,10 +54,10 @@ impl BordersBody {
             true => "toe_percent",
             false => "heel_percent",
         };
-        Faults::of_engine("/borders", faults).moved(|pointer| match pointer {
-            "/borders/diameter_range_mm" => Some(format!("/borders/{profile}")),
-            "/borders/z_range_mm" => Some(format!("/borders/{face}")),
-            _ => None,
+        Faults::placed(faults, |path| match path {
+            "diameter_range_mm" => format!("/borders/{profile}"),
+            "z_range_mm" => format!("/borders/{face}"),
+            _ => "/borders".to_owned(),
         })
     }
 

@@ -11,8 +11,8 @@ use crate::api::{
     warning::WarningBody,
 };
 use flankfit_engine::{
-    estimation::spec::Include,
-    gear::{Refused, registration::Registration},
+    estimation::{FitError, spec::Include},
+    gear::registration::Registration,
 };
 
 /// The motions of the part that were found; the deviations beside them are those of the part

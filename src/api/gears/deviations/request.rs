@@ -5,7 +5,7 @@ use utoipa::ToSchema;
 
 use super::borders::BordersBody;
 use crate::api::{
-    faults::Faults,
+    faults::{Faults, moved},
     fits::{reader::fields, spec::request::FitFields},
     gears::{
         design::modification::{ModificationBody, ModificationRangeBody},
@@ -23,7 +23,6 @@ use crate::api::{
 };
 use flankfit_engine::{
     estimation::FitSpec,
-    fault::words::{Shown, entries},
     gear::{
         Gear, Side,
         deviation::{FootlessPoints, MeasuredPoint, Measurement, Topography},
@@ -32,6 +31,7 @@ use flankfit_engine::{
     },
     geometry::space::Vector,
     numerics::{Rows, check},
+    words::{Shown, entries},
 };
 
 /// Most points of one request.
@@ -291,11 +291,9 @@ impl DeviationGrid {
 
     /// Faults of the topography by their places in the request, whose profile may be given by
     /// diameters.
-    pub fn placed(&self, faults: &check::Faults) -> Faults {
-        Faults::of_engine("/grid", faults).moved(|pointer| {
-            let rest = pointer.strip_prefix("/grid/roll_length_mm").filter(|_| self.diameter.is_some())?;
-            Some(format!("/grid/diameter_mm{rest}"))
-        })
+    pub fn placed(&self, faults: check::Faults) -> Faults {
+        let profile = if self.diameter.is_some() { "/grid/diameter_mm" } else { "/grid/roll_length_mm" };
+        Faults::placed(&faults.within("grid"), |path| moved(path, &[("grid.roll_length_mm", profile)]))
     }
 
     /// The topography, whose deviations are taken out, once its gear is known; `own` is the tooth

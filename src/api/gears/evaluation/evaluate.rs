@@ -65,7 +65,7 @@ pub fn build(
     let settings = body.evaluation.settings_on(gear).map_err(Problem::invalid)?;
     let accept_units = body.evaluation.accept_units == Some(true);
     let (evaluation, implausible) =
-        evaluated(gear, &posted, settings, accept_units).map_err(|faults| Problem::invalid(body.placed(faults)))?;
+        evaluated(gear, &posted, settings, accept_units).map_err(|faults| Problem::invalid(body.placed(&faults)))?;
     let explicit = body.evaluation.explicit(&evaluation);
     let mut answer = EvaluationBody::new(evaluation, explicit).with_designs(read.designs);
     answer.warnings.extend(implausible);

@@ -28,16 +28,16 @@ use crate::api::{
     problem::Problem,
 };
 use flankfit_engine::{
-    estimation::spec::Include,
-    fault::words::entries,
+    estimation::{FitError, spec::Include},
     gear::{
-        Gear, Refused,
+        Gear,
         evaluation::{
             flank_surface::{Border, FlankNodes, FlankSurface, SurfaceSettings, flank_surface},
             settings::{DeviationSign, SlopeSign},
         },
         trace::Direction,
     },
+    words::entries,
 };
 
 request! {

@@ -13,7 +13,7 @@ use super::{
 use crate::{
     api::{
         built::Built,
-        faults::Faults,
+        faults::{Faults, moved},
         gears::{
             gear::GearBody,
             notice::NoticeBody,
@@ -317,9 +317,7 @@ impl PitchRequestBody {
                 Ok(found) => Some((found, deviations)),
                 Err(more) => {
                     // circle and sector are those of both flanks
-                    let of_flank = |pointer: &str| pointer.starts_with(&format!("/{name}"));
-                    let place = |pointer: &str| of_flank(pointer).then(|| format!("{at}{pointer}"));
-                    faults.append(Faults::from(more).moved(place));
+                    faults.append(Faults::placed(&more, |path| moved(path, &[(name, &deviations)])));
                     None
                 }
             }

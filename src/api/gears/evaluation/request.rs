@@ -9,7 +9,7 @@ use super::{
     conformity::ToleranceLimitsBody,
 };
 use crate::api::{
-    faults::Faults,
+    faults::{Faults, pointer_of},
     gears::{
         design::modification::{self, ModificationBody, ModificationRangeBody},
         gear::GearBody,
@@ -399,14 +399,17 @@ pub struct Traces {
 impl EvaluateBody {
     /// Faults of the traces by their places in the request, where a profile may be given by
     /// diameters.
-    pub fn placed(&self, faults: check::Faults) -> Faults {
+    pub fn placed(&self, faults: &check::Faults) -> Faults {
         let by_diameter = |trace: &str| {
             let trace = trace.parse().ok().and_then(|trace: usize| self.traces.get(trace));
             trace.is_some_and(|trace| trace.diameter_mm.is_some())
         };
-        Faults::from(faults).moved(|pointer| {
-            let (trace, index) = pointer.strip_prefix("/traces/")?.split_once("/roll_length_mm/")?;
-            by_diameter(trace).then(|| format!("/traces/{trace}/diameter_mm/{index}"))
+        Faults::placed(faults, |path| {
+            let position = path.strip_prefix("traces[").and_then(|rest| rest.split_once("].roll_length_mm"));
+            match position.filter(|(trace, _)| by_diameter(trace)) {
+                Some((trace, index)) => format!("/traces/{trace}/diameter_mm{}", pointer_of(index)),
+                None => pointer_of(path),
+            }
         })
     }
 

@@ -6,7 +6,7 @@ use super::{
     spec::ImportSpecBody,
 };
 use crate::api::{
-    faults::Faults,
+    faults::{Faults, pointer_of},
     gears::{
         evaluation::request::{DeviationSignName, DirectionName},
         notice::NoticeBody,
@@ -15,7 +15,6 @@ use crate::api::{
     problem::Problem,
 };
 use flankfit_engine::{
-    fault::words::counted,
     formats::{
         rexs::{RexsFlank, RexsGear, RexsModel, TracePlaces},
         table::ListedPoint,
@@ -25,6 +24,7 @@ use flankfit_engine::{
         deviation::{self, Deviations, FootlessPoints, MeasuredPoint, Measurement, Node, Reference},
         trace::Direction,
     },
+    words::counted,
 };
 
 /// Reads points measured on a gear.
@@ -47,9 +47,9 @@ pub(in crate::api) fn of_list(
     };
     let reference = Reference::new(gear);
     let deviations = deviation::measure(&reference, &touches, &measurement).map_err(|faults| {
-        Problem::invalid(Faults::from(faults).moved(|pointer| match pointer {
-            "/probe_radius_mm" => Some("/spec/probe_radius_mm".to_owned()),
-            other => Some(format!("/file{other}")),
+        Problem::invalid(Faults::placed(&faults, |path| match path {
+            "probe_radius_mm" => "/spec/probe_radius_mm".to_owned(),
+            _ => format!("/file{}", pointer_of(path)),
         }))
     })?;
     let mut warnings = Vec::new();

@@ -18,11 +18,11 @@ use crate::api::{
 };
 use flankfit_engine::{
     estimation::Nodes,
-    fault::words::rounded,
     formats::{
         FileError, Table,
         table::{FlankFault, HelixSign, Layout, Meaning, NodeSet, Unit},
     },
+    words::rounded,
 };
 
 /// What is answered of a table beside the proposal.

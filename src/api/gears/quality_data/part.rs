@@ -2,9 +2,9 @@
 
 use super::kept::Kept;
 use flankfit_engine::{
-    fault::words::Shown,
     formats::qdas::{Part, one_line},
     gear::{Gear, Hand},
+    words::Shown,
 };
 
 /// The part: by its number, or by the job's name where it has none, or by the gear.

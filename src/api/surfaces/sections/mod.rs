@@ -23,7 +23,6 @@ use crate::api::{
     warning::WarningBody,
 };
 use flankfit_engine::{
-    fault::words::{Shown, counted},
     geometry::{
         curve::CurveShape,
         surface::{
@@ -34,6 +33,7 @@ use flankfit_engine::{
         },
     },
     numerics::cancel::{self, Parts},
+    words::{Shown, counted},
 };
 
 /// What a point takes: itself, as a piece of a curve, and its text.

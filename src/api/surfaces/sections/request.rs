@@ -10,7 +10,6 @@ use crate::api::{
     shapes::{surface_reader::read_surface, surface_shape::SurfaceBody},
 };
 use flankfit_engine::{
-    fault::words::{Shown, counted},
     geometry::{
         space::Vector,
         surface::{
@@ -18,6 +17,7 @@ use flankfit_engine::{
             section::{Description, at_right_angles},
         },
     },
+    words::{Shown, counted},
 };
 
 /// Most planes of a family.

@@ -8,7 +8,7 @@ use crate::correction::{
 };
 use flankfit_numerics::{
     check::{Faults, negative, per_node},
-    fault::words::{Shown, entries},
+    words::{Shown, entries},
 };
 
 /// What is compared. Lists have an entry for each node, µm, NaN where undefined.

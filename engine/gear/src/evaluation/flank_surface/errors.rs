@@ -4,7 +4,7 @@ use flankfit_estimation::{
     FitSpec,
     spec::{Errors, Variance},
 };
-use flankfit_numerics::{check::Faults, fault::words::entries};
+use flankfit_numerics::{check::Faults, words::entries};
 
 /// The spec whose lines and groups are those of the nodes `kept` of `posted` ones; `None` where it
 /// has none of either.

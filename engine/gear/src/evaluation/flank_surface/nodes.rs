@@ -9,7 +9,7 @@ use flankfit_estimation::{FitError, Nodes};
 use flankfit_numerics::{
     cancel::Asking,
     check::{Faults, length_beyond, not_ascending, not_finite, per_position, range as not_a_range},
-    fault::words::{Shown, entries},
+    words::{Shown, entries},
 };
 
 /// Paths to the ranges, and to what is cut off at their ends.

@@ -11,7 +11,7 @@ use std::fmt;
 use super::settings::reference_length;
 use crate::{Kind, Side, tolerance::OutOfScope};
 use flankfit_estimation::FitError;
-use flankfit_numerics::fault::words::{Shown, counted, listed};
+use flankfit_numerics::words::{Shown, counted, listed};
 
 /// Something that the reader of an evaluation of traces must know. Lengths are mm.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

@@ -10,7 +10,7 @@ use super::{
     hundredth,
 };
 use crate::warning::tenth;
-use flankfit_numerics::fault::words::{Shown, counted, listed};
+use flankfit_numerics::words::{Shown, counted, listed};
 
 /// Something that the reader must know of a trace. Places and lengths are roll lengths or z, mm;
 /// shares are of the evaluation range.

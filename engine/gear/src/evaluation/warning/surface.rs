@@ -1,7 +1,7 @@
 //! What must be known of the nodes over a whole flank.
 
 use super::{super::spacing::LEAST_COVERED, samples::percent};
-use flankfit_numerics::fault::words::Shown;
+use flankfit_numerics::words::Shown;
 
 /// Something that the reader of a flank's surface must know. Lengths are mm.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
