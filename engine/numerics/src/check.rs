@@ -97,7 +97,8 @@ impl Faults {
     }
 }
 
-/// Returns the path from `place` to what is at `path`, where that is within `place` or `place` itself.
+/// Returns the path from `place` to what is at `path`, where that is within `place` or `place`
+/// itself.
 pub fn rest_of<'a>(path: &'a str, place: &str) -> Option<&'a str> {
     path.strip_prefix(place).filter(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
 }

@@ -389,7 +389,9 @@ proptest! {
     fn faults_name_what_they_refuse((x, values) in nodes(4..9), place in 1usize..3) {
         for method in methods(x.len()) {
             let polynomial = matches!(method, Method::Lagrange | Method::Newton | Method::Hermite { .. });
-            let of = |x: &[f64], values: &[Vector]| shape_through(&graph(x, values), &method).unwrap_err().list()[0].path.clone();
+            let of = |x: &[f64], values: &[Vector]| {
+                shape_through(&graph(x, values), &method).unwrap_err().list()[0].path.clone()
+            };
             let mut bad = x.clone();
             bad[place] = bad[place - 1];
             let fault = of(&bad, &values);

@@ -139,7 +139,7 @@ pub struct GearToolBody {
     pub protuberance_mm: Option<f64>,
 }
 
-// The engine checks single numbers here, so that they are told with all other faults of the reading.
+// The engine checks single numbers here, so that they are named with all other faults.
 
 fn teeth<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u32, D::Error> {
     let teeth = u32::deserialize(deserializer)?;

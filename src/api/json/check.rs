@@ -12,7 +12,7 @@ use super::{
     wording::{BEYOND, no_such_field, one_of, shortened, unknown_name},
 };
 use crate::api::{contract, faults::Faults};
-use flankfit_engine::fault::words::{Shown, counted};
+use flankfit_engine::words::{Shown, counted};
 
 /// Adds the faults that the schema of `T` shows in a well-formed text at `pointer`.
 pub fn check<T: ToSchema>(text: &[u8], pointer: &str, faults: &mut Faults) {
