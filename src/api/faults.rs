@@ -57,19 +57,6 @@ impl Faults {
         }
     }
 
-    /// Adds a fault in place of one at the same pointer that came after the first `before`; none
-    /// where these say more precisely where it is.
-    pub fn add_instead(&mut self, fault: Fault, before: usize) {
-        let new = || self.faults.iter().enumerate().skip(before);
-        if let Some((at, _)) = new().find(|(_, other)| other.pointer == fault.pointer) {
-            self.faults[at] = fault;
-        } else if !new()
-            .any(|(_, other)| other.pointer.strip_prefix(&fault.pointer).is_some_and(|rest| rest.starts_with('/')))
-        {
-            self.add(fault);
-        }
-    }
-
     /// Adds a fault whose sentence takes time to find: it is looked for only while faults are kept.
     pub fn push_with(&mut self, pointer: impl Into<String>, detail: impl FnOnce() -> String) {
         let kept = self.faults.len() < Self::MOST;

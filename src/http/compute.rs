@@ -8,7 +8,6 @@
 //! refused.
 
 use serde::de::DeserializeOwned;
-use utoipa::ToSchema;
 
 use super::{
     body::{Media, Payload, unsupported},
@@ -107,7 +106,7 @@ pub async fn read_small_json<T: Send + 'static>(
 /// Reads a small JSON body that may be left out, on the pool.
 pub async fn read_optional_json<T>(state: &AppState, payload: Payload) -> Result<T, Problem>
 where
-    T: DeserializeOwned + ToSchema + Default + Send + 'static,
+    T: DeserializeOwned + Default + Send + 'static,
 {
     let limit = state.settings.body_limit;
     let read = move || {

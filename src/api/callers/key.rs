@@ -302,7 +302,7 @@ mod tests {
     fn an_overlap_is_told_its_bounds() {
         let overlap = |text: &str| {
             let body = format!(r#"{{"overlap_seconds":{text}}}"#);
-            read::<RotationBody>(body.as_bytes()).map(|body| body.overlap_seconds)
+            read::<RotationBody>(body.as_bytes(), None).map(|body| body.overlap_seconds)
         };
         assert_eq!([overlap("0").unwrap(), overlap("2592000").unwrap()], [0, 2_592_000]);
         for wrong in ["-1", "2592001", "4294967296", "0.5", "1e999", "true", r#""60""#] {

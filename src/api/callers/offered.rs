@@ -100,7 +100,7 @@ mod tests {
     }
 
     fn said(text: &str) -> (String, String) {
-        let fault = read::<Body>(text.as_bytes()).unwrap_err().into_fault();
+        let fault = read::<Body>(text.as_bytes(), None).unwrap_err().into_fault();
         (fault.pointer, fault.detail)
     }
 
@@ -116,7 +116,7 @@ mod tests {
         ] {
             assert_eq!(said(text), (pointer.to_owned(), detail), "{text}");
         }
-        let known: Body = read(br#"{"role":"root","scopes":["tenants"]}"#).unwrap();
+        let known: Body = read(br#"{"role":"root","scopes":["tenants"]}"#, None).unwrap();
         assert_eq!((known.role, known.scopes), (Some(RoleName::Root), Some(vec![ScopeName::Tenants])));
     }
 

@@ -41,10 +41,10 @@ mod tests {
 
     #[test]
     fn what_is_no_id_is_told_what_ids_are() {
-        let said = |text: &str| read::<Id>(text.as_bytes()).unwrap_err().to_string();
+        let said = |text: &str| read::<Id>(text.as_bytes(), None).unwrap_err().to_string();
         assert_eq!(said("5"), format!("expected {FORM}, found 5"));
         assert_eq!(said("\"fit 1\""), format!("expected {FORM}"));
-        let Id(read) = read::<Id>(b"\"0190b0de-0000-7000-8000-000000000000\"").unwrap();
+        let Id(read) = read::<Id>(b"\"0190b0de-0000-7000-8000-000000000000\"", None).unwrap();
         assert_eq!(read.get_version_num(), 7);
     }
 }

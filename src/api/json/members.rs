@@ -8,14 +8,13 @@
 use std::marker::PhantomData;
 
 use serde::Deserialize;
-use utoipa::ToSchema;
 
 use super::{
     cursor::{Cursor, Syntax, Token},
     error::{ReadError, malformed},
     location::escape,
     numbers::{read_numbers, read_rows},
-    value::{read_at, read_first},
+    value::read_at,
     wording::no_such_field,
 };
 use crate::api::faults::Faults;
@@ -185,15 +184,6 @@ impl<'a, T> Member<'a, T> {
 }
 
 impl<'a, T: Deserialize<'a>> Member<'a, T> {
-    /// The value of a type without a schema, such as an array of fixed length; `None` where it is
-    /// refused.
-    pub fn plain(&self, faults: &mut Faults) -> Option<Option<T>> {
-        let Some(text) = self.text else { return Some(None) };
-        read_first(text, &self.pointer(), faults).map(Some)
-    }
-}
-
-impl<'a, T: Deserialize<'a> + ToSchema> Member<'a, T> {
     /// The value; `None` where there is none or it is refused.
     pub fn read(&self, faults: &mut Faults) -> Option<T> {
         self.optional(faults).flatten()

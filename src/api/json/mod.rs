@@ -1,7 +1,6 @@
 //! Reading and writing JSON: a strict cursor, what serde reads of it, every fault by its JSON
 //! Pointer, and text that is written without a tree.
 
-mod check;
 pub mod cursor;
 pub mod decimal;
 pub mod error;
@@ -9,6 +8,7 @@ pub mod gather;
 pub mod id;
 pub mod location;
 pub mod members;
+pub mod mended;
 pub mod merge;
 pub mod nearest;
 mod null_fields;
@@ -18,6 +18,7 @@ pub mod reader;
 pub mod refusal;
 pub mod request;
 pub mod slice;
+pub mod stand_in;
 pub mod tags;
 pub mod text;
 pub mod union_schema;

@@ -14,38 +14,51 @@ use serde::{
 use super::{
     cursor::{Cursor, Token},
     location::Location,
+    mended::Mended,
     refusal::Refusal,
     slice::Slice,
+    stand_in::StandIn,
     wording::{BEYOND, NAME_WANTED, OBJECT_WANTED, name_wanted, too_long},
 };
 use flankfit_engine::numerics::cancel;
 
-/// Reads well-formed JSON.
-pub fn read<'de, T: Deserialize<'de>>(text: &'de [u8]) -> Result<T, Refusal> {
-    T::deserialize(Reader { cursor: &mut Cursor::new(text), location: &Location::Root })
+/// Reads well-formed JSON, as sent or repaired.
+pub fn read<'de, T: Deserialize<'de>>(text: &'de [u8], mended: Option<&Mended>) -> Result<T, Refusal> {
+    T::deserialize(Reader { cursor: &mut Cursor::new(text), location: &Location::Root, mended })
 }
 
 /// Reads the value at the cursor.
 struct Reader<'r, 'de> {
     cursor: &'r mut Cursor<'de>,
     location: &'r Location<'r>,
+    mended: Option<&'r Mended>,
 }
 
 impl<'de> Reader<'_, 'de> {
     fn members<V: Visitor<'de>>(self, visitor: V, once: bool, nulls: Nulls) -> Result<V::Value, Refusal> {
-        let Reader { cursor, location } = self;
+        let Reader { cursor, location, mended } = self;
         cursor.at += 1;
-        let seen = once.then(BTreeSet::new);
-        let members = Members { cursor, location, seen, nulls, key: Cow::Borrowed(""), fresh: true };
+        let seen = (once || mended.is_some()).then(BTreeSet::new);
+        let mut missing = mended.map_or(&[][..], |mended| mended.added(location)).iter();
+        let members = Members {
+            cursor,
+            location,
+            mended,
+            seen,
+            nulls,
+            key: Cow::Borrowed(""),
+            fresh: true,
+            missing: &mut missing,
+        };
         visitor.visit_map(members).map_err(|refusal| refusal.at(location))
     }
 
     /// An array; of a `length` where it has a fixed one.
     fn entries<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Refusal> {
-        let Reader { cursor, location } = self;
+        let Reader { cursor, location, mended } = self;
         cursor.at += 1;
         let (mut index, mut ended) = (0, false);
-        let entries = Entries { cursor: &mut *cursor, location, index: &mut index, ended: &mut ended };
+        let entries = Entries { cursor: &mut *cursor, location, mended, index: &mut index, ended: &mut ended };
         let value = visitor.visit_seq(entries).map_err(|refusal| refusal.of_entries().at(location))?;
         let taken = index;
         while !ended {
@@ -197,6 +210,7 @@ fn next_entry(cursor: &mut Cursor, index: usize) -> Result<bool, Refusal> {
 struct Entries<'r, 'de> {
     cursor: &'r mut Cursor<'de>,
     location: &'r Location<'r>,
+    mended: Option<&'r Mended>,
     /// Of the next entry.
     index: &'r mut usize,
     ended: &'r mut bool,
@@ -213,7 +227,11 @@ impl<'de> SeqAccess<'de> for Entries<'_, 'de> {
             }
             let location = Location::Entry(self.location, *self.index);
             *self.index += 1;
-            let reader = Reader { cursor: &mut *self.cursor, location: &location };
+            if self.mended.is_some_and(|mended| mended.leaves_out(&location)) {
+                self.cursor.skip_value()?;
+                continue;
+            }
+            let reader = Reader { cursor: &mut *self.cursor, location: &location, mended: self.mended };
             return seed.deserialize(reader).map(Some).map_err(|refusal| refusal.at(&location));
         }
         Ok(None)
@@ -234,11 +252,14 @@ enum Nulls {
 struct Members<'r, 'de> {
     cursor: &'r mut Cursor<'de>,
     location: &'r Location<'r>,
+    mended: Option<&'r Mended>,
     /// The keys so far, where one that stands twice is refused here.
     seen: Option<BTreeSet<String>>,
     nulls: Nulls,
     key: Cow<'de, str>,
     fresh: bool,
+    /// Fields that are to be read although they are not there.
+    missing: &'r mut std::slice::Iter<'r, String>,
 }
 
 impl<'de> Members<'_, 'de> {
@@ -268,11 +289,14 @@ impl<'de> Members<'_, 'de> {
             self.key = self.cursor.string()?;
             self.cursor.expect(b':', "after a key")?;
             let is_absent = self.is_absent()?;
-            if self.seen.as_mut().is_some_and(|seen| !seen.insert(self.key.clone().into_owned())) {
-                return Err(Refusal::twice(&self.key).at(self.location));
-            }
-            if !is_absent {
-                return Ok(true);
+            let location = Location::Member(self.location, &self.key);
+            let twice = self.seen.as_mut().is_some_and(|seen| !seen.insert(self.key.clone().into_owned()));
+            match self.mended {
+                Some(mended) if twice && mended.has_once(&location) => {}
+                _ if twice => return Err(Refusal::twice(&self.key).at(self.location)),
+                Some(mended) if mended.leaves_out(&location) => {}
+                _ if is_absent => {}
+                _ => return Ok(true),
             }
             self.cursor.skip_value()?;
         }
@@ -284,8 +308,11 @@ impl<'de> MapAccess<'de> for Members<'_, 'de> {
 
     fn next_key_seed<K: DeserializeSeed<'de>>(&mut self, seed: K) -> Result<Option<K::Value>, Refusal> {
         if !self.next_key()? {
-            self.cursor.at += 1;
-            return Ok(None);
+            let Some(missing) = self.missing.as_slice().first() else {
+                self.cursor.at += 1;
+                return Ok(None);
+            };
+            self.key = Cow::Owned(missing.clone());
         }
         let key: CowStrDeserializer<'_, Refusal> = self.key.clone().into_deserializer();
         seed.deserialize(key).map(Some).map_err(|refusal| refusal.at(&Location::Member(self.location, &self.key)))
@@ -293,7 +320,11 @@ impl<'de> MapAccess<'de> for Members<'_, 'de> {
 
     fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, Refusal> {
         let location = Location::Member(self.location, &self.key);
-        let reader = Reader { cursor: &mut *self.cursor, location: &location };
+        if self.cursor.peek() == Some(b'}') {
+            self.missing.next();
+            return seed.deserialize(StandIn::default()).map_err(|refusal| refusal.of_stand_in(&location));
+        }
+        let reader = Reader { cursor: &mut *self.cursor, location: &location, mended: self.mended };
         seed.deserialize(reader).map_err(|refusal| refusal.at(&location))
     }
 }

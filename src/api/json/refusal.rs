@@ -37,11 +37,13 @@ struct Inner {
     detail: String,
     /// Known from the innermost value on that was being read.
     pointer: Option<String>,
+    /// Whether a value was refused that only stands in for a missing one.
+    of_stand_in: bool,
 }
 
 impl Refusal {
     fn new(wrong: Wrong, detail: String) -> Self {
-        Refusal(Box::new(Inner { wrong, detail, pointer: None }))
+        Refusal(Box::new(Inner { wrong, detail, pointer: None, of_stand_in: false }))
     }
 
     /// A value that is wrong in itself.
@@ -81,6 +83,13 @@ impl Refusal {
         }
     }
 
+    /// The same of what stands in for a missing value at `location`.
+    pub fn of_stand_in(mut self, location: &Location) -> Self {
+        self.0.of_stand_in = true;
+        self.0.pointer = Some(location.pointer());
+        self
+    }
+
     pub fn wrong(&self) -> &Wrong {
         &self.0.wrong
     }
@@ -88,6 +97,10 @@ impl Refusal {
     /// JSON Pointer below the value that was read.
     pub fn pointer(&self) -> &str {
         self.0.pointer.as_deref().unwrap_or_default()
+    }
+
+    pub fn is_of_stand_in(&self) -> bool {
+        self.0.of_stand_in
     }
 
     pub fn into_fault(self) -> Fault {

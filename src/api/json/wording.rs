@@ -124,7 +124,7 @@ fn shown(found: Unexpected, whole: bool) -> String {
     }
 }
 
-pub fn shortened(text: &str) -> Cow<'_, str> {
+fn shortened(text: &str) -> Cow<'_, str> {
     match text.char_indices().nth(REPEATED) {
         Some((end, _)) => format!("{}…", &text[..end]).into(),
         None => text.into(),
@@ -156,7 +156,7 @@ mod tests {
     }
 
     fn said<T: DeserializeOwned + std::fmt::Debug>(text: &str) -> String {
-        read::<T>(text.as_bytes()).unwrap_err().to_string()
+        read::<T>(text.as_bytes(), None).unwrap_err().to_string()
     }
 
     #[test]
@@ -185,7 +185,7 @@ mod tests {
     }
 
     fn fault_of<T: DeserializeOwned + std::fmt::Debug>(text: &str) -> (String, String) {
-        let fault = read::<T>(text.as_bytes()).unwrap_err().into_fault();
+        let fault = read::<T>(text.as_bytes(), None).unwrap_err().into_fault();
         (fault.pointer, fault.detail)
     }
 

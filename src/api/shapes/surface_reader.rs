@@ -14,7 +14,7 @@ use crate::api::{
         members::{Member, of_object},
         slice::Slice,
         tags::{read_tag, unknown_type},
-        value::{read_first, read_value},
+        value::read_value,
     },
 };
 use flankfit_engine::{
@@ -227,7 +227,7 @@ fn patchwork(slice: &[u8], at: &str, faults: &mut Faults) -> Option<Patchwork> {
     let (u, v) = (members.u.numbers(faults), members.v.numbers(faults));
     let texts = members.patches.required_text(faults)?;
     let at_patches = members.patches.pointer();
-    let texts: Vec<Vec<Slice>> = read_first(texts, &at_patches, faults)?;
+    let texts: Vec<Vec<Slice>> = read_value(texts, &at_patches, faults)?;
     let columns = equal_rows(&texts, &at_patches, faults)?;
     let before = faults.count();
     let mut patches = Vec::with_capacity(texts.len() * columns);

@@ -67,7 +67,7 @@ pub fn read(slice: &[u8], faults: &mut Faults) -> Option<RequestedMethod> {
         }
         "gregory" => {
             let members: GregoryMembers<'_> = of_object(slice, AT, faults)?;
-            let inner = match members.inner_points.plain(faults)? {
+            let inner = match members.inner_points.optional(faults)? {
                 Some(rows) => Some(inner(&rows, faults)?),
                 None => None,
             };

@@ -9,6 +9,7 @@
 
 mod forms;
 pub mod long;
+mod nullable;
 mod refusals;
 pub mod scopes;
 
@@ -29,12 +30,10 @@ use utoipa::{
     },
 };
 
+use self::nullable::{not_nullable, without_null};
 use super::router;
 use crate::api::{
-    contract::{
-        self,
-        nullable::{not_nullable, without_null},
-    },
+    contract,
     examples::REQUEST_EXAMPLES,
     gears::{
         correction::{csv::OutsideLimitsName, include::StoredIncludeName},

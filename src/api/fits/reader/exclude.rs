@@ -6,14 +6,14 @@ use crate::api::{
     json::{
         cursor::{Cursor, Token},
         slice::Slice,
-        value::{read_first, read_value},
+        value::read_value,
     },
 };
 use flankfit_engine::estimation::spec::NodeAt;
 
 /// Returns the excluded nodes if they are well-formed; the engine checks that they exist.
 pub fn read(slice: &[u8], faults: &mut Faults) -> Option<Vec<NodeAt>> {
-    let parts: Vec<Slice> = read_first(slice, "/exclude", faults)?;
+    let parts: Vec<Slice> = read_value(slice, "/exclude", faults)?;
     let before = faults.count();
     let read: Vec<NodeAtBody> =
         parts.iter().enumerate().filter_map(|(k, part)| one(part.0, &format!("/exclude/{k}"), faults)).collect();

@@ -9,7 +9,7 @@ use crate::api::{
     json::{
         slice::Slice,
         tags::{read_tag, unknown_type},
-        value::{read_first, read_value},
+        value::read_value,
     },
 };
 use flankfit_engine::{
@@ -22,7 +22,7 @@ const FILTERS: &str = "hampel, gaussian and spline are";
 
 /// The filters, when none of them has a fault.
 pub fn read(slice: &[u8], faults: &mut Faults) -> Option<Vec<Filter>> {
-    let parts: Vec<Slice> = read_first(slice, "/filters", faults)?;
+    let parts: Vec<Slice> = read_value(slice, "/filters", faults)?;
     if parts.len() > MOST_FILTERS {
         faults.push("/filters", format!("{} filters; at most {MOST_FILTERS}", parts.len()));
         return None;

@@ -4,13 +4,13 @@ use super::model::model;
 use crate::api::{
     faults::Faults,
     fits::spec::representative::{RawPiece, RawRepresentative},
-    json::value::read_first,
+    json::value::read_value,
 };
 use flankfit_engine::estimation::spec::{Piece, PieceOf, Regularization, Representative};
 
 /// The piece, or where it is to be found; whether it suits the model is the engine's to say.
 pub fn read(slice: &[u8], at: &str, faults: &mut Faults) -> Option<Regularization> {
-    let body: RawRepresentative<'_> = read_first(slice, at, faults)?;
+    let body: RawRepresentative<'_> = read_value(slice, at, faults)?;
     let before = faults.count();
     if body.iteration == Some(0) {
         faults.push(format!("{at}/iteration"), "iterations are counted from 1");
@@ -28,7 +28,7 @@ pub fn read(slice: &[u8], at: &str, faults: &mut Faults) -> Option<Regularizatio
 }
 
 fn read_piece(slice: &[u8], at: &str, faults: &mut Faults) -> Option<Piece> {
-    let raw: RawPiece<'_> = read_first(slice, at, faults)?;
+    let raw: RawPiece<'_> = read_value(slice, at, faults)?;
     let model = model(raw.model.0, &format!("{at}/model"), faults)?;
     Some(raw.piece(model))
 }

@@ -205,8 +205,8 @@ fn of_machine(members: &SensitivityMembers<'_>, iteration: Corrected<'_>, faults
     let coordinates = coordinates(axis, axes, faults);
     let (gear, side) = gear.zip(side)?;
     let coordinates = coordinates.filter(|_| faults.count() == before)?;
-    let diameters = members.profile_diameter_range_mm.plain(faults)?;
-    let helix = members.helix_range_mm.plain(faults)?;
+    let diameters = members.profile_diameter_range_mm.optional(faults)?;
+    let helix = members.helix_range_mm.optional(faults)?;
     let places = iteration_nodes::places(nodes, gear, side, coordinates).map_err(|more| faults.append(more)).ok()?;
     let mut ranges: Ranges = iteration_nodes::ranges(nodes, &places, gear);
     if let Some(diameters) = diameters {

@@ -248,7 +248,7 @@ fn motions(names: &[String], faults: &mut Faults) -> Vec<Motion> {
 }
 
 fn touches(members: &DeviationsMembers<'_>, faults: &mut Faults) -> Option<Vec<MeasuredPoint>> {
-    let points = members.points.plain(faults).flatten()?;
+    let points = members.points.read(faults)?;
     let teeth = members.teeth.read(faults);
     let flanks = members.flanks.read(faults);
     if points.is_empty() {
