@@ -67,6 +67,6 @@ mod tests {
             assert_eq!(fault, ("/model/type".into(), format!("expected a name in quotes, found {found}{offered}")));
         }
         assert_eq!(detail("{}").1, ("/model/type".into(), "missing".into()));
-        assert_eq!(detail("3").1, ("/model".into(), "expected an object, found 3".into()));
+        assert_eq!(detail("3").1, ("/model".into(), "expected an object, found a number".into()));
     }
 }
