@@ -22,8 +22,8 @@ pub struct Written {
     pub text: Vec<u8>,
 }
 
-/// Fits and writes the answer, with the spec where `with_spec`; `place` turns the paths of a refused
-/// fit into pointers into the request. Processor work.
+/// Fits and writes the answer, with the spec where `with_spec`; `place` turns the paths of a
+/// refused fit into pointers into the request. Processor work.
 pub fn write(
     nodes: &Nodes,
     spec: &FitSpec,
