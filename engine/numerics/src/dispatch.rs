@@ -39,7 +39,7 @@ pub fn has_fma() -> bool {
 
 /// `a · b + c`, rounded once, for sequences of dependent operations: where the build may not use
 /// the instruction everywhere, no call into a library either. Loops that the compiler is to turn
-/// into vector instructions take [`f64::mul_add`] inside of [`with_fma!`].
+/// into vector instructions take [`f64::mul_add`] inside of `with_fma!`.
 #[inline(always)]
 pub fn fma(a: f64, b: f64, c: f64) -> f64 {
     #[cfg(all(target_arch = "x86_64", not(all(target_feature = "avx2", target_feature = "fma"))))]
