@@ -27,6 +27,8 @@ const PARALLEL: usize = 65_536;
 /// A residual this small against the heights has lost digits in double precision and is formed
 /// anew.
 const SMALL: f64 = 1e-7;
+/// Nodes up to which residuals are formed in double-double at once.
+const FEW: usize = 256;
 
 /// The two axes of a full grid, before a height is seen.
 pub(crate) struct Axes {
@@ -134,11 +136,12 @@ impl Separable {
         let qty = contract(&axes.u.q, &axes.v.q, &grid.z);
         let mut separable =
             Separable { axes, qty, rss: 0.0, max_abs: 0.0, sum_abs: 0.0, neighbours: [0.0; 2], relative_error: 1e-28 };
-        let mut found = separable.pass(grid, &separable.qty, Precision::Double, Output::Neighbours);
         let fitted: f64 = separable.qty.iter().map(|b| b.to_f64() * b.to_f64()).sum();
-        if found.rss.to_f64() <= SMALL * SMALL * fitted || grid.z.len() <= 256 {
-            found = separable.pass(grid, &separable.qty, Precision::DoubleDouble, Output::Neighbours);
-        }
+        let pass = |precision| separable.pass(grid, &separable.qty, precision, Output::Neighbours);
+        let large = (grid.z.len() > FEW).then(|| pass(Precision::Double));
+        let found = large
+            .filter(|found| found.rss.to_f64() > SMALL * SMALL * fitted)
+            .unwrap_or_else(|| pass(Precision::DoubleDouble));
         (separable.rss, separable.max_abs, separable.sum_abs) = (found.rss.to_f64(), found.max_abs, found.sum_abs);
         separable.neighbours = found.neighbours;
         separable
@@ -312,21 +315,21 @@ with_fma! {
         let (mut neighbours, mut first, mut before) = ([0.0; 2], Vec::new(), Vec::new());
         let start = rows.start;
         let room = if output == Output::Sums { 0 } else { nv };
+        let mut weights: Vec<L> = Vec::with_capacity(q);
         for k in rows.asking(4 * (p + nv) * q) {
             if output == Output::Neighbours {
                 std::mem::swap(&mut before, &mut values);
                 values.clear();
             }
             values.reserve(room);
-            let weights: Vec<L> = (0..q)
-                .map(|j| {
-                    let mut sum = Dd::ZERO;
-                    for i in 0..p {
-                        sum = qu[(k, i)].fma(b[i * q + j], sum);
-                    }
-                    L::splat(L::Number::of_dd(sum))
-                })
-                .collect();
+            weights.clear();
+            weights.extend((0..q).map(|j| {
+                let mut sum = Dd::ZERO;
+                for i in 0..p {
+                    sum = qu[(k, i)].fma(b[i * q + j], sum);
+                }
+                L::splat(L::Number::of_dd(sum))
+            }));
             let row = &z[k * nv..(k + 1) * nv];
             for g in 0..nv.div_ceil(LANES) {
                 let mut fitted = L::ZERO;
