@@ -79,6 +79,12 @@ impl Faults {
         self.count -= before - self.faults.len();
     }
 
+    /// Places each fault in a larger object, in which the checked one is at `pointer`.
+    pub fn within(mut self, pointer: &str) -> Self {
+        self.faults.iter_mut().for_each(|fault| fault.pointer.insert_str(0, pointer));
+        self
+    }
+
     /// Takes over another list's faults.
     pub fn append(&mut self, other: impl Into<Faults>) {
         let mut other = other.into();

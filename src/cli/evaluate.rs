@@ -4,6 +4,7 @@ use std::{fmt::Write as _, io::Write as _, path::PathBuf};
 
 use clap::Args;
 use serde::Deserialize;
+use utoipa::ToSchema;
 
 use crate::{
     api::{
@@ -64,7 +65,10 @@ pub fn run(arguments: &EvaluateArguments) -> Result<(), CommandError> {
 }
 
 /// Reads settings from their own file.
-fn settings<T: for<'a> Deserialize<'a>>(file: Option<&PathBuf>, what: &str) -> Result<Option<T>, CommandError> {
+fn settings<T: for<'a> Deserialize<'a> + ToSchema>(
+    file: Option<&PathBuf>,
+    what: &str,
+) -> Result<Option<T>, CommandError> {
     let Some(file) = file else { return Ok(None) };
     let read = read_json(&content_of(file, what)?);
     Ok(Some(read.map_err(|error| wrong_in(file, &error.into()))?))

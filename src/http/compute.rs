@@ -8,6 +8,7 @@
 //! refused.
 
 use serde::de::DeserializeOwned;
+use utoipa::ToSchema;
 
 use super::{
     body::{Media, Payload, unsupported},
@@ -106,7 +107,7 @@ pub async fn read_small_json<T: Send + 'static>(
 /// Reads a small JSON body that may be left out, on the pool.
 pub async fn read_optional_json<T>(state: &AppState, payload: Payload) -> Result<T, Problem>
 where
-    T: DeserializeOwned + Default + Send + 'static,
+    T: DeserializeOwned + ToSchema + Default + Send + 'static,
 {
     let limit = state.settings.body_limit;
     let read = move || {

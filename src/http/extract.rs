@@ -5,6 +5,7 @@ use axum::{
     http::request::Parts,
 };
 use serde::de::DeserializeOwned;
+use utoipa::ToSchema;
 use uuid::Uuid;
 
 use super::{body::Payload, compute::read_small_json, state::AppState};
@@ -126,7 +127,7 @@ pub struct JsonOf<T>(pub T);
 /// Longest small body, unless the limit on all bodies is lower.
 const SMALL_BODY: usize = 1 << 20;
 
-impl<T: DeserializeOwned + Send + 'static> FromRequest<AppState> for JsonOf<T> {
+impl<T: DeserializeOwned + ToSchema + Send + 'static> FromRequest<AppState> for JsonOf<T> {
     type Rejection = Problem;
 
     async fn from_request(request: Request, state: &AppState) -> Result<Self, Problem> {

@@ -15,7 +15,6 @@ use super::{
 use crate::{
     api::{
         faults::Faults,
-        fits::reader::prior::MOST_ITERATIONS,
         gears::{
             correction::{applied, predicted},
             fit_figures::{self, OfFlank},
@@ -94,7 +93,7 @@ async fn gather(
 ) -> Result<Gathered, Problem> {
     let before = fitted.number();
     let (from, most) = match &chain.which {
-        Which::Previous => (1, MOST_ITERATIONS),
+        Which::Previous => (1, Which::MOST),
         Which::Listed(numbers) => (numbers.first().copied().unwrap_or(1), MOST_BETWEEN),
     };
     let wanted = Predecessors { of: of.clone(), from, before, most };

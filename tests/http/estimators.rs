@@ -85,7 +85,7 @@ async fn impossible_estimators_are_pointed_at() {
         (l(json!({"form": "quantiles", "quantiles": [0.5], "weights": [0.5, 0.5]})), "/estimator/weights"),
         (l(json!({"form": "quantiles", "quantiles": [0.5, 0.5], "weights": [0.5, 0.5]})), "/estimator/quantiles/1"),
         (l(json!({"form": "quantiles", "quantiles": [1], "weights": [1]})), "/estimator/quantiles/0"),
-        (l(json!({"form": "quantiles", "quantiles": [], "weights": []})), "/estimator/quantiles"),
+        (l(json!({"form": "quantiles", "quantiles": [], "weights": [1]})), "/estimator/quantiles"),
         (l(json!({"form": "trimmed", "colour": 1})), "/estimator/colour"),
         (likelihood("student", json!(0.1)), "/estimator/shape"),
         (likelihood("generalized_normal", json!(9)), "/estimator/shape"),

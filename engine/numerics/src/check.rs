@@ -18,6 +18,18 @@ pub struct Fault {
     pub message: String,
 }
 
+/// The message; the path goes before it, as "at `path`: ".
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if !self.path.is_empty() {
+            write!(f, "at `{}`: ", self.path)?;
+        }
+        f.write_str(&self.message)
+    }
+}
+
+impl std::error::Error for Fault {}
+
 /// All faults that were found. The first [`Faults::MOST`] are kept, all are counted.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Faults {

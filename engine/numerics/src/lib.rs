@@ -19,6 +19,8 @@ pub mod cancel;
 pub mod check;
 pub mod columns;
 pub mod condition;
+#[cfg(feature = "contract")]
+pub mod contract;
 pub mod dd;
 pub mod dispatch;
 pub mod distribution;

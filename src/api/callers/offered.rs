@@ -1,20 +1,8 @@
-//! Roles and scopes as they are offered to who makes a key of a tenant: those that are of no tenant
-//! are known, and refused with a reason elsewhere, but not among what is named to choose from.
-
-use std::fmt;
-
-use serde::{
-    Deserialize, Deserializer,
-    de::{EnumAccess, Error, VariantAccess as _, Visitor},
-};
+//! Roles and scopes that a key of a tenant can have.
 
 use utoipa::openapi::schema::{Array, ArrayBuilder, Object, ObjectBuilder, Type};
 
-use super::names::{RoleName, ScopeName};
-use crate::{
-    api::json::wording::one_of,
-    jobs::{Role, Scope},
-};
+use crate::jobs::{Role, Scope};
 
 const ROLES: &[&str] =
     &[Role::Reader.name(), Role::Operator.name(), Role::Engineer.name(), Role::Auditor.name(), Role::Admin.name()];
@@ -45,80 +33,10 @@ fn one_of_names(names: &[&str]) -> ObjectBuilder {
     ObjectBuilder::new().schema_type(Type::String).enum_values(Some(names.iter().copied()))
 }
 
-/// A role, where there is one.
-pub fn role<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<RoleName>, D::Error> {
-    let offered = Offered { names: ROLES, named: Role::named };
-    deserializer.deserialize_enum("Role", ROLES, offered).map(|role| Some(role.into()))
-}
-
-/// Scopes, where there are some.
-pub fn scopes<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Vec<ScopeName>>, D::Error> {
-    let scopes = Vec::<OneScope>::deserialize(deserializer)?;
-    Ok(Some(scopes.into_iter().map(|OneScope(scope)| scope).collect()))
-}
-
-#[derive(Deserialize)]
-#[serde(transparent)]
-struct OneScope(#[serde(deserialize_with = "scope")] ScopeName);
-
-fn scope<'de, D: Deserializer<'de>>(deserializer: D) -> Result<ScopeName, D::Error> {
-    let offered = Offered { names: SCOPES, named: Scope::named };
-    deserializer.deserialize_enum("Scope", SCOPES, offered).map(ScopeName::from)
-}
-
-struct Offered<T> {
-    names: &'static [&'static str],
-    /// Knows those of no tenant, too.
-    named: fn(&str) -> Option<T>,
-}
-
-impl<'de, T> Visitor<'de> for Offered<T> {
-    type Value = T;
-
-    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&one_of(self.names))
-    }
-
-    fn visit_enum<A: EnumAccess<'de>>(self, data: A) -> Result<T, A::Error> {
-        let (name, rest): (String, _) = data.variant()?;
-        rest.unit_variant()?;
-        (self.named)(&name).ok_or_else(|| A::Error::unknown_variant(&name, self.names))
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{api::json::reader::read, jobs::Scopes};
-
-    #[derive(Debug, Deserialize)]
-    struct Body {
-        #[serde(default, deserialize_with = "role")]
-        role: Option<RoleName>,
-        #[serde(default, deserialize_with = "scopes")]
-        scopes: Option<Vec<ScopeName>>,
-    }
-
-    fn said(text: &str) -> (String, String) {
-        let fault = read::<Body>(text.as_bytes(), None).unwrap_err().into_fault();
-        (fault.pointer, fault.detail)
-    }
-
-    #[test]
-    fn what_is_of_no_tenant_is_not_offered() {
-        let roles = "one of `reader`, `operator`, `engineer`, `auditor`, `admin`";
-        let scopes = "one of `read`, `compute`, `measure`, `judge`, `audit`, `admin`";
-        for (text, pointer, detail) in [
-            (r#"{"role":"engi"}"#, "/role", format!("`engi` is not known; expected {roles}")),
-            (r#"{"role":5}"#, "/role", format!("expected {roles} in quotes, found a number")),
-            (r#"{"scopes":["read","reed"]}"#, "/scopes/1", format!("`reed` is not known; expected {scopes}")),
-            (r#"{"scopes":[true]}"#, "/scopes/0", format!("expected {scopes} in quotes, found a boolean")),
-        ] {
-            assert_eq!(said(text), (pointer.to_owned(), detail), "{text}");
-        }
-        let known: Body = read(br#"{"role":"root","scopes":["tenants"]}"#, None).unwrap();
-        assert_eq!((known.role, known.scopes), (Some(RoleName::Root), Some(vec![ScopeName::Tenants])));
-    }
+    use crate::jobs::Scopes;
 
     /// Everything else is offered.
     #[test]

@@ -7,10 +7,7 @@ use super::key::KeyBody;
 use crate::{
     api::{
         faults::Faults,
-        json::{
-            present::present,
-            text::{LongText, Moment},
-        },
+        json::text::{LongText, Moment},
     },
     jobs::{ApiKey, List, Page, Plant, PlantDraft, PlantPatch, Secret, Tenant},
 };
@@ -25,7 +22,6 @@ pub struct NewTenantBody {
     #[schema(min_length = 1, max_length = 63)]
     pub name: String,
     /// For people.
-    #[serde(default, deserialize_with = "present")]
     #[schema(value_type = Option<String>, min_length = 1, max_length = 4000)]
     pub description: Option<LongText>,
 }
@@ -36,11 +32,9 @@ pub struct NewTenantBody {
 #[schema(as = TenantPatch, example = json!({"suspended": true}))]
 pub struct TenantPatchBody {
     /// The new description.
-    #[serde(default, deserialize_with = "present")]
     #[schema(value_type = Option<String>, min_length = 1, max_length = 4000)]
     pub description: Option<LongText>,
     /// True if its keys are refused.
-    #[serde(default, deserialize_with = "present")]
     pub suspended: Option<bool>,
 }
 

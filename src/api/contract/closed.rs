@@ -19,7 +19,7 @@ pub fn close(schemas: &mut BTreeMap<String, RefOr<Schema>>, paths: &Paths) {
     }
 }
 
-fn close_one(schema: &mut RefOr<Schema>) {
+pub fn close_one(schema: &mut RefOr<Schema>) {
     let RefOr::T(schema) = schema else { return };
     match schema {
         Schema::Object(object) => {

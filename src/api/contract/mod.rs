@@ -9,14 +9,22 @@
 mod closed;
 mod flat;
 mod generators;
+pub mod nullable;
 mod problems;
 mod reach;
 pub mod v3_0;
 mod variants;
 
-use utoipa::openapi::OpenApi;
+use std::collections::BTreeMap;
+
+use serde_json::{Map, Value};
+use utoipa::{
+    PartialSchema, ToSchema,
+    openapi::{OpenApi, RefOr, Schema},
+};
 
 pub use self::problems::example as problem_example;
+use flankfit_engine::numerics::contract::{list, number};
 
 /// Brings the schemas of a document into shape.
 pub fn shape(document: &mut OpenApi) {
@@ -28,4 +36,32 @@ pub fn shape(document: &mut OpenApi) {
     let used = reach::of_paths(schemas, &document.paths, |_| true);
     schemas.retain(|name, _| used.contains(name));
     document.components = Some(components);
+}
+
+/// Two numbers, in schemas of arrays: the generator gives entries of fixed length none.
+pub enum Pair {}
+
+impl PartialSchema for Pair {
+    fn schema() -> RefOr<Schema> {
+        list(number(), Some((2, 2))).description(Some("Two numbers.")).into()
+    }
+}
+
+impl ToSchema for Pair {}
+
+/// Returns the schema of a request, and those that it refers to by their names.
+pub fn schema_of<T: ToSchema>() -> (Value, Map<String, Value>) {
+    const ROOT: &str = "$root";
+    let mut list = vec![(ROOT.to_owned(), <T as PartialSchema>::schema())];
+    T::schemas(&mut list);
+    let mut schemas: BTreeMap<_, _> = list.into_iter().collect();
+    flat::flatten(&mut schemas);
+    variants::name(&mut schemas);
+    for schema in schemas.values_mut() {
+        closed::close_one(schema);
+        nullable::without_null(schema);
+    }
+    let value = serde_json::to_value(&schemas).unwrap_or_default();
+    let Value::Object(mut schemas) = value else { return (Value::Null, Map::new()) };
+    (schemas.remove(ROOT).unwrap_or_default(), schemas)
 }

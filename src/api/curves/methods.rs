@@ -4,10 +4,10 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use crate::api::{
-    fits::spec::request::ParameterBody,
-    json::{present::present, request::request, tags::tags},
+    json::{request::request, tags::tags},
     shapes::point::PointBody,
 };
+use flankfit_engine::estimation::spec::Parameter;
 
 /// Method of a curve through the points (all but the last three) or near them.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
@@ -73,7 +73,7 @@ pub struct CubicHermiteMethod {
     pub kind: CubicHermiteTag,
     pub tangents: TangentsName,
     /// With `given`: the first derivative at each point.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub values: Option<Vec<PointBody>>,
 }
 
@@ -179,7 +179,7 @@ pub struct BSplineCurveMethod {
     #[schema(minimum = 1, maximum = 25)]
     pub degree: usize,
     /// The full knot vector; default averages of neighbouring parameters (The NURBS Book, 9.8).
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub knots: Option<Vec<f64>>,
 }
 
@@ -195,24 +195,24 @@ pub struct BSplineLeastSquaresCurveMethod {
     #[schema(minimum = 0, maximum = 25)]
     pub degree: usize,
     /// The full knot vector.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub knots: Option<Vec<f64>>,
     /// Equal spans.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 1)]
     pub spans: Option<usize>,
     /// Number of control points; knots are placed so that every span has points (The NURBS Book,
     /// 9.68 and 9.69).
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 1)]
     pub control_count: Option<usize>,
     /// Largest distance of a point from the curve; knots are inserted until it is met or none can
     /// be inserted.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(exclusive_minimum = 0)]
     pub tolerance: Option<f64>,
     /// One weight for each point; it multiplies the squared residual.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub weight: Option<Vec<f64>>,
 }
 
@@ -231,7 +231,7 @@ pub struct NurbsLeastSquaresCurveMethod {
     /// One above 0 for each control point.
     pub weights: Vec<f64>,
     /// One weight for each point; it multiplies the squared residual.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub weight: Option<Vec<f64>>,
 }
 
@@ -243,19 +243,19 @@ pub struct SmoothingSplineMethod {
     #[schema(inline)]
     pub kind: SmoothingSplineTag,
     /// λ: `gcv` (default), `discrepancy` (with `noise_sigma`), `l_curve`, or `fixed` with a value.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
-    pub parameter: Option<ParameterBody>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub parameter: Option<Parameter>,
     /// Deviation of a height of weight 1.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(exclusive_minimum = 0)]
     pub noise_sigma: Option<f64>,
     /// Instead of `parameter`: how many parameters the curve is worth, more than 2 (a line) and
     /// less than the number of points (the interpolant).
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 2)]
     pub degrees_of_freedom: Option<f64>,
     /// One weight for each point; it multiplies the squared residual.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub weight: Option<Vec<f64>>,
 }
 

@@ -9,7 +9,7 @@ use super::{
 };
 use crate::api::{
     faults::Faults,
-    fits::{answer::text, canonical, reader::regularization::parameter},
+    fits::{answer::text, canonical},
     json::writer::{Json, Object},
     problem::Problem,
     shapes::{fault::refused, places::beyond},
@@ -174,10 +174,12 @@ fn smoothed(given: &GivenPoints, method: &SmoothingSplineMethod) -> Result<Vec<u
         }
         (None, Some(degrees)) => Smoothing::EffectiveDegrees(degrees),
         (None, None) => Smoothing::Parameter(Parameter::Criterion(Criterion::Gcv)),
-        (Some(body), None) => {
-            let mut faults = Faults::default();
-            let read = parameter(Some(body.clone()), "/method/parameter", &[], &mut faults);
-            Smoothing::Parameter(read.ok_or_else(|| Problem::invalid(faults))?)
+        (Some(parameter), None) => {
+            if let Parameter::Criterion(criterion) = parameter {
+                let refused = |message| Problem::invalid(Faults::one("/method/parameter/criterion", message));
+                criterion.check_among(&[]).map_err(refused)?;
+            }
+            Smoothing::Parameter(*parameter)
         }
     };
     let weight = method.weight.as_ref().or(given.weight.as_ref());

@@ -4,7 +4,7 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use crate::api::fits::{answer::result::FitResultBody, spec::request::CriterionName};
+use crate::api::fits::{answer::result::FitResultBody, spec::criteria::CriterionName};
 
 /// The fit of one coordinate.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]

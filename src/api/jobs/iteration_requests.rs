@@ -10,8 +10,6 @@ use crate::{
         fits::spec::{nodes::NodesBody, request::FitSpecBody},
         gears::correction::applied::AppliedRequestBody,
         json::{
-            id::id,
-            present::present,
             request::request,
             text::{LongText, Moment, ShortText},
         },
@@ -147,10 +145,9 @@ request! {
 #[schema(as = ChosenFit)]
 pub struct ChosenFitBody {
     /// A fit of this iteration.
-    #[serde(deserialize_with = "id")]
     pub fit_id: Uuid,
     /// Kept in the trace.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, min_length = 1, max_length = 4000)]
     pub reason: Option<LongText>,
 }
@@ -163,23 +160,23 @@ pub struct ChosenFitBody {
 pub struct IterationPatchBody {
     /// `accept` needs a `reason` where a figure does not conform, gross errors are suspected or the
     /// units are implausible; in a job with limits it needs the figures that they are of.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub decision: Option<DecisionName>,
     /// The flank that was measured.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub flank: Option<SideName>,
     /// The tooth that was measured.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, min_length = 1, max_length = 200, example = "1")]
     pub tooth: Option<ShortText>,
     /// Quantities and units on the axes of the nodes. An axis that is left out stays unchanged.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub axes: Option<AxesBody>,
     /// That the units are right, however implausible (`implausible_unit`).
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub accept_units: Option<bool>,
     /// Kept in the trace.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, min_length = 1, max_length = 4000)]
     pub reason: Option<LongText>,
 }

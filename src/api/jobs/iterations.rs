@@ -13,7 +13,7 @@ use crate::{
     api::{
         fits::{
             answer::result::FitResultBody,
-            spec::request::{CriterionName, FitSpecBody, SchemeName},
+            spec::{criteria::CriterionName, request::FitSpecBody},
         },
         gears::{fit_figures::FitFiguresBody, notice::NoticeBody},
         json::{
@@ -28,6 +28,7 @@ use crate::{
         Page, Stored,
     },
 };
+use flankfit_engine::estimation::spec::Scheme;
 
 /// What was posted of an iteration, and what it was given.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -152,7 +153,7 @@ pub struct FitSummaryBody {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub criterion: Option<CriterionName>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub scheme: Option<SchemeName>,
+    pub scheme: Option<Scheme>,
     /// L: how many of the smallest eigenvalues were regularised.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub count: Option<u32>,

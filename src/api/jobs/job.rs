@@ -9,7 +9,6 @@ use crate::{
         faults::Faults,
         gears::{gear::GearBody, requirements::RequirementsBody},
         json::{
-            present::present,
             text::{Moment, ShortText, Tags},
             writer::text_of,
         },
@@ -31,22 +30,22 @@ pub struct NewJobBody {
     #[schema(value_type = String, min_length = 1, max_length = 200)]
     pub name: ShortText,
     /// Part number on the drawing.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
     pub part_number: Option<ShortText>,
     /// Serial number of this gear.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
     pub serial_number: Option<ShortText>,
     /// The machine that it is made on.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
     pub machine: Option<ShortText>,
     /// The gear that corrections and evaluations of the job's iterations refer to.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub gear: Option<GearBody>,
     /// Limits and design of its flanks.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub requirements: Option<RequirementsBody>,
     /// At most 50, for finding the job again.
     #[serde(default)]
@@ -98,30 +97,23 @@ pub struct JobBody {
     "clear": ["serial_number"]}))]
 pub struct JobPatchBody {
     /// The new name.
-    #[serde(default, deserialize_with = "present")]
     #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
     pub name: Option<ShortText>,
     /// The new part number.
-    #[serde(default, deserialize_with = "present")]
     #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
     pub part_number: Option<ShortText>,
     /// The new serial number.
-    #[serde(default, deserialize_with = "present")]
     #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
     pub serial_number: Option<ShortText>,
     /// The new name of the machine.
-    #[serde(default, deserialize_with = "present")]
     #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
     pub machine: Option<ShortText>,
     /// The new gear, which replaces the old one as a whole.
-    #[serde(default, deserialize_with = "present")]
     pub gear: Option<GearBody>,
     /// The new requirements, which replace the old ones as a whole. Earlier answers keep the
     /// requirements they were compared with.
-    #[serde(default, deserialize_with = "present")]
     pub requirements: Option<RequirementsBody>,
     /// The new tags, which replace the old ones as a whole; `{}` leaves none.
-    #[serde(default, deserialize_with = "present")]
     #[schema(value_type = std::collections::BTreeMap<String, String>, required = false)]
     pub tags: Option<Tags>,
     /// Fields to remove. A field listed here cannot be given a value in the same request.

@@ -10,11 +10,12 @@ use std::marker::PhantomData;
 use serde::Deserialize;
 
 use super::{
+    check::{Schemas, check_member},
     cursor::{Cursor, Syntax, Token},
     error::{ReadError, malformed},
     location::escape,
     numbers::{read_numbers, read_rows},
-    value::read_at,
+    value::read_checked,
     wording::no_such_field,
 };
 use crate::api::faults::Faults;
@@ -122,13 +123,15 @@ pub struct Member<'a, T> {
     name: &'static str,
     /// The object that it belongs to.
     at: &'a str,
+    /// Returns the schema of the object.
+    schema: fn() -> Schemas,
     text: Option<&'a [u8]>,
     read_as: PhantomData<fn() -> T>,
 }
 
 impl<'a, T> Member<'a, T> {
-    pub fn new(name: &'static str, at: &'a str) -> Self {
-        Member { name, at, text: None, read_as: PhantomData }
+    pub fn new(name: &'static str, at: &'a str, schema: fn() -> Schemas) -> Self {
+        Member { name, at, schema, text: None, read_as: PhantomData }
     }
 
     /// Passes over the value at the cursor; `true` where there was one before, which stays.
@@ -193,13 +196,17 @@ impl<'a, T: Deserialize<'a>> Member<'a, T> {
     pub fn optional(&self, faults: &mut Faults) -> Option<Option<T>> {
         match self.text {
             None => Some(None),
-            Some(text) => read_at(text, || self.pointer(), faults).map(Some),
+            Some(text) => self.checked(text, faults).map(Some),
         }
     }
 
     /// The value, which must be there.
     pub fn required(&self, faults: &mut Faults) -> Option<T> {
-        read_at(self.required_text(faults)?, || self.pointer(), faults)
+        self.checked(self.required_text(faults)?, faults)
+    }
+
+    fn checked(&self, text: &'a [u8], faults: &mut Faults) -> Option<T> {
+        read_checked(text, check_member(&(self.schema)(), self.name, text), || self.pointer(), faults)
     }
 }
 

@@ -1,24 +1,21 @@
 //! Reading and writing JSON: a strict cursor, what serde reads of it, every fault by its JSON
 //! Pointer, and text that is written without a tree.
 
+pub mod check;
 pub mod cursor;
 pub mod decimal;
 pub mod error;
 pub mod gather;
-pub mod id;
 pub mod location;
 pub mod members;
-pub mod mended;
 pub mod merge;
 pub mod nearest;
 mod null_fields;
 pub mod numbers;
-pub mod present;
 pub mod reader;
 pub mod refusal;
 pub mod request;
 pub mod slice;
-pub mod stand_in;
 pub mod tags;
 pub mod text;
 pub mod union_schema;

@@ -1,65 +1,45 @@
-//! serde over the cursor: JSON in, whatever a type declares out, refusals as data with their
-//! locations.
-//!
-//! Knows JSON's kinds of values only. What a field may be is said by the visitors of its type; an
-//! array is no object, whatever it holds, and a map has each key once.
+//! serde over the cursor, for text that has been checked by the schema of its type (see
+//! [`super::check`]). Members that are `null` count as absent.
 
-use std::{borrow::Cow, collections::BTreeSet};
+use std::borrow::Cow;
 
 use serde::{
     Deserialize, Deserializer,
-    de::{DeserializeSeed, IntoDeserializer, MapAccess, SeqAccess, Visitor, value::CowStrDeserializer},
+    de::{DeserializeSeed, Error as _, IntoDeserializer, MapAccess, SeqAccess, Visitor, value::CowStrDeserializer},
 };
 
 use super::{
     cursor::{Cursor, Token},
     location::Location,
-    mended::Mended,
     refusal::Refusal,
     slice::Slice,
-    stand_in::StandIn,
-    wording::{BEYOND, NAME_WANTED, OBJECT_WANTED, name_wanted, too_long},
 };
 use flankfit_engine::numerics::cancel;
 
-/// Reads well-formed JSON, as sent or repaired.
-pub fn read<'de, T: Deserialize<'de>>(text: &'de [u8], mended: Option<&Mended>) -> Result<T, Refusal> {
-    T::deserialize(Reader { cursor: &mut Cursor::new(text), location: &Location::Root, mended })
+/// Reads well-formed JSON.
+pub fn read<'de, T: Deserialize<'de>>(text: &'de [u8]) -> Result<T, Refusal> {
+    T::deserialize(Reader { cursor: &mut Cursor::new(text), location: &Location::Root })
 }
 
 /// Reads the value at the cursor.
 struct Reader<'r, 'de> {
     cursor: &'r mut Cursor<'de>,
     location: &'r Location<'r>,
-    mended: Option<&'r Mended>,
 }
 
 impl<'de> Reader<'_, 'de> {
-    fn members<V: Visitor<'de>>(self, visitor: V, once: bool, nulls: Nulls) -> Result<V::Value, Refusal> {
-        let Reader { cursor, location, mended } = self;
+    fn members<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Refusal> {
+        let Reader { cursor, location } = self;
         cursor.at += 1;
-        let seen = (once || mended.is_some()).then(BTreeSet::new);
-        let mut missing = mended.map_or(&[][..], |mended| mended.added(location)).iter();
-        let members = Members {
-            cursor,
-            location,
-            mended,
-            seen,
-            nulls,
-            key: Cow::Borrowed(""),
-            fresh: true,
-            missing: &mut missing,
-        };
-        visitor.visit_map(members).map_err(|refusal| refusal.at(location))
+        visitor.visit_map(Members { cursor, location, key: Cow::Borrowed(""), fresh: true })
     }
 
-    /// An array; of a `length` where it has a fixed one.
     fn entries<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Refusal> {
-        let Reader { cursor, location, mended } = self;
+        let Reader { cursor, location } = self;
         cursor.at += 1;
         let (mut index, mut ended) = (0, false);
-        let entries = Entries { cursor: &mut *cursor, location, mended, index: &mut index, ended: &mut ended };
-        let value = visitor.visit_seq(entries).map_err(|refusal| refusal.of_entries().at(location))?;
+        let entries = Entries { cursor: &mut *cursor, location, index: &mut index, ended: &mut ended };
+        let value = visitor.visit_seq(entries)?;
         let taken = index;
         while !ended {
             ended = !next_entry(cursor, index)?;
@@ -68,30 +48,20 @@ impl<'de> Reader<'_, 'de> {
                 index += 1;
             }
         }
-        if index == taken { Ok(value) } else { Err(Refusal::value(too_long(taken, index)).at(location)) }
+        if index == taken { Ok(value) } else { Err(Refusal::invalid_length(index, &"fewer entries")) }
     }
 
+    /// A number; −0 is 0.
     fn number<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Refusal> {
         let (value, text) = self.cursor.number_and_text()?;
-        if value.is_infinite() {
-            return Err(Refusal::value(BEYOND).at(self.location));
-        }
-        let negative = text.first() == Some(&b'-');
-        let whole = text.iter().all(|byte| byte.is_ascii_digit() || *byte == b'-');
         let text = std::str::from_utf8(text).unwrap_or_default();
-        let read = match (negative, whole) {
-            (false, true) if let Ok(value) = text.parse() => visitor.visit_u64(value),
-            (true, true)
-                if value != 0.0
-                    && let Ok(value) = text.parse() =>
-            {
-                visitor.visit_i64(value)
-            }
-            // the cursor has no −0
-            (true, _) if value == 0.0 => visitor.visit_f64(-0.0),
-            _ => visitor.visit_f64(value),
-        };
-        read.map_err(|refusal: Refusal| refusal.at(self.location))
+        if let Ok(value) = text.parse() {
+            visitor.visit_u64(value)
+        } else if let Ok(value) = text.parse() {
+            if value == 0 { visitor.visit_u64(0) } else { visitor.visit_i64(value) }
+        } else {
+            visitor.visit_f64(value + 0.0)
+        }
     }
 }
 
@@ -101,9 +71,9 @@ impl<'de> Deserializer<'de> for Reader<'_, 'de> {
     fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Refusal> {
         let location = self.location;
         let read = match self.cursor.token()? {
-            Token::Object => return self.members(visitor, false, Nulls::Values),
-            Token::Array => return self.entries(visitor),
-            Token::Number => return self.number(visitor),
+            Token::Object => self.members(visitor),
+            Token::Array => self.entries(visitor),
+            Token::Number => self.number(visitor),
             Token::String => match self.cursor.string()? {
                 Cow::Borrowed(text) => visitor.visit_borrowed_str(text),
                 Cow::Owned(text) => visitor.visit_string(text),
@@ -118,7 +88,7 @@ impl<'de> Deserializer<'de> for Reader<'_, 'de> {
                 visitor.visit_unit()
             }
         };
-        read.map_err(|refusal: Refusal| refusal.at(location))
+        read.map_err(|refusal| refusal.at(location))
     }
 
     fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Refusal> {
@@ -139,48 +109,14 @@ impl<'de> Deserializer<'de> for Reader<'_, 'de> {
         visitor.visit_newtype_struct(self).map_err(|refusal: Refusal| refusal.at(location))
     }
 
-    fn deserialize_struct<V: Visitor<'de>>(
-        self,
-        _: &'static str,
-        fields: &'static [&'static str],
-        visitor: V,
-    ) -> Result<V::Value, Refusal> {
-        match self.cursor.token()? {
-            Token::Object => self.members(visitor, false, Nulls::AbsentAmong(fields)),
-            Token::Array => Err(Refusal::value(OBJECT_WANTED).at(self.location)),
-            _ => self.deserialize_any(visitor),
-        }
-    }
-
-    fn deserialize_map<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Refusal> {
-        match self.cursor.token()? {
-            Token::Object => self.members(visitor, true, Nulls::Absent),
-            _ => self.deserialize_any(visitor),
-        }
-    }
-
     fn deserialize_enum<V: Visitor<'de>>(
         self,
         _: &'static str,
-        names: &'static [&'static str],
+        _: &'static [&'static str],
         visitor: V,
     ) -> Result<V::Value, Refusal> {
-        let name = match self.cursor.token()? {
-            Token::String => self.cursor.string()?,
-            other => return Err(Refusal::value(name_wanted(names, other.name())).at(self.location)),
-        };
-        let name: CowStrDeserializer<'_, Refusal> = name.into_deserializer();
+        let name: CowStrDeserializer<'_, Refusal> = self.cursor.string()?.into_deserializer();
         visitor.visit_enum(name).map_err(|refusal| refusal.at(self.location))
-    }
-
-    /// The `type` of a union. serde would take a number for the place of a variant in its
-    /// declaration, and the first entry of an array for the `type`.
-    fn deserialize_identifier<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Refusal> {
-        match (self.location, self.cursor.token()?) {
-            (Location::Entry(union, _), _) => Err(Refusal::value(OBJECT_WANTED).at(union)),
-            (_, Token::String) => self.deserialize_any(visitor),
-            _ => Err(Refusal::value(NAME_WANTED).at(self.location)),
-        }
     }
 
     fn deserialize_ignored_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Refusal> {
@@ -190,11 +126,11 @@ impl<'de> Deserializer<'de> for Reader<'_, 'de> {
 
     serde::forward_to_deserialize_any! {
         bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf unit unit_struct seq tuple
-        tuple_struct
+        tuple_struct map struct identifier
     }
 }
 
-/// Whether another entry follows, at which the cursor stands then.
+/// Whether another entry follows, at which the cursor is then.
 fn next_entry(cursor: &mut Cursor, index: usize) -> Result<bool, Refusal> {
     cancel::every(20, index);
     if cursor.takes(b']') {
@@ -210,7 +146,6 @@ fn next_entry(cursor: &mut Cursor, index: usize) -> Result<bool, Refusal> {
 struct Entries<'r, 'de> {
     cursor: &'r mut Cursor<'de>,
     location: &'r Location<'r>,
-    mended: Option<&'r Mended>,
     /// Of the next entry.
     index: &'r mut usize,
     ended: &'r mut bool,
@@ -220,66 +155,31 @@ impl<'de> SeqAccess<'de> for Entries<'_, 'de> {
     type Error = Refusal;
 
     fn next_element_seed<T: DeserializeSeed<'de>>(&mut self, seed: T) -> Result<Option<T::Value>, Refusal> {
-        while !*self.ended {
-            if !next_entry(self.cursor, *self.index)? {
-                *self.ended = true;
-                break;
-            }
-            let location = Location::Entry(self.location, *self.index);
-            *self.index += 1;
-            if self.mended.is_some_and(|mended| mended.leaves_out(&location)) {
-                self.cursor.skip_value()?;
-                continue;
-            }
-            let reader = Reader { cursor: &mut *self.cursor, location: &location, mended: self.mended };
-            return seed.deserialize(reader).map(Some).map_err(|refusal| refusal.at(&location));
+        if *self.ended || !next_entry(self.cursor, *self.index)? {
+            *self.ended = true;
+            return Ok(None);
         }
-        Ok(None)
+        let location = Location::Entry(self.location, *self.index);
+        *self.index += 1;
+        let reader = Reader { cursor: &mut *self.cursor, location: &location };
+        seed.deserialize(reader).map(Some).map_err(|refusal| refusal.at(&location))
     }
-}
-
-/// How members that are `null` are treated.
-#[derive(Clone, Copy)]
-enum Nulls {
-    /// As values, in content that is buffered before its members are known.
-    Values,
-    /// As absent.
-    Absent,
-    /// As absent if their names are among these: unknown members are refused, whatever their value.
-    AbsentAmong(&'static [&'static str]),
 }
 
 struct Members<'r, 'de> {
     cursor: &'r mut Cursor<'de>,
     location: &'r Location<'r>,
-    mended: Option<&'r Mended>,
-    /// The keys so far, where one that stands twice is refused here.
-    seen: Option<BTreeSet<String>>,
-    nulls: Nulls,
     key: Cow<'de, str>,
     fresh: bool,
-    /// Fields that are to be read although they are not there.
-    missing: &'r mut std::slice::Iter<'r, String>,
 }
 
-impl<'de> Members<'_, 'de> {
-    /// Whether the member at the cursor is `null` and so counts as absent.
-    fn is_absent(&mut self) -> Result<bool, Refusal> {
-        let counts = match self.nulls {
-            Nulls::Values => false,
-            Nulls::Absent => true,
-            Nulls::AbsentAmong(names) => names.contains(&&*self.key),
-        };
-        Ok(counts && self.cursor.token()? == Token::Null)
-    }
+impl<'de> MapAccess<'de> for Members<'_, 'de> {
+    type Error = Refusal;
 
-    /// Takes the next key that is to be read.
-    fn next_key(&mut self) -> Result<bool, Refusal> {
+    fn next_key_seed<K: DeserializeSeed<'de>>(&mut self, seed: K) -> Result<Option<K::Value>, Refusal> {
         loop {
             if self.cursor.takes(b'}') {
-                // so that the end is found again
-                self.cursor.at -= 1;
-                return Ok(false);
+                return Ok(None);
             }
             if !std::mem::take(&mut self.fresh) {
                 self.cursor.expect(b',', "or `}` after a value")?;
@@ -288,43 +188,52 @@ impl<'de> Members<'_, 'de> {
             cancel::checkpoint();
             self.key = self.cursor.string()?;
             self.cursor.expect(b':', "after a key")?;
-            let is_absent = self.is_absent()?;
-            let location = Location::Member(self.location, &self.key);
-            let twice = self.seen.as_mut().is_some_and(|seen| !seen.insert(self.key.clone().into_owned()));
-            match self.mended {
-                Some(mended) if twice && mended.has_once(&location) => {}
-                _ if twice => return Err(Refusal::twice(&self.key).at(self.location)),
-                Some(mended) if mended.leaves_out(&location) => {}
-                _ if is_absent => {}
-                _ => return Ok(true),
+            if self.cursor.token()? != Token::Null {
+                break;
             }
             self.cursor.skip_value()?;
         }
-    }
-}
-
-impl<'de> MapAccess<'de> for Members<'_, 'de> {
-    type Error = Refusal;
-
-    fn next_key_seed<K: DeserializeSeed<'de>>(&mut self, seed: K) -> Result<Option<K::Value>, Refusal> {
-        if !self.next_key()? {
-            let Some(missing) = self.missing.as_slice().first() else {
-                self.cursor.at += 1;
-                return Ok(None);
-            };
-            self.key = Cow::Owned(missing.clone());
-        }
         let key: CowStrDeserializer<'_, Refusal> = self.key.clone().into_deserializer();
-        seed.deserialize(key).map(Some).map_err(|refusal| refusal.at(&Location::Member(self.location, &self.key)))
+        seed.deserialize(key).map(Some)
     }
 
     fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, Refusal> {
         let location = Location::Member(self.location, &self.key);
-        if self.cursor.peek() == Some(b'}') {
-            self.missing.next();
-            return seed.deserialize(StandIn::default()).map_err(|refusal| refusal.of_stand_in(&location));
-        }
-        let reader = Reader { cursor: &mut *self.cursor, location: &location, mended: self.mended };
+        let reader = Reader { cursor: &mut *self.cursor, location: &location };
         seed.deserialize(reader).map_err(|refusal| refusal.at(&location))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[derive(Debug, PartialEq, Deserialize)]
+    #[serde(tag = "type", rename_all = "snake_case")]
+    enum Shape {
+        Circle { radius: f64, colour: Option<String> },
+        Point {},
+    }
+
+    #[test]
+    fn unions_are_read_and_null_is_absent() {
+        let circle = |radius, colour: Option<&str>| Shape::Circle { radius, colour: colour.map(str::to_owned) };
+        for (text, shape) in [
+            (r#"{"type":"circle","radius":2,"colour":null}"#, circle(2.0, None)),
+            (r#"{"colour":"r\u0065d","radius":-0.0,"type":"circle"}"#, circle(0.0, Some("red"))),
+            (r#" { "type" : "point", "x" : null } "#, Shape::Point {}),
+        ] {
+            assert_eq!(read::<Shape>(text.as_bytes()).unwrap(), shape, "{text}");
+        }
+        let Shape::Circle { radius, .. } = read(br#"{"radius":-0,"type":"circle"}"#).unwrap() else { panic!() };
+        assert!(radius.is_sign_positive());
+        assert_eq!(read::<Vec<Option<i64>>>(b"[1, null, -3]").unwrap(), [Some(1), None, Some(-3)]);
+        assert!(read::<[u8; 2]>(b"[1,2,3]").is_err());
+    }
+
+    #[test]
+    fn a_refusal_has_its_place() {
+        let fault = read::<Vec<Vec<u8>>>(b"[[1],[2,300]]").unwrap_err().into_fault();
+        assert_eq!(fault.pointer, "/1/1");
     }
 }

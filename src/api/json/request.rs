@@ -72,7 +72,7 @@ macro_rules! request {
         impl<'a> $crate::api::json::members::Members<'a> for $members<'a> {
             fn at(at: &'a str) -> Self {
                 $members {
-                    $($name: request!(@new $kind at, request!(@key $name $($key)?) $(, $reader)?),)*
+                    $($name: request!(@new $request $kind at, request!(@key $name $($key)?) $(, $reader)?),)*
                 }
             }
 
@@ -141,12 +141,14 @@ macro_rules! request {
     (@type $life:lifetime $kind:ident $type:ty, $reader:ident) => { Option<$reader<$life>> };
     (@type $life:lifetime $kind:ident $type:ty) => { $crate::api::json::members::Member<$life, $type> };
 
-    (@new flatten $at:ident, $key:expr) => { $crate::api::json::members::Members::at($at) };
-    (@new $kind:ident $at:ident, $key:expr, $reader:ident) => {{
+    (@new $request:ident flatten $at:ident, $key:expr) => { $crate::api::json::members::Members::at($at) };
+    (@new $request:ident $kind:ident $at:ident, $key:expr, $reader:ident) => {{
         let _: &str = $at;
         None
     }};
-    (@new $kind:ident $at:ident, $key:expr) => { $crate::api::json::members::Member::new($key, $at) };
+    (@new $request:ident $kind:ident $at:ident, $key:expr) => {
+        $crate::api::json::members::Member::new($key, $at, $crate::api::json::check::schemas_of::<$request>)
+    };
 
     (@take flatten $member:tt, $key:expr, $name:ident, $cursor:ident) => {
         let taken = $crate::api::json::members::Members::take(&mut $member, $name, $cursor)?;

@@ -5,7 +5,7 @@ use serde::Deserialize;
 use super::{
     cursor::{Cursor, Token},
     slice::Slice,
-    value::{read_object, read_value},
+    value::{read_first, read_value},
 };
 use crate::api::faults::Faults;
 
@@ -32,7 +32,11 @@ struct Tag<'a> {
 
 /// The `type` of a union; `known` says which there are.
 pub fn read_tag(slice: &[u8], pointer: &str, known: &str, faults: &mut Faults) -> Option<String> {
-    let Slice(kind) = read_object::<Tag<'_>>(slice, pointer, faults)?.kind;
+    if let Some(other) = Cursor::new(slice).token().ok().filter(|token| *token != Token::Object) {
+        faults.push(pointer, format!("expected an object, found {}", other.name()));
+        return None;
+    }
+    let Slice(kind) = read_first::<Tag<'_>>(slice, pointer, faults)?.kind;
     let detail = match Cursor::new(kind).token() {
         Ok(Token::String) => return read_value(kind, &format!("{pointer}/type"), faults),
         Ok(other) => format!("expected a name in quotes, found {}; {known} offered", other.name()),

@@ -8,6 +8,13 @@ use std::{
 
 use jiff::{Timestamp, civil::date, fmt::temporal::DateTimePrinter, tz::TimeZone};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error};
+use utoipa::{
+    PartialSchema, ToSchema,
+    openapi::{
+        RefOr,
+        schema::{KnownFormat, ObjectBuilder, Schema, SchemaFormat, Type},
+    },
+};
 
 use crate::jobs::actor;
 
@@ -64,6 +71,14 @@ impl<'de, const MOST: usize> Deserialize<'de> for Text<MOST> {
         }
     }
 }
+
+impl<const MOST: usize> PartialSchema for Text<MOST> {
+    fn schema() -> RefOr<Schema> {
+        ObjectBuilder::new().schema_type(Type::String).min_length(Some(1)).max_length(Some(MOST)).into()
+    }
+}
+
+impl<const MOST: usize> ToSchema for Text<MOST> {}
 
 /// What to say of a text with a control character (NUL, line break, escape …), which would spoil
 /// lists, tables and logs, or, in one without `lines`, with one that shows others in another place.
@@ -136,6 +151,15 @@ impl Serialize for Moment {
         serializer.serialize_str(&PRINTER.timestamp_to_string(&self.0))
     }
 }
+
+impl PartialSchema for Moment {
+    fn schema() -> RefOr<Schema> {
+        let format = SchemaFormat::KnownFormat(KnownFormat::DateTime);
+        ObjectBuilder::new().schema_type(Type::String).format(Some(format)).into()
+    }
+}
+
+impl ToSchema for Moment {}
 
 impl<'de> Deserialize<'de> for Moment {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {

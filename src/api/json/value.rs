@@ -1,22 +1,24 @@
 //! Values of a request that serde reads from their slices of the text.
 
 use serde::Deserialize;
+use utoipa::ToSchema;
 
 use super::{
+    check::check,
     cursor::{Cursor, Token},
     error::{ReadError, malformed},
-    mended::further,
     reader::read,
+    refusal::Refusal,
 };
 use crate::api::faults::{Fault, Faults};
 
 /// Reads any small JSON body, which is an object; faults carry pointers.
-pub fn read_json<'de, T: Deserialize<'de>>(text: &'de [u8]) -> Result<T, ReadError> {
+pub fn read_json<'de, T: Deserialize<'de> + ToSchema>(text: &'de [u8]) -> Result<T, ReadError> {
     read_json_at(text, "")
 }
 
 /// The same of a body whose faults stand below `pointer`.
-pub fn read_json_at<'de, T: Deserialize<'de>>(text: &'de [u8], pointer: &str) -> Result<T, ReadError> {
+pub fn read_json_at<'de, T: Deserialize<'de> + ToSchema>(text: &'de [u8], pointer: &str) -> Result<T, ReadError> {
     // The walk finds what is not JSON, with the hints that the contract asks for; what serde then
     // refuses is well-formed.
     let mut cursor = Cursor::new(text);
@@ -28,8 +30,22 @@ pub fn read_json_at<'de, T: Deserialize<'de>>(text: &'de [u8], pointer: &str) ->
     }
 }
 
+/// Reads a value whose type has no schema; only its first fault is named.
+pub fn read_first<'de, T: Deserialize<'de>>(text: &'de [u8], pointer: &str, faults: &mut Faults) -> Option<T> {
+    read(text).map_err(|refusal| faults.add(placed(refusal, pointer))).ok()
+}
+
+fn placed(refusal: Refusal, pointer: &str) -> Fault {
+    let fault = refusal.into_fault();
+    Fault { pointer: format!("{pointer}{}", fault.pointer), ..fault }
+}
+
 /// [`read_value`] of what must be an object, such as a union of objects.
-pub fn read_object<'de, T: Deserialize<'de>>(text: &'de [u8], pointer: &str, faults: &mut Faults) -> Option<T> {
+pub fn read_object<'de, T: Deserialize<'de> + ToSchema>(
+    text: &'de [u8],
+    pointer: &str,
+    faults: &mut Faults,
+) -> Option<T> {
     match Cursor::new(text).token() {
         Ok(Token::Object) => read_value(text, pointer, faults),
         Ok(other) => {
@@ -45,25 +61,24 @@ pub fn read_object<'de, T: Deserialize<'de>>(text: &'de [u8], pointer: &str, fau
 }
 
 /// Reads well-formed JSON with serde; faults go to their pointers below `pointer`.
-pub fn read_value<'de, T: Deserialize<'de>>(text: &'de [u8], pointer: &str, faults: &mut Faults) -> Option<T> {
-    read_at(text, || pointer.to_owned(), faults)
-}
-
-/// The same, where the pointer is made only if it is needed.
-pub fn read_at<'de, T: Deserialize<'de>>(
+pub fn read_value<'de, T: Deserialize<'de> + ToSchema>(
     text: &'de [u8],
-    pointer: impl FnOnce() -> String,
+    pointer: &str,
     faults: &mut Faults,
 ) -> Option<T> {
-    match read(text, None) {
-        Ok(value) => Some(value),
-        Err(first) => {
-            let pointer = pointer();
-            let further = further::<T>(text, &first);
-            for fault in [first.into_fault()].into_iter().chain(further) {
-                faults.add(Fault { pointer: format!("{pointer}{}", fault.pointer), ..fault });
-            }
-            None
-        }
+    read_checked(text, check::<T>(text), || pointer.to_owned(), faults)
+}
+
+/// Reads a value whose type has been checked, with what was found.
+pub fn read_checked<'de, T: Deserialize<'de>>(
+    text: &'de [u8],
+    found: Faults,
+    pointer: impl Fn() -> String,
+    faults: &mut Faults,
+) -> Option<T> {
+    if !found.is_empty() {
+        faults.append(found.within(&pointer()));
+        return None;
     }
+    read(text).map_err(|refusal| faults.add(placed(refusal, &pointer()))).ok()
 }

@@ -12,7 +12,7 @@ use super::{profile_axis::ProfileAxisName, side::SideName, units};
 use crate::{
     api::{
         faults::Faults,
-        json::{present::present, request::request, text::ShortText, writer::text_of},
+        json::{request::request, text::ShortText, writer::text_of},
     },
     jobs::Measurand,
 };
@@ -48,19 +48,19 @@ request! {
 }))]
 pub struct AxesBody {
     /// First abscissa of a surface.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub u: Option<AxisBody>,
     /// Second abscissa of a surface.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub v: Option<AxisBody>,
     /// Heights of a surface.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub z: Option<AxisBody>,
     /// Abscissa of a curve.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub x: Option<AxisBody>,
     /// Heights of a curve or of a measurement matrix.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub y: Option<AxisBody>,
 }
 
@@ -78,12 +78,12 @@ pub struct AxisBody {
     #[schema(value_type = String, min_length = 1, max_length = 200, example = "um")]
     pub unit: ShortText,
     /// For heights: meaning of a positive value. Default `material_out`.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub positive: Option<PositiveName>,
     /// For heights measured as traces with separate zeros: number of nodes of each trace, in the
     /// order of the nodes. A correction then ignores the mean of each trace. Absent where all
     /// heights have one zero.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(example = json!([480, 480, 240]))]
     pub trace_lengths: Option<Vec<u32>>,
 }

@@ -10,7 +10,6 @@ use super::{
 use crate::api::{
     faults::Faults,
     json::{
-        present::present,
         tags::{read_tag, tags, unknown_type},
         value::read_value,
     },
@@ -55,16 +54,16 @@ pub struct PolynomialCurveBody {
     pub nodes: Vec<f64>,
     /// Barycentric: Σ wᵢ yᵢ/(x − xᵢ) / Σ wᵢ/(x − xᵢ). They follow from the nodes and may be left
     /// out.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub weights: Option<Vec<f64>>,
     /// Barycentric: the values at the nodes.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub values: Option<Vec<PointBody>>,
     /// Newton: divided differences c₀ + c₁(x − x₀) + c₂(x − x₀)(x − x₁) + ….
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub coefficients: Option<Vec<PointBody>>,
     /// Newton form: rounding remainders of `coefficients`; without them a few digits are lost.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub coefficient_remainders: Option<Vec<PointBody>>,
 }
 

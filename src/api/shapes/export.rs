@@ -149,7 +149,7 @@ pub fn surface(text: &[u8], now: Timestamp, room: Room) -> Result<File, Problem>
     let format = members.format.required(&mut faults);
     let name = members.name.read(&mut faults).map(String::from);
     let tolerance = read_tolerance(&members.tolerance, &mut faults);
-    let samples = members.samples.read(&mut faults);
+    let samples = members.samples.optional(&mut faults).flatten();
     if samples.is_some_and(|samples| samples.contains(&0)) {
         faults.push("/samples", "at least 1 along each parameter");
     }

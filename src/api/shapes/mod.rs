@@ -1,8 +1,6 @@
 //! Curves and surfaces as they are written and read.
 
 pub mod curve_shape;
-pub mod degree;
-pub mod domain;
 pub mod export;
 pub mod fault;
 pub mod net;

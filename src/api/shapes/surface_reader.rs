@@ -2,8 +2,6 @@
 
 use super::{
     curve_shape::{built, read_curve},
-    degree::DegreeBody,
-    domain::DomainBody,
     net::{Net, equal_rows},
     point::PointBody,
     surface_shape::*,
@@ -14,10 +12,11 @@ use crate::api::{
         members::{Member, of_object},
         slice::Slice,
         tags::{read_tag, unknown_type},
-        value::read_value,
+        value::{read_first, read_value},
     },
 };
 use flankfit_engine::{
+    estimation::spec::{Degree, Domain},
     geometry::{
         BSplineBasis,
         curve::{Curve, CurveShape},
@@ -117,15 +116,15 @@ pub fn borders(slice: &[u8], at: &str, faults: &mut Faults) -> Option<[Option<Cu
 }
 
 fn b_spline(
-    degree: DegreeBody,
+    degree: Degree,
     knots: [Vec<f64>; 2],
     control_points: &[Vec<PointBody>],
     weights: Option<&[Vec<f64>]>,
     at: &str,
     faults: &mut Faults,
 ) -> Option<BSplineSurface> {
-    let degree_of_each = matches!(degree, DegreeBody::Each(_));
-    let degrees = degrees(degree);
+    let degree_of_each = matches!(degree, Degree::Each(..));
+    let degrees = degree.each();
     let net = Net::read(control_points, &format!("{at}/control_points"), faults);
     let [u, v] = knots;
     if let Some(axis) = degrees.iter().position(|degree| *degree > HIGHEST_DEGREE) {
@@ -147,14 +146,6 @@ fn b_spline(
     }
     let weights = flat_weights(weights, net.columns, at, faults)?;
     built(BSplineSurface::new([u, v], surface_dimension(&net, at, faults)?, net.values, weights), at, faults)
-}
-
-/// The degrees along u and v.
-pub fn degrees(degree: DegreeBody) -> [usize; 2] {
-    match degree {
-        DegreeBody::Both(degree) => [degree; 2],
-        DegreeBody::Each(degrees) => degrees,
-    }
 }
 
 /// Weights end to end; `None` on a fault, `Some(None)` where there are none.
@@ -219,7 +210,7 @@ fn gregory(body: &GregoryBody, at: &str, faults: &mut Faults) -> Option<GregoryP
         net: std::array::from_fn(|i| std::array::from_fn(|j| net_of(i, j))),
         b: std::array::from_fn(|i| std::array::from_fn(|j| -> Vector { inner.values[2 * i + j] })),
     };
-    built(in_domain(GregoryPatch::new(domain(body.domain.clone()), dimension, points)), at, faults)
+    built(in_domain(GregoryPatch::new(domain(body.domain), dimension, points)), at, faults)
 }
 
 fn patchwork(slice: &[u8], at: &str, faults: &mut Faults) -> Option<Patchwork> {
@@ -227,7 +218,7 @@ fn patchwork(slice: &[u8], at: &str, faults: &mut Faults) -> Option<Patchwork> {
     let (u, v) = (members.u.numbers(faults), members.v.numbers(faults));
     let texts = members.patches.required_text(faults)?;
     let at_patches = members.patches.pointer();
-    let texts: Vec<Vec<Slice>> = read_value(texts, &at_patches, faults)?;
+    let texts: Vec<Vec<Slice>> = read_first(texts, &at_patches, faults)?;
     let columns = equal_rows(&texts, &at_patches, faults)?;
     let before = faults.count();
     let mut patches = Vec::with_capacity(texts.len() * columns);
@@ -251,8 +242,8 @@ fn patchwork(slice: &[u8], at: &str, faults: &mut Faults) -> Option<Patchwork> {
     Patchwork::new(u, v, patches).map_err(|found| faults.append(Faults::placed(&found, place))).ok()
 }
 
-fn domain(body: Option<DomainBody>) -> [[f64; 2]; 2] {
-    let body = body.unwrap_or(DomainBody { u: None, v: None });
+fn domain(body: Option<Domain>) -> [[f64; 2]; 2] {
+    let body = body.unwrap_or(Domain { u: None, v: None });
     [body.u, body.v].map(|range| range.unwrap_or([0.0, 1.0]))
 }
 

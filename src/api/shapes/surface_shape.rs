@@ -3,8 +3,9 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::{curve_shape::CurveBody, degree::DegreeBody, domain::DomainBody, net::Net, point::PointBody};
-use crate::api::json::{present::present, request::request, tags::tags};
+use super::{curve_shape::CurveBody, net::Net, point::PointBody};
+use crate::api::json::{request::request, tags::tags};
+use flankfit_engine::estimation::spec::{Degree, Domain};
 use flankfit_engine::geometry::{
     BSplineBasis,
     space::Dimension,
@@ -41,7 +42,7 @@ pub struct BSplineSurfaceBody {
     #[serde(rename = "type")]
     #[schema(inline)]
     pub kind: BSplineSurfaceTag,
-    pub degree: DegreeBody,
+    pub degree: Degree,
     /// Full knot vectors of u and of v, ascending.
     pub knots: [Vec<f64>; 2],
     /// Rows along u, within a row along v.
@@ -56,7 +57,7 @@ pub struct NurbsSurfaceBody {
     #[serde(rename = "type")]
     #[schema(inline)]
     pub kind: NurbsSurfaceTag,
-    pub degree: DegreeBody,
+    pub degree: Degree,
     /// Full knot vectors of u and of v, ascending.
     pub knots: [Vec<f64>; 2],
     /// Rows along u, within a row along v.
@@ -76,11 +77,11 @@ pub struct BezierSurfaceBody {
     /// Rows along u, within a row along v; 2 to 26 of either.
     pub control_points: Vec<Vec<PointBody>>,
     /// For a rational patch, one ≥ 0 for each control point.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub weights: Option<Vec<Vec<f64>>>,
     /// Default [0, 1] both.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
-    pub domain: Option<DomainBody>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub domain: Option<Domain>,
 }
 
 request! {
@@ -147,8 +148,8 @@ pub struct GregoryBody {
     #[schema(min_items = 2, max_items = 2)]
     pub inner_points: Vec<Vec<PointBody>>,
     /// Default [0, 1] both.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
-    pub domain: Option<DomainBody>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub domain: Option<Domain>,
 }
 
 request! {
@@ -217,7 +218,7 @@ impl SurfaceBody {
 
 fn b_spline(surface: &BSplineSurface) -> SurfaceBody {
     let [u, v] = surface.bases();
-    let degree = DegreeBody::Each([u.degree(), v.degree()]);
+    let degree = Degree::Each(u.degree(), v.degree());
     let knots = surface.bases().each_ref().map(|basis: &BSplineBasis| basis.knots().to_vec());
     let control_points = Net::written(surface.dimension(), v.size(), surface.control_points());
     match surface.weights() {
@@ -269,8 +270,8 @@ fn gregory(patch: &GregoryPatch) -> GregoryBody {
     }
 }
 
-fn domain([u, v]: [[f64; 2]; 2]) -> DomainBody {
-    DomainBody { u: Some(u), v: Some(v) }
+fn domain([u, v]: [[f64; 2]; 2]) -> Domain {
+    Domain { u: Some(u), v: Some(v) }
 }
 
 fn rows(values: &[f64], columns: usize) -> Vec<Vec<f64>> {

@@ -11,7 +11,7 @@ use crate::{
     api::{
         built::Built,
         faults::{Faults, is_within, moved, pointer_of},
-        fits::{canonical, spec::regularization_json},
+        fits::canonical,
         gears::correction::{
             self,
             result::{About, Asked},
@@ -249,8 +249,7 @@ fn request(machine: &MachineSpec, uncertainty: f64, strategy: &Strategy) -> Vec<
         request["noise_sigma_um"] = machine.probe_noise.into();
     }
     if let Damping::Given(regularization) = &strategy.damping {
-        let body = regularization_json::regularization(regularization);
-        request["regularization"] = serde_json::json!(body);
+        request["regularization"] = serde_json::json!(regularization);
     }
     request.to_string().into_bytes()
 }

@@ -4,13 +4,10 @@ use serde::Deserialize;
 use utoipa::ToSchema;
 
 use crate::api::{
-    fits::{
-        reader::nodes::RawNodes,
-        spec::{nodes::NodesBody, request::ModelBody},
-    },
+    fits::{reader::nodes::RawNodes, spec::nodes::NodesBody},
     json::request::request,
-    shapes::domain::DomainBody,
 };
+use flankfit_engine::estimation::spec::{Domain, Model};
 
 request! {
     /// The matrix to randomise: either `x`, or `nodes` with `model`.
@@ -22,9 +19,9 @@ request! {
         /// Nodes at which `model` is evaluated.
         optional nodes: NodesBody as RawNodes,
         /// With `nodes`: the model.
-        optional model: ModelBody,
+        optional model: Model,
         /// With `nodes`: the box of the mapped basis functions.
-        optional domain: DomainBody,
+        optional domain: Domain,
         /// The true A, one for each column; with `nodes` the least-squares estimate of their
         /// heights is assumed when not given.
         optional coefficients: Vec<f64>,

@@ -13,7 +13,7 @@ use crate::api::{
     json::{
         members::{Member, of_object},
         slice::Slice,
-        value::read_value,
+        value::read_first,
     },
     shapes::{
         curve_shape::read_curve,
@@ -93,7 +93,8 @@ pub fn read<'a>(
         }
         "mesh" => read_mesh(mesh.text()?, &tolerance, faults),
         "control_points" => {
-            let rows = control_points.required(faults)?;
+            let _text = control_points.required_text(faults)?;
+            let rows = control_points.optional(faults).flatten()?;
             Some(GivenSurface::ControlPoints(Net::read(&rows, &control_points.pointer(), faults)?))
         }
         _ => Some(GivenSurface::Nodes(Cow::Owned(RawNodes::required(nodes, faults)?))),
@@ -145,7 +146,7 @@ fn points(
     const AT: &str = "/xyz";
     let name = parametrization.optional(faults)?;
     // a number in place of a point is refused with the points of other kinds
-    let rows: Vec<Vec<PointBody>> = read_value(xyz.text()?, AT, faults)?;
+    let rows: Vec<Vec<PointBody>> = read_first(xyz.text()?, AT, faults)?;
     equal_rows(&rows, AT, faults)?;
     let net = Net::read(&rows, AT, faults)?;
     if net.dimension != Dimension::Space {
@@ -169,7 +170,7 @@ fn read_mesh(slice: &[u8], tolerance: &Member<'_, f64>, faults: &mut Faults) -> 
 
 /// Curves of a family; `null` where one is missing.
 fn curves(slice: &[u8], at: &str, faults: &mut Faults) -> Option<Vec<Option<CurveShape>>> {
-    let texts: Vec<Option<Slice>> = read_value(slice, at, faults)?;
+    let texts: Vec<Option<Slice>> = read_first(slice, at, faults)?;
     let before = faults.count();
     let read = |(i, text): (usize, &Option<Slice>)| {
         let text = text.as_ref()?;

@@ -9,10 +9,9 @@ use crate::api::{
         value::read_value,
     },
     shapes::{
-        degree::SpansBody,
         net::{Net, equal_rows},
         point::PointBody,
-        surface_reader::{borders, degrees},
+        surface_reader::borders,
         surface_shape::BordersBody,
     },
 };
@@ -85,15 +84,15 @@ pub fn read(slice: &[u8], faults: &mut Faults) -> Option<RequestedMethod> {
         "b_spline" => {
             let body: BSplineSurfaceMethod = read_value(slice, AT, faults)?;
             let knots = body.knots.map_or([None, None], |knots| knots.map(Some));
-            plain("b_spline", Method::BSpline { degrees: degrees(body.degree), knots })
+            plain("b_spline", Method::BSpline { degrees: body.degree.each(), knots })
         }
         "b_spline_least_squares" => {
             let body: BSplineLeastSquaresSurfaceMethod = read_value(slice, AT, faults)?;
-            let degrees = degrees(body.degree);
+            let degrees = body.degree.each();
             let knots = match (body.knots, body.spans, body.placed_spans) {
                 (Some(knots), None, None) => knots.map(AxisKnots::Given),
-                (None, Some(spans), None) => counts(spans).map(AxisKnots::Uniform),
-                (None, None, Some(spans)) => counts(spans).map(AxisKnots::Spans),
+                (None, Some(spans), None) => spans.each().map(AxisKnots::Uniform),
+                (None, None, Some(spans)) => spans.each().map(AxisKnots::Spans),
                 (None, None, None) => {
                     faults.push(AT, "give one of `knots`, `spans` and `placed_spans`");
                     return None;
@@ -107,7 +106,7 @@ pub fn read(slice: &[u8], faults: &mut Faults) -> Option<RequestedMethod> {
         }
         "nurbs" => {
             let body: NurbsSurfaceMethod = read_value(slice, AT, faults)?;
-            let method = Method::Nurbs { degrees: degrees(body.degree), knots: body.knots.map(Some) };
+            let method = Method::Nurbs { degrees: body.degree.each(), knots: body.knots.map(Some) };
             RequestedMethod { weights: Some(body.weights), ..plain("nurbs", method) }
         }
         other => {
@@ -115,13 +114,6 @@ pub fn read(slice: &[u8], faults: &mut Faults) -> Option<RequestedMethod> {
             return None;
         }
     })
-}
-
-fn counts(spans: SpansBody) -> [usize; 2] {
-    match spans {
-        SpansBody::Both(spans) => [spans; 2],
-        SpansBody::Each(spans) => spans,
-    }
 }
 
 fn cross(derivatives: &Member<'_, BordersBody>, faults: &mut Faults) -> Option<[Option<CurveShape>; 4]> {

@@ -4,17 +4,16 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use crate::api::{
-    json::{present::present, request::request, tags::tags},
+    json::{request::request, tags::tags},
     shapes::point::PointBody,
     shapes::{
         curve_shape::CurveBody,
-        degree::{DegreeBody, SpansBody},
-        domain::DomainBody,
         surface_shape::{
             BSplineSurfaceTag, BezierTag, BordersBody, CoonsBicubicTag, CoonsBilinearTag, GregoryTag, NurbsSurfaceTag,
         },
     },
 };
+use flankfit_engine::estimation::spec::{Degree, Domain, Spans};
 
 /// Method of a surface. `coons_bilinear`, `coons_bicubic` and `gregory` fill `boundaries` or every
 /// cell of `mesh`, `bezier` every cell of `mesh`; `b_spline` passes through the nodes of `grid` or
@@ -102,11 +101,11 @@ pub struct BezierMethod {
     #[schema(inline)]
     pub kind: BezierTag,
     /// With `control_points`: one weight ≥ 0 for each, for a rational patch.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub weights: Option<Vec<Vec<f64>>>,
     /// With `control_points`: the domain. Default [0, 1] for both.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
-    pub domain: Option<DomainBody>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub domain: Option<Domain>,
 }
 
 /// The B-spline surface through all nodes, or with `control_points` the surface itself.
@@ -116,10 +115,10 @@ pub struct BSplineSurfaceMethod {
     #[serde(rename = "type")]
     #[schema(inline)]
     pub kind: BSplineSurfaceTag,
-    pub degree: DegreeBody,
+    pub degree: Degree,
     /// Full knot vectors of u and v; default averages of neighbouring parameters. Needed with
     /// `control_points`.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub knots: Option<[Vec<f64>; 2]>,
 }
 
@@ -131,16 +130,16 @@ pub struct BSplineLeastSquaresSurfaceMethod {
     #[serde(rename = "type")]
     #[schema(inline)]
     pub kind: BSplineLeastSquaresSurfaceTag,
-    pub degree: DegreeBody,
+    pub degree: Degree,
     /// Full knot vectors of u and v.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub knots: Option<[Vec<f64>; 2]>,
     /// Spans of equal width.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
-    pub spans: Option<SpansBody>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub spans: Option<Spans>,
     /// For a grid: number of spans with about equal numbers of nodes.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
-    pub placed_spans: Option<SpansBody>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub placed_spans: Option<Spans>,
 }
 
 /// A NURBS surface of `control_points` with weights.
@@ -150,7 +149,7 @@ pub struct NurbsSurfaceMethod {
     #[serde(rename = "type")]
     #[schema(inline)]
     pub kind: NurbsSurfaceTag,
-    pub degree: DegreeBody,
+    pub degree: Degree,
     /// Full knot vectors of u and v.
     pub knots: [Vec<f64>; 2],
     /// One ≥ 0 for each control point.

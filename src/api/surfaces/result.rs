@@ -10,9 +10,10 @@ use crate::api::{
     },
     json::writer::{Json, Object},
     problem::Problem,
-    shapes::{domain::DomainBody, places::beyond, surface_shape::SurfaceBody},
+    shapes::{places::beyond, surface_shape::SurfaceBody},
     warning::WarningBody,
 };
+use flankfit_engine::estimation::spec::Domain;
 use flankfit_engine::geometry::surface::{
     Surface, SurfaceShape,
     construct::Built,
@@ -26,7 +27,7 @@ use flankfit_engine::numerics::cancel::Asking;
 #[schema(as = BuiltSurface)]
 pub struct BuiltSurfaceBody {
     pub surface: SurfaceBody,
-    pub domain: DomainBody,
+    pub domain: Domain,
     /// For nodes on a grid: the parameters of its rows and columns.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub parameters: Option<NodeParametersBody>,

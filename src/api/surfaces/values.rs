@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use crate::api::{
+    contract::Pair,
     json::request::request,
     shapes::{point::PointBody, surface_shape::SurfaceBody},
     warning::WarningBody,
@@ -15,7 +16,7 @@ request! {
     pub struct EvaluateSurfaceBody as EvaluateSurfaceMembers {
         required surface: SurfaceBody,
         /// Pairs [u, v] within the surface's domain, in any order.
-        #[schema(value_type = Option<Vec<Vec<f64>>>)]
+        #[schema(value_type = Option<Vec<Pair>>)]
         optional at: Vec<[f64; 2]>,
         optional grid: ParameterGridBody,
         /// Highest order of derivatives that are answered. Default 0.

@@ -9,7 +9,6 @@
 
 mod forms;
 pub mod long;
-mod nullable;
 mod refusals;
 pub mod scopes;
 
@@ -30,10 +29,12 @@ use utoipa::{
     },
 };
 
-use self::nullable::{not_nullable, without_null};
 use super::router;
 use crate::api::{
-    contract,
+    contract::{
+        self,
+        nullable::{not_nullable, without_null},
+    },
     examples::REQUEST_EXAMPLES,
     gears::{
         correction::{csv::OutsideLimitsName, include::StoredIncludeName},

@@ -52,7 +52,7 @@ async fn faults_are_told_by_pointer() {
         (|r| r["teeth"] = json!(25), "/teeth"),
         (|r| r["teeth"] = json!(0), "/teeth"),
         (|r| r["rim_diameter_mm"] = json!(70.0), "/rim_diameter_mm"),
-        (|r| r["elements"]["rim"] = json!(0), "/elements"),
+        (|r| r["elements"]["rim"] = json!(0), "/elements/rim"),
         (|r| r["elements"]["width"] = json!(10_000_000), "/elements"),
         (|r| drop(r["gear"].as_object_mut().unwrap().remove("face_width_mm")), "/gear/face_width_mm"),
         (|r| r["gear"]["teeth"] = json!(-1), "/gear/teeth"),

@@ -2,8 +2,8 @@
 
 use super::{filter::FilterAxis, model::Domain};
 
-/// A condition on the shape of the fitted curve or surface, which holds at every place of its
-/// domain.
+/// A condition on the shape of the fitted curve or surface. It holds everywhere in its domain, not
+/// only at the nodes.
 ///
 /// ```
 /// use flankfit_estimation::{
@@ -47,17 +47,33 @@ use super::{filter::FilterAxis, model::Domain};
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(deny_unknown_fields),
+    schema(example = json!({"kind": "concave", "along": "v"}))
+)]
 pub struct Constraint {
-    /// What the function has to do.
+    /// Shape of the function.
     pub kind: ConstraintKind,
-    /// Along which axis; needed for a surface.
+    /// The axis along which the function rises, falls or bends. A surface needs it; a curve has
+    /// only `u`, its x.
+    #[cfg_attr(feature = "contract", serde(skip_serializing_if = "Option::is_none"))]
     pub along: Option<FilterAxis>,
-    /// Where; by default on the domain of the fit.
+    /// Where the constraint applies, within the domain of the fit; default the whole domain.
+    /// Opposite constraints along an axis must not touch.
+    #[cfg_attr(feature = "contract", serde(skip_serializing_if = "Option::is_none"))]
     pub domain: Option<Domain>,
 }
 
-/// What a function does along an axis.
+/// Shape along the axis: `increasing` and `decreasing` limit the first derivative, which may be 0;
+/// `convex` and `concave` limit the second.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(rename_all = "snake_case")
+)]
 pub enum ConstraintKind {
     /// Its slope is nowhere negative.
     Increasing,

@@ -1,12 +1,16 @@
 //! The share of gross errors against which Huber's estimator is the minimax one (Eq. 10).
 
+#[cfg(feature = "contract")]
+use flankfit_numerics::contract::{name, number};
 use flankfit_numerics::{distribution::normal, root::root};
 
 /// ε of the class (1 − ε)Φ + εH of distributions.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize), serde(untagged))]
 pub enum Contamination {
     /// ε, between 0 and 1.
     Share(f64),
+    #[cfg_attr(feature = "contract", serde(with = "estimate"))]
     /// The ε in whose least favourable distribution the residuals are likeliest.
     Estimated,
 }
@@ -31,3 +35,14 @@ pub fn minimax_k(share: f64) -> f64 {
     let [low, high] = [1e-3, 8.0];
     root([(low, excess(low)), (high, excess(high))], |k| f64::EPSILON * k, excess).unwrap_or(high)
 }
+
+#[cfg(feature = "contract")]
+flankfit_numerics::constant!(estimate = "estimate");
+
+#[cfg(feature = "contract")]
+flankfit_numerics::alternatives!(
+    Contamination,
+    "Share of gross errors, 1e-6 to 0.9, or `estimate`.",
+    name("estimate"),
+    number().minimum(Some(Contamination::SHARE[0])).maximum(Some(Contamination::SHARE[1])),
+);

@@ -1,7 +1,15 @@
 //! The criteria that choose a parameter of regularisation.
 
+#[cfg(feature = "contract")]
+use super::form;
+
 /// λ* of the spectral schemes, k of ridge.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(try_from = "form::Parameter", into = "form::Parameter")
+)]
 pub enum Parameter {
     /// Chosen from the data.
     Criterion(Criterion),
@@ -117,6 +125,15 @@ impl Criterion {
 
     /// The criteria for the rank of a truncated singular value decomposition.
     pub const OF_RANK: [Criterion; 3] = [Criterion::Gcv, Criterion::Reml, Criterion::Discrepancy];
+
+    /// Checks that it is one for every regularisation, or one of `own`.
+    pub fn check_among(self, own: &[Criterion]) -> Result<(), String> {
+        if Self::ALL.contains(&self) || Self::MORE.contains(&self) || own.contains(&self) {
+            return Ok(());
+        }
+        let name = self.name();
+        Err(format!("`{name}` is for another regularisation (hkb, hkb_1975, lawless_wang: ridge; optimal: attraction)"))
+    }
 
     /// Whether it looks at every node.
     pub fn is_nodewise(self) -> bool {

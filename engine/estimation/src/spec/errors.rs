@@ -1,13 +1,23 @@
 //! Error models of the heights.
 
-/// How scan lines run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg(feature = "contract")]
+use super::form;
+
+/// Direction of scan lines: `u` (columns of a grid; profiles of a flank), `v` (rows; helices of a
+/// flank), or `order`: along the abscissae of a curve, and in the order posted for other nodes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(rename_all = "snake_case")
+)]
 pub enum Along {
     /// Along u at each v: the columns of a grid.
     U,
     /// Along v at each u: the rows of a grid.
     V,
     /// Along the abscissae of a curve, or in the order posted.
+    #[default]
     Order,
 }
 
@@ -85,15 +95,28 @@ pub enum Correlation {
 
 /// Parameters of Matérn's correlation `(1 + x) exp(−x)`, x = √3 d/length.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(deny_unknown_fields),
+    schema(as = MaternParameters)
+)]
 pub struct Matern {
-    /// Distance over which errors are alike.
+    /// Distance over which errors are alike, in the unit of the abscissae.
+    #[cfg_attr(feature = "contract", schema(exclusive_minimum = 0))]
     pub length: f64,
-    /// Share of the variance that is white.
+    /// The white share of the variance.
+    #[cfg_attr(feature = "contract", serde(default), schema(minimum = 0, exclusive_maximum = 1, default = 0.0))]
     pub nugget: f64,
 }
 
 /// Variances of the errors beside what weights say.
 #[derive(Clone, Debug, PartialEq, Default)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(try_from = "form::Variance", into = "form::Variance")
+)]
 pub enum Variance {
     /// One for all.
     #[default]
@@ -110,3 +133,10 @@ pub enum Variance {
         exponent: Option<f64>,
     },
 }
+
+/// An error model as it is written: `None` where errors are independent.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg(feature = "contract")]
+#[derive(serde::Serialize, serde::Deserialize)]
+#[serde(try_from = "form::Errors", into = "form::Errors")]
+pub struct ErrorModel(pub Option<Errors>);

@@ -1,5 +1,7 @@
 //! Which estimator: least squares, or one that gross errors cannot pull away.
 
+#[cfg(feature = "contract")]
+use super::form;
 use super::{
     contamination::{Contamination, minimax_k},
     l_estimator::LEstimator,
@@ -51,6 +53,11 @@ use super::{
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(try_from = "form::Estimator", into = "form::Estimator")
+)]
 pub enum Estimator {
     /// Least `Σ r²` (Eq. 15).
     #[default]
@@ -185,15 +192,27 @@ pub enum ScaleRule {
     Fixed(f64),
 }
 
+impl ScaleRule {
+    /// k₂ of proposal 2 that can be given.
+    pub const K2: [f64; 2] = [0.01, 100.0];
+}
+
 /// k₂ of proposal 2 unless asked otherwise.
 pub const DEFAULT_K2: f64 = 1.345;
 
-/// Where the iteration starts.
+/// Start of an iteration; least trimmed squares of half the nodes tolerates gross errors in
+/// nearly half of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(rename_all = "snake_case")
+)]
 pub enum Start {
     /// The least-squares estimate.
     #[default]
     LeastSquares,
     /// Least trimmed squares of half the nodes, which up to half of them cannot spoil.
+    #[cfg_attr(feature = "contract", serde(rename = "least_trimmed_squares"))]
     LeastTrimmed,
 }

@@ -1,6 +1,9 @@
 //! Filters as plain values; ranges are checked on reading a request, the rest is checked against
 //! the nodes.
 
+#[cfg(feature = "contract")]
+use super::form;
+
 /// One filter; filters are applied in the order asked for.
 ///
 /// ```
@@ -39,6 +42,11 @@
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(try_from = "form::Filter", into = "form::Filter")
+)]
 pub enum Filter {
     /// Peaks are found by the distance from the median of a window.
     Hampel(Hampel),
@@ -72,8 +80,14 @@ pub struct Hampel {
     pub axis: Option<FilterAxis>,
 }
 
-/// What becomes of a peak.
+/// A peak is replaced by the median of its window, or counts as missing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(rename_all = "snake_case"),
+    schema(as = PeakAction)
+)]
 pub enum Action {
     /// It takes the median of its window.
     #[default]
@@ -112,8 +126,13 @@ pub struct Spline {
     pub cutoff: f64,
 }
 
-/// The axis along which a filter runs.
+/// The axis along which something runs; the x of a curve is `u`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(rename_all = "snake_case")
+)]
 pub enum FilterAxis {
     /// Along u, or along the abscissae of a curve.
     U,

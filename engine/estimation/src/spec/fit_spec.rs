@@ -177,17 +177,29 @@ pub enum ExpectedSize {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(deny_unknown_fields)
+)]
 pub struct NodeUncertainty {
-    /// Uncertainty of each abscissa (of each entry for a measurement matrix).
+    /// Standard uncertainty of each abscissa (of each entry of a measurement matrix).
+    #[cfg_attr(feature = "contract", schema(minimum = 0))]
     pub position: f64,
-    /// Uncertainty of the height.
+    /// Standard uncertainty of the height.
+    #[cfg_attr(feature = "contract", schema(minimum = 0))]
     pub height: f64,
-    /// What is off; where it is left out [`PositionKind::Measured`], and positions are taken as
-    /// exact with a warning where nothing else can be done.
+    /// Kind of the uncertainty where `position` is not 0; default `measured`. Robust estimators,
+    /// measurement matrices, streams, shapes near points and `height` 0 treat positions as exact:
+    /// there a warning says so, and a kind is refused.
+    #[cfg_attr(feature = "contract", serde(rename = "position_kind", skip_serializing_if = "Option::is_none"))]
     pub kind: Option<PositionKind>,
 }
 
-/// What is off where the positions of nodes are.
+/// Kind of position errors. `measured`: the reading is wrong (orthogonal distance regression: the
+/// true positions are estimated with the coefficients). `nominal`: the position reached differs
+/// from the given one (effective variance: steep places weigh less). In both cases a node has the
+/// variance height²/weight + slope² position², up to a factor that follows from `sigma`.
 ///
 /// ```
 /// use flankfit_estimation::{
@@ -217,6 +229,11 @@ pub struct NodeUncertainty {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(rename_all = "snake_case")
+)]
 pub enum PositionKind {
     /// The place read: what was measured lies elsewhere (orthogonal distance regression).
     #[default]

@@ -1,5 +1,8 @@
 //! Which nodes are left out together in blocked cross-validation.
 
+#[cfg(feature = "contract")]
+use super::form;
+
 /// Nodes that are left out together. Errors of neighbours are alike (one scan line, one setting of
 /// the probe), so that single nodes left out are foretold too well by those beside them; rows that
 /// lie beside each other are left out as one block.
@@ -25,6 +28,11 @@
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Default)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(try_from = "form::Folds", into = "form::Folds")
+)]
 pub struct Folds {
     /// What is never torn apart.
     pub by: FoldsBy,

@@ -9,6 +9,8 @@ mod estimator;
 mod filter;
 mod fit_spec;
 mod folds;
+#[cfg(feature = "contract")]
+mod form;
 mod l_estimator;
 mod likelihood;
 mod loss;
@@ -27,6 +29,8 @@ mod tikhonov;
 pub use constraint::{Constraint, ConstraintKind};
 pub use contamination::{Contamination, minimax_k};
 pub use criterion::{Criterion, Parameter};
+#[cfg(feature = "contract")]
+pub use errors::ErrorModel;
 pub use errors::{Along, Correlation, Errors, Matern, Variance};
 pub use estimator::{DEFAULT_COVERAGE, DEFAULT_K2, Estimator, MEstimator, ScaleRule, Start};
 pub use filter::{Action, Filter, FilterAxis, Gaussian, Hampel, Order, Spline};
@@ -35,7 +39,7 @@ pub use folds::{Folds, FoldsBy};
 pub use l_estimator::{DEFAULT_SHARE, LEstimator, QuantileWeights};
 pub use likelihood::Distribution;
 pub use loss::Loss;
-pub use model::{Degree, Domain, Knots, Model, PolynomialBasis, Scaling, Terms};
+pub use model::{Degree, Domain, Knots, Model, PolynomialBasis, Scaling, Spans, Terms};
 pub use node_at::NodeAt;
 pub use predict::{Kinds, Places, Predict};
 pub use prior::{Chain, Corrected, Earlier, Moves, Prior, PriorSpread, Which};

@@ -1,5 +1,11 @@
 //! The functions whose mixture is fitted, and how their columns are scaled.
 
+#[cfg(feature = "contract")]
+use flankfit_numerics::contract::{list, names, whole};
+
+#[cfg(feature = "contract")]
+use super::form;
+
 /// The functions whose mixture is fitted.
 ///
 /// ```
@@ -28,6 +34,11 @@
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(try_from = "form::Model", into = "form::Model")
+)]
 pub enum Model {
     /// Polynomials on one or two axes.
     Polynomial {
@@ -54,6 +65,7 @@ pub enum Model {
 
 /// One degree for every axis, or one for each (`[p, q]`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize), serde(untagged))]
 pub enum Degree {
     /// The same degree on every axis.
     Both(usize),
@@ -61,11 +73,27 @@ pub enum Degree {
     Each(usize, usize),
 }
 
-/// Polynomials that the coefficients belong to; the estimate is computed in Chebyshev polynomials
-/// whichever they are.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+impl Degree {
+    /// Returns the degrees along u and v.
+    pub fn each(self) -> [usize; 2] {
+        match self {
+            Degree::Both(degree) => [degree; 2],
+            Degree::Each(u, v) => [u, v],
+        }
+    }
+}
+
+/// Functions of a polynomial model. `monomial` means the caller's raw u and v; the others live on
+/// the domain mapped to [-1, 1]. The estimate is computed in Chebyshev polynomials in any case.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(rename_all = "snake_case")
+)]
 pub enum PolynomialBasis {
     /// Powers of the caller's raw u and v.
+    #[default]
     Monomial,
     /// Chebyshev polynomials on the domain mapped to [-1, 1].
     Chebyshev,
@@ -74,10 +102,14 @@ pub enum PolynomialBasis {
 }
 
 /// Products of powers of u and v that a surface has.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize), serde(untagged))]
 pub enum Terms {
     /// Every product up to the degree of each axis.
+    #[default]
+    #[cfg_attr(feature = "contract", serde(with = "tensor"))]
     Tensor,
+    #[cfg_attr(feature = "contract", serde(with = "total"))]
     /// Products whose degrees add up to at most the degree.
     Total,
     /// These, as degrees along u and v, each with all products that divide it; of surfaces.
@@ -98,8 +130,33 @@ pub enum Knots {
     SpansEach(usize, usize),
 }
 
-/// Scaling of X's columns before the eigen analysis.
+/// Equal spans over the domain.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize), serde(untagged))]
+pub enum Spans {
+    /// The same number on every axis.
+    Both(usize),
+    /// A number for each axis.
+    Each(usize, usize),
+}
+
+impl Spans {
+    /// Returns the spans along u and v.
+    pub fn each(self) -> [usize; 2] {
+        match self {
+            Spans::Both(spans) => [spans; 2],
+            Spans::Each(u, v) => [u, v],
+        }
+    }
+}
+
+/// Scaling of X's columns before the eigen analysis; default `unit_length`, `none` is the paper's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(rename_all = "snake_case")
+)]
 pub enum Scaling {
     /// Every column divided by its Euclidean length.
     #[default]
@@ -110,11 +167,57 @@ pub enum Scaling {
     Standardized,
 }
 
-/// `u` for a curve's x, `v` only for surfaces.
+/// Intervals of the parameters. A curve has `u` only.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(deny_unknown_fields)
+)]
 pub struct Domain {
-    /// Range of u, or of the abscissae of a curve; by default that of the counted nodes.
+    /// Interval of u (of x for a curve): [min, max]; by default that of the counted nodes.
+    #[cfg_attr(
+        feature = "contract",
+        serde(skip_serializing_if = "Option::is_none"),
+        schema(value_type = Option<Vec<f64>>, min_items = 2, max_items = 2, example = json!([0.0, 1.0]))
+    )]
     pub u: Option<[f64; 2]>,
-    /// Range of v; by default that of the counted nodes.
+    /// Interval of v: [min, max]; by default that of the counted nodes.
+    #[cfg_attr(
+        feature = "contract",
+        serde(skip_serializing_if = "Option::is_none"),
+        schema(value_type = Option<Vec<f64>>, min_items = 2, max_items = 2, example = json!([0.0, 1.0]))
+    )]
     pub v: Option<[f64; 2]>,
 }
+
+#[cfg(feature = "contract")]
+flankfit_numerics::constant!(tensor = "tensor");
+#[cfg(feature = "contract")]
+flankfit_numerics::constant!(total = "total");
+
+#[cfg(feature = "contract")]
+flankfit_numerics::alternatives!(
+    Degree,
+    "One degree for every axis, or one for each: `3` or `[p, q]`.",
+    whole(0),
+    list(whole(0), Some((2, 2))),
+);
+
+#[cfg(feature = "contract")]
+flankfit_numerics::alternatives!(
+    Spans,
+    "Equal spans over the domain, the same number on every axis or one for each: `8` or `[a, b]`.",
+    whole(1),
+    list(whole(1), Some((2, 2))),
+);
+
+#[cfg(feature = "contract")]
+flankfit_numerics::alternatives!(
+    Terms,
+    "`tensor`: every product up to the degree of each axis; `total`: those whose degrees add up to at most the \
+     degree; or a list of products of a surface, as degrees along u and v within `degree`, each with all its divisors: \
+     `[[0, 0], [1, 0], [0, 1]]`. Default `tensor`.",
+    names(["tensor", "total"]),
+    list(list(whole(0), Some((2, 2))), None),
+);

@@ -1,7 +1,15 @@
 //! Requested places of predictions, and their bands.
 
+#[cfg(feature = "contract")]
+use super::form;
+
 /// Heights, slopes and bands of the fitted curve or surface at places of its domain.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(try_from = "form::Predict", into = "form::Predict")
+)]
 pub struct Predict {
     /// The places.
     pub at: Places,

@@ -2,6 +2,11 @@
 
 use std::sync::Arc;
 
+#[cfg(feature = "contract")]
+use flankfit_numerics::contract::{list, name, number, whole};
+
+#[cfg(feature = "contract")]
+use super::form;
 use crate::data::Nodes;
 
 /// What was known of the coefficients before the nodes were measured. The estimate is then the mean
@@ -37,6 +42,11 @@ use crate::data::Nodes;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(try_from = "form::Prior", into = "form::Prior")
+)]
 pub enum Prior {
     /// Mean and spread, in the caller's terms.
     Given {
@@ -115,17 +125,26 @@ pub struct Chain {
 
 /// Which earlier iterations.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize), serde(untagged))]
 pub enum Which {
     /// All of the same flank and tooth.
+    #[cfg_attr(feature = "contract", serde(with = "previous"))]
     Previous,
     /// These, by number, ascending.
     Listed(Vec<u32>),
 }
 
+impl Which {
+    /// Iterations at most.
+    pub const MOST: usize = 100;
+}
+
 /// How far a flank moves between two iterations, beside what corrections predict.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize), serde(untagged))]
 pub enum Moves {
     /// As far as the iterations themselves say.
+    #[cfg_attr(feature = "contract", serde(with = "estimated"))]
     Estimated,
     /// The standard deviation of the move of each coefficient, in the caller's terms.
     StdError(Vec<f64>),
@@ -156,3 +175,26 @@ pub struct Corrected {
     /// The change that they predict, as heights of nodes.
     pub change: Arc<Nodes>,
 }
+
+#[cfg(feature = "contract")]
+flankfit_numerics::constant!(previous = "previous");
+#[cfg(feature = "contract")]
+flankfit_numerics::constant!(estimated = "estimated");
+
+#[cfg(feature = "contract")]
+flankfit_numerics::alternatives!(
+    Which,
+    "`previous`, all earlier iterations of the same flank and tooth (the last 100 of them); or their numbers, \
+     ascending. Flanks and teeth that are not given count as equal.",
+    name("previous"),
+    list(whole(1), Some((1, Which::MOST))),
+);
+
+#[cfg(feature = "contract")]
+flankfit_numerics::alternatives!(
+    Moves,
+    "`estimated` from the differences between the iterations; or the standard deviation of the move of each \
+     coefficient, above 0, in the order and unit of the answer.",
+    name("estimated"),
+    list(number(), None).min_items(Some(1)),
+);

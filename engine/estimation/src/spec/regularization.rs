@@ -1,5 +1,10 @@
 //! The kinds of regularisation and their parameters.
 
+#[cfg(feature = "contract")]
+use flankfit_numerics::contract::{name, whole};
+
+#[cfg(feature = "contract")]
+use super::form;
 use super::{
     criterion::{Criterion, Parameter},
     representative::Representative,
@@ -47,6 +52,11 @@ use super::{
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(try_from = "form::Regularization", into = "form::Regularization")
+)]
 pub enum Regularization {
     /// Least squares as it is.
     None,
@@ -123,10 +133,23 @@ impl Default for Regularization {
 
 /// How many of the smallest eigenvalues are regularised (L).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize), serde(untagged))]
 pub enum Count {
     /// Those with λₙ/λᵢ above the condition limit.
     #[default]
+    #[cfg_attr(feature = "contract", serde(with = "auto"))]
     Auto,
     /// This many.
     Given(usize),
 }
+
+#[cfg(feature = "contract")]
+flankfit_numerics::constant!(auto = "auto");
+
+#[cfg(feature = "contract")]
+flankfit_numerics::alternatives!(
+    Count,
+    "Number of smallest eigenvalues to regularise: a number or `auto`.",
+    name("auto"),
+    whole(0),
+);

@@ -63,23 +63,35 @@ pub struct PieceOf {
     pub fit_id: Option<String>,
 }
 
-/// What of a regularised fit is used for others.
+/// The data of a regularised fit that other fits use.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(deny_unknown_fields),
+    schema(as = RepresentativePiece)
+)]
 pub struct Piece {
-    /// The model, which has to be that of the others.
+    /// The model that was fitted.
     pub model: Model,
-    /// Its domain; `None` for a measurement matrix.
+    /// Domain of the fit; absent for a measurement matrix.
+    #[cfg_attr(feature = "contract", serde(skip_serializing_if = "Option::is_none"))]
     pub domain: Option<Domain>,
-    /// How λᵢ and λ* make cᵢ.
+    /// How λᵢ and λ* make cᵢ. Default `first_order`.
+    #[cfg_attr(feature = "contract", serde(default))]
     pub scheme: Scheme,
     /// λ*.
+    #[cfg_attr(feature = "contract", schema(exclusive_minimum = 0))]
     pub lambda_star: f64,
     /// λ₁ … λ_L of the piece, ascending.
+    #[cfg_attr(feature = "contract", schema(min_items = 1))]
     pub eigenvalues: Vec<f64>,
-    /// V₁ … V_L, each of length 1 with an entry for each coefficient, in the piece's scaled
+    /// V₁ … V_L, orthonormal, each with an entry for each coefficient, in the piece's scaled
     /// columns.
+    #[cfg_attr(feature = "contract", schema(min_items = 1))]
     pub directions: Vec<Vec<f64>>,
-    /// What each column of the piece was divided by.
+    /// Divisor of each column of the piece, above 0.
+    #[cfg_attr(feature = "contract", schema(min_items = 1))]
     pub scale: Vec<f64>,
 }
 

@@ -1,5 +1,7 @@
 //! Which of several models is fitted.
 
+#[cfg(feature = "contract")]
+use super::form;
 use super::model::Degree;
 
 /// Chooses a model: candidates are looked at by plain least squares, and the best one by
@@ -29,6 +31,11 @@ use super::model::Degree;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(try_from = "form::Select", into = "form::Select")
+)]
 pub struct Select {
     /// Which models are looked at.
     pub candidates: Candidates,
@@ -91,9 +98,16 @@ pub enum TermSearch {
     },
 }
 
-/// What the model that is chosen makes least. The number of parameters k counts the coefficients
-/// and σ².
+/// Criterion that the chosen model minimises; the number of parameters k counts the coefficients
+/// and σ². `aicc`: −2 ln L + 2k + 2k(k + 1)/(m − k − 1); `bic`: −2 ln L + k ln m; `press`: Σ w
+/// r²/(1 − h)²; `blocked_cv`: Σ w r² of nodes that are left out in blocks (`folds`); `reml`: −2 ln
+/// of the marginal likelihood with Zellner's prior of the coefficients.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(rename_all = "snake_case")
+)]
 pub enum ModelCriterion {
     /// Akaike's criterion, corrected for few nodes: −2 ln L + 2k + 2k(k + 1)/(m − k − 1).
     Aicc,

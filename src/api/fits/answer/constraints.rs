@@ -1,14 +1,10 @@
 //! What constraints on the shape came to, as it is answered.
 
 use super::declare::{FieldsAs, ListAs, WriteAs, answer};
-use crate::api::{
-    fits::spec::{constraint::ConstraintName, filters::FilterAxisName},
-    json::writer::Object,
-    shapes::domain::DomainBody,
-};
+use crate::api::json::writer::Object;
 use flankfit_engine::estimation::{
     result::{ActivePlace, ConstraintReport, ConstraintsReport},
-    spec::{ConstraintKind, FilterAxis, Include},
+    spec::{ConstraintKind, Domain, FilterAxis, Include},
 };
 
 answer! {
@@ -43,9 +39,9 @@ answer! {
     pub struct ConstraintResultBody from ConstraintReport {
         kind, along, domain, least_value, least_squares_least_value, active,
     } {
-        kind: ConstraintName = kind,
-        along: FilterAxisName = along,
-        domain: DomainBody = domain,
+        kind: ConstraintKind = kind,
+        along: FilterAxis = along,
+        domain: Domain = domain,
         /// The derivative (its negative for `decreasing` and `concave`) is nowhere in `domain`
         /// below this number, which is not below 0: proved by Bernstein coefficients, over all
         /// places. In the unit of the heights over that of the axis, squared for bends.
@@ -71,13 +67,13 @@ answer! {
     }
 }
 
-impl WriteAs<ConstraintName> for ConstraintKind {
+impl WriteAs<ConstraintKind> for ConstraintKind {
     fn write_as(&self, object: &mut Object<'_>, name: &'static str, _: &Include) {
         object.string(name, self.name());
     }
 }
 
-impl WriteAs<FilterAxisName> for FilterAxis {
+impl WriteAs<FilterAxis> for FilterAxis {
     fn write_as(&self, object: &mut Object<'_>, name: &'static str, _: &Include) {
         let axis = match self {
             FilterAxis::U => "u",

@@ -3,10 +3,9 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use crate::api::fits::spec::{errors::AlongName, request::PositionKindName};
 use flankfit_engine::estimation::{
     result::{ErrorsReport, PositionsReport, VarianceReport, Whiteness},
-    spec::{Correlation, Matern},
+    spec::{Along, Correlation, Matern, PositionKind},
 };
 
 /// Correlations of the errors along scan lines. `rss` and `sigma` of `residuals` are then those of
@@ -17,7 +16,7 @@ use flankfit_engine::estimation::{
 pub struct ErrorsResult {
     #[serde(rename = "type")]
     pub kind: CorrelationName,
-    pub along: AlongName,
+    pub along: Along,
     pub parameters: ErrorParameters,
     /// Number of independent heights that would determine a mean equally well.
     pub effective_count: f64,
@@ -107,7 +106,7 @@ impl From<&ErrorsReport> for ErrorsResult {
         let both = |of: fn(&Whiteness) -> f64| whiteness.as_ref().map(|found| [of(&found[0]), of(&found[1])]);
         ErrorsResult {
             kind,
-            along: AlongName::from(*along),
+            along: *along,
             parameters,
             effective_count: *effective_count,
             durbin_watson: both(|found| found.durbin_watson),
@@ -164,7 +163,7 @@ impl From<&VarianceReport> for VarianceResult {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = PositionsResult)]
 pub struct PositionsResult {
-    pub kind: PositionKindName,
+    pub kind: PositionKind,
     /// Rounds of the iteration.
     pub rounds: usize,
     /// Mean share of positions in the variance of the residual heights, 0 to 1.
@@ -181,7 +180,7 @@ pub struct PositionsResult {
 impl From<&PositionsReport> for PositionsResult {
     fn from(found: &PositionsReport) -> Self {
         PositionsResult {
-            kind: found.kind.into(),
+            kind: found.kind,
             rounds: found.rounds,
             variance_share: found.variance_share,
             largest_shift: found.largest_shift,

@@ -1,7 +1,10 @@
 //! What filters changed, in a fit's answer.
 
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
 use super::declare::{FieldsAs, ListAs, Name, WriteAs, answer};
-use crate::api::{fits::spec::filters::FilterName, json::writer::Object};
+use crate::api::json::writer::Object;
 use flankfit_engine::estimation::{
     result::{ColumnFigures, FilterReport, FilteringReport},
     spec::{Filter, Include},
@@ -56,6 +59,15 @@ answer! {
         /// Largest variance inflation factor.
         largest_vif?: f64 = largest_vif,
     }
+}
+
+/// Which filter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum FilterName {
+    Hampel,
+    Gaussian,
+    Spline,
 }
 
 fn filter_name(filter: &Filter) -> &'static str {

@@ -6,14 +6,14 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::declare::{FieldsAs, ListAs, Name, Symmetric, WriteAs, answer, names};
-use crate::api::{ENGINE, fits::spec::model::BasisName, json::writer::Object};
+use crate::api::{ENGINE, json::writer::Object};
 use flankfit_engine::estimation::{
     result::{
         self, Arithmetic, BiasReport, Cause, Coefficient, CollinearityReport, ColumnCollinearity, IntervalKind,
         LambdaCurvePoint, NearDependency, Numerics, OrthonormalBasis, PerturbationBounds, PerturbationReport,
         RegularizedSpectrum, ResidualReport, SpectrumReport, TermKey,
     },
-    spec::Include,
+    spec::{Include, PolynomialBasis},
 };
 
 answer! {
@@ -215,7 +215,7 @@ answer! {
     #[schema(as = CollinearityBasis)]
     pub struct CollinearityBasisBody from OrthonormalBasis { condition } {
         /// `legendre`.
-        kind as "type": BasisName = Name("legendre"),
+        kind as "type": PolynomialBasis = Name("legendre"),
         /// Condition of the Fisher information matrix of these columns at unit length, as
         /// `spectrum.condition` is of those asked for; left out where the nodes leave some function
         /// undetermined.

@@ -4,17 +4,14 @@ use super::declare::{FieldsAs, ListAs, Name, WriteAs, answer, names};
 use super::representative::RepresentativeResultBody;
 use crate::{
     api::{
-        fits::spec::{
-            criteria::{ChosenBy, FIXED, LEAST_SQUARES},
-            request::SchemeName,
-        },
+        fits::spec::criteria::{ChosenBy, FIXED, LEAST_SQUARES},
         json::writer::Object,
     },
     jobs::scheme_name,
 };
 use flankfit_engine::estimation::{
     result::{Choice, RegularizationKind, RegularizationReport, RidgeTracePoint},
-    spec::{Criterion, Include},
+    spec::{Criterion, Include, Scheme},
 };
 
 names! {
@@ -39,7 +36,7 @@ answer! {
         choices,
     } {
         kind as "type": RegularizationName = kind,
-        scheme?: SchemeName = scheme.map(|scheme| Name(scheme_name(scheme))),
+        scheme?: Scheme = scheme.map(|scheme| Name(scheme_name(scheme))),
         /// L: how many of the smallest eigenvalues were regularised.
         count?: usize = count,
         /// λ* of the spectral schemes, k of ridge and attraction, λ of Tikhonov; absent without

@@ -2,7 +2,7 @@
 //! answered.
 
 use super::declare::{FieldsAs, ListAs, WriteAs, answer};
-use crate::api::{fits::spec::representative::PieceBody, json::writer::Object, shapes::domain::DomainBody};
+use crate::api::json::writer::Object;
 use flankfit_engine::estimation::{
     result::RepresentativeReport,
     spec::{Domain, Include, Piece},
@@ -24,22 +24,18 @@ answer! {
     }
 }
 
-impl WriteAs<Option<PieceBody>> for Option<Piece> {
+impl WriteAs<Option<Piece>> for Option<Piece> {
     fn write_as(&self, object: &mut Object<'_>, name: &'static str, include: &Include) {
-        let Some(piece) = self else { return };
-        let PieceBody { model, domain: _, scheme, lambda_star, eigenvalues, directions, scale } =
-            PieceBody::from(piece);
+        let Some(Piece { model, domain, scheme, lambda_star, eigenvalues, directions, scale }) = self else { return };
         object.object(name, |object| {
-            object.field("model", &model);
-            if let Some(domain) = &piece.domain {
-                <Domain as WriteAs<DomainBody>>::write_as(domain, object, "domain", include);
-            }
+            object.field("model", model);
+            WriteAs::<Option<Domain>>::write_as(domain, object, "domain", include);
             object
-                .maybe("scheme", scheme)
-                .number("lambda_star", lambda_star)
-                .numbers("eigenvalues", &eigenvalues)
-                .rows("directions", &directions)
-                .numbers("scale", &scale);
+                .field("scheme", scheme)
+                .number("lambda_star", *lambda_star)
+                .numbers("eigenvalues", eigenvalues)
+                .rows("directions", directions)
+                .numbers("scale", scale);
         });
     }
 }

@@ -20,16 +20,16 @@ use super::{
     shared_text,
 };
 use crate::api::{
-    fits::spec::{representative::PieceBody, request::FitSpecBody},
+    fits::spec::request::FitSpecBody,
     json::writer::Object,
-    shapes::{curve_shape::CurveBody, domain::DomainBody, surface_shape::SurfaceBody},
+    shapes::{curve_shape::CurveBody, surface_shape::SurfaceBody},
     warning::WarningBody,
 };
 use flankfit_engine::estimation::{
     FitResult,
     near::Shape,
     result::{CollinearityReport, Warning},
-    spec::{Domain, Include},
+    spec::{Domain, Include, Piece},
 };
 
 /// What an answer is written from.
@@ -58,7 +58,7 @@ answer! {
         /// In the order of `powers`, `index` or `column`.
         coefficients: Vec<CoefficientBody> = coefficients,
         /// The box on which mapped bases live; absent for a measurement matrix.
-        domain?: DomainBody = domain,
+        domain?: Domain = domain,
         /// The fitted curve, where the nodes are of type `curve`: of the model `b_spline`, its
         /// control points being the coefficients; of `polynomial` where `shape` was included, in
         /// Bernstein pieces over `domain`, more than one where a high degree swings much. It has
@@ -90,7 +90,7 @@ answer! {
         /// The data that other fits need: V, λ* and L, as `regularization` of type `representative`
         /// takes them. Present with `include` of `representative`, if `spectral` raised an
         /// eigenvalue.
-        representative?: PieceBody = representative,
+        representative?: Piece = representative,
         /// Sums of the coefficients of nearly dependent terms that are well determined; present
         /// when `collinearity` was included and some terms are nearly dependent.
         estimable?: Vec<EstimableSumBody> = estimable,
@@ -150,7 +150,7 @@ impl WriteAs<CollinearityBody> for Shared<'_> {
     }
 }
 
-impl WriteAs<DomainBody> for Domain {
+impl WriteAs<Domain> for Domain {
     fn write_as(&self, object: &mut Object<'_>, name: &'static str, _: &Include) {
         let Domain { u, v } = self;
         object.object(name, |object| {

@@ -1,10 +1,10 @@
 //! How a robust estimate was reached, as it is answered.
 
 use super::declare::{FieldsAs, ListAs, Serialized, WriteAs, answer, names};
-use crate::api::{fits::spec::estimator::StartName, json::writer::Object};
+use crate::api::json::writer::Object;
 use flankfit_engine::estimation::{
     result::{LikelihoodReport, LocalSolution, MinimaxReport, RobustReport},
-    spec::Include,
+    spec::{Include, Start},
 };
 
 answer! {
@@ -57,7 +57,7 @@ answer! {
         /// h, the number of nodes in the trimmed sum.
         subset_size?: usize = subset_size,
         /// Start of the iteration.
-        start?: StartName = start.map(|start| Serialized(StartName::from(start))),
+        start?: Start = start.map(Serialized),
         /// Which solution was reached.
         solution: SolutionName = solution,
         /// The tuning constant that follows from a share of gross errors.

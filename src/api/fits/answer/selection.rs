@@ -1,7 +1,7 @@
 //! Which of several models was fitted, as it is answered.
 
 use super::declare::{FieldsAs, ListAs, WriteAs, answer, names};
-use crate::api::{json::writer::Object, shapes::degree::DegreeBody};
+use crate::api::json::writer::Object;
 use flankfit_engine::estimation::{
     result::{Candidate, Selection},
     spec::{Degree, Include, ModelCriterion},
@@ -34,7 +34,7 @@ answer! {
         degree, terms, coefficients, lambda, aic, aicc, bic, press, blocked_cv, reml, rss, sigma,
     } {
         /// Degree of a curve or of a total degree, or `[p, q]`.
-        degree?: DegreeBody = degree,
+        degree?: Degree = degree,
         /// Terms of the model, named as in `coefficients`.
         terms?: Vec<String> = terms,
         /// Number of coefficients n.
@@ -76,7 +76,7 @@ names! {
     }
 }
 
-impl WriteAs<DegreeBody> for Degree {
+impl WriteAs<Degree> for Degree {
     fn write_as(&self, object: &mut Object<'_>, name: &'static str, _: &Include) {
         match *self {
             Degree::Both(p) => object.count(name, p),

@@ -9,22 +9,9 @@
 //! for the impossible ([`ReadError::Invalid`], 422), of which all faults are collected before
 //! answering.
 
-mod constraints;
-mod errors;
-mod estimator;
-mod exclude;
 pub mod fields;
-mod filters;
-mod folds;
-mod l_estimator;
-mod model;
 pub mod nodes;
-mod predict;
-pub mod prior;
-pub mod regularization;
-mod representative;
 mod request;
-mod select;
 pub mod spec;
 #[cfg(test)]
 mod tests;

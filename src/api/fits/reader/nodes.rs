@@ -1,6 +1,7 @@
 //! The object `nodes`: arrays as they stood, then a checked node set.
 
 use serde::de::DeserializeOwned;
+use utoipa::ToSchema;
 
 use crate::api::{
     faults::Faults,
@@ -290,6 +291,6 @@ fn check_shape(key: &str, lengths: &[usize], shape: Option<(usize, usize)>, faul
     fits
 }
 
-fn part<T: DeserializeOwned>(slice: Option<&[u8]>, key: &str, faults: &mut Faults) -> Option<T> {
+fn part<T: DeserializeOwned + ToSchema>(slice: Option<&[u8]>, key: &str, faults: &mut Faults) -> Option<T> {
     read_value(slice?, &format!("/nodes/{key}"), faults)
 }

@@ -12,7 +12,6 @@ use crate::{
         faults::Faults,
         json::{
             location::escape,
-            present::present,
             text::{LongText, Moment},
             writer,
         },
@@ -34,7 +33,7 @@ pub struct AppliedRequestBody {
     /// was left alone. A setting that is not named was changed as the correction says.
     pub settings: BTreeMap<String, f64>,
     /// Kept with it, such as why the settings differ from the correction. May have line breaks.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, min_length = 1, max_length = 4000)]
     pub note: Option<LongText>,
 }

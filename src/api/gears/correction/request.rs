@@ -15,10 +15,7 @@ use super::{
 };
 use crate::api::{
     faults::Faults,
-    fits::{
-        reader::fields,
-        spec::request::{FitFieldsMembers, RegularizationBody, ScalingName},
-    },
+    fits::{reader::fields, spec::request::FitFieldsMembers},
     gears::{
         figure_limits::{self, Spanned},
         requirements::RequirementsBody,
@@ -27,12 +24,11 @@ use crate::api::{
         error::ReadError,
         location::escape,
         members::{Members, of_request},
-        present::present,
         request::request,
     },
 };
 use flankfit_engine::{
-    estimation::spec::Scaling,
+    estimation::spec::{Regularization, Scaling},
     gear::{
         Gear,
         correction::{
@@ -90,8 +86,8 @@ request! {
         optional response_errors: ResponseErrorsName,
         /// By default spectral with the λ* that `noise_sigma_um` and `response_uncertainty` speak
         /// for, so that repeated corrections converge.
-        optional regularization: RegularizationBody,
-        optional scaling: ScalingName,
+        optional regularization: Regularization,
+        optional scaling: Scaling,
         /// Limit of the settings' norm that bias bounds hold for, in columns of unit length. By
         /// default the norm that `limits` allow where every setting has both, else what the
         /// deviations speak for (√n τ, see `result.bias`); with `regularization` that of the
@@ -113,18 +109,18 @@ request! {
 #[schema(as = SettingLimits)]
 pub struct LimitsBody {
     /// Least change, usually below 0.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub min: Option<f64>,
     /// Greatest change.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub max: Option<f64>,
     /// Step of the control: the change is a multiple of it, and predicted figures are those of the
     /// rounded changes.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(exclusive_minimum = 0)]
     pub increment: Option<f64>,
     /// Whether the setting stays as it is; without the others then.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub fixed: Option<bool>,
 }
 

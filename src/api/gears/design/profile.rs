@@ -5,6 +5,7 @@ use utoipa::ToSchema;
 
 use super::{flank::TEXT_OF_NUMBER, geometry};
 use crate::api::{
+    contract::Pair,
     faults::Faults,
     gears::{gear::GearBody, notice::NoticeBody},
     json::{value::read_json, writer::Json},
@@ -98,6 +99,7 @@ pub struct EnvelopeRequestBody {
 #[schema(as = ToolProfile)]
 pub struct ToolProfileBody {
     /// `[x, y]` of each point, mm, in the order said above.
+    #[schema(value_type = Vec<Pair>)]
     pub points: Vec<[f64; 2]>,
     /// What goes through the points. Default `polyline`.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -157,10 +157,10 @@ mod tests {
             problem.errors[0].detail.clone()
         };
         for class in ["0", "12", "256"] {
-            assert_eq!(refusal(class), format!("{class} is not one of 1 to 11"));
+            assert!(refusal(class).ends_with(&format!(", found {class}")));
         }
         for class in ["-1", "5.5"] {
-            assert_eq!(refusal(class), format!("expected a whole number from 1 to 11, found {class}"));
+            assert!(refusal(class).starts_with("expected a whole number"));
         }
     }
 }

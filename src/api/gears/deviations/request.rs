@@ -248,7 +248,7 @@ fn motions(names: &[String], faults: &mut Faults) -> Vec<Motion> {
 }
 
 fn touches(members: &DeviationsMembers<'_>, faults: &mut Faults) -> Option<Vec<MeasuredPoint>> {
-    let points = members.points.read(faults)?;
+    let points = members.points.optional(faults).flatten()?;
     let teeth = members.teeth.read(faults);
     let flanks = members.flanks.read(faults);
     if points.is_empty() {

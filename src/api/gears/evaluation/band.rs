@@ -5,6 +5,7 @@ use utoipa::ToSchema;
 
 use super::against::AgainstName;
 use crate::api::{
+    contract::Pair,
     faults::Faults,
     gears::trace::KindName,
     measurand::{profile_axis::ProfileAxisName, side::SideName},
@@ -46,10 +47,10 @@ pub struct KBandBody {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub profile_axis: Option<ProfileAxisName>,
     /// At least two points, places ascending; beyond its ends it says nothing.
-    #[schema(min_items = 2, max_items = 1000)]
+    #[schema(value_type = Vec<Pair>, min_items = 2, max_items = 1000)]
     pub upper: Vec<[f64; 2]>,
     /// The same; nowhere above the upper line.
-    #[schema(min_items = 2, max_items = 1000)]
+    #[schema(value_type = Vec<Pair>, min_items = 2, max_items = 1000)]
     pub lower: Vec<[f64; 2]>,
 }
 

@@ -177,8 +177,8 @@ pub fn build(text: &[u8], own: Option<&Gear>) -> Result<Built, Problem> {
     let given = members.deviation_sign.read(&mut faults);
     let direction = members.direction.read(&mut faults);
     let reference = members.reference.read(&mut faults);
-    let profile_range = members.profile_range.read(&mut faults);
-    let helix_range = members.helix_range_mm.read(&mut faults);
+    let profile_range = members.profile_range.optional(&mut faults).flatten();
+    let helix_range = members.helix_range_mm.optional(&mut faults).flatten();
     let limits = members.tolerance_limits.read(&mut faults).unwrap_or_default();
     let accept_units = members.accept_units.read(&mut faults).unwrap_or_default();
     let spec = fields::read(&members.fit, None, &mut faults);

@@ -21,7 +21,7 @@ pub fn select(which: usize, value: f64) -> Option<spec::Select> {
         3 => spec::Candidates::Degrees(spec::Degree::Both(7)),
         4 => spec::Candidates::Degrees(spec::Degree::Each(2, 0)),
         5 => spec::Candidates::Terms(spec::TermSearch::Backward),
-        6 => spec::Candidates::Terms(spec::TermSearch::ElasticNet { alpha: value }),
+        6 => spec::Candidates::Terms(spec::TermSearch::ElasticNet { alpha: value.min(1.0) }),
         _ => return None,
     };
     Some(spec::Select { candidates, criterion, hierarchical: which != 5 })
