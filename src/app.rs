@@ -23,8 +23,8 @@ use crate::{
     oidc::Tokens,
     outgoing::OutgoingError,
     store::{
-        Migrate, OpenError, PostgresAuditor, PostgresError, PostgresHoldings, PostgresSettings, PostgresStore,
-        SqliteAuditor, SqliteHoldings, SqliteStore, StoreSettings,
+        Migrate, OpenError, PostgresError, PostgresSettings, StoreSettings, open_postgres, open_sqlite,
+        postgres_auditor, postgres_holdings, sqlite_auditor, sqlite_holdings,
     },
     telemetry,
 };
@@ -194,31 +194,27 @@ fn warn_if_open(state: &AppState) {
 pub async fn open_store(settings: &ServeSettings, ids: Arc<OrderedIds>) -> Result<Arc<dyn Store>, StartError> {
     let url = &settings.database_url;
     if !PostgresSettings::takes(url) {
-        return Ok(Arc::new(SqliteStore::open(StoreSettings::of_url(url)?, ids, Arc::new(SystemClock)).await?));
+        return Ok(Arc::new(open_sqlite(StoreSettings::of_url(url)?, ids, Arc::new(SystemClock)).await?));
     }
     let store = postgres_settings(url, &settings.postgres)?;
-    Ok(Arc::new(PostgresStore::open(store, ids, Arc::new(SystemClock)).await?))
+    Ok(Arc::new(open_postgres(store, ids, Arc::new(SystemClock)).await?))
 }
 
 /// The audit in the database that the URL names, which a server may use meanwhile.
 pub async fn open_auditor(url: &str) -> Result<Box<dyn Auditor>, StartError> {
     if PostgresSettings::takes(url) {
-        return Ok(Box::new(PostgresAuditor::open(&PostgresSettings::of_url(url)?)));
+        return Ok(Box::new(postgres_auditor(&PostgresSettings::of_url(url)?)));
     }
-    Ok(Box::new(SqliteAuditor::open(&StoreSettings::of_url(url)?).await?))
+    Ok(Box::new(sqlite_auditor(&StoreSettings::of_url(url)?).await?))
 }
 
 /// The jobs of the database that the URL names. To store jobs there, SQLite's must be in no other
 /// use.
 pub async fn open_holdings(url: &str, to_write: bool) -> Result<Box<dyn Holdings>, StartError> {
     if PostgresSettings::takes(url) {
-        return Ok(Box::new(PostgresHoldings::open(&PostgresSettings::of_url(url)?)));
+        return Ok(Box::new(postgres_holdings(&PostgresSettings::of_url(url)?)));
     }
-    let settings = StoreSettings::of_url(url)?;
-    Ok(Box::new(match to_write {
-        true => SqliteHoldings::open_to_write(&settings).await?,
-        false => SqliteHoldings::open(&settings).await?,
-    }))
+    Ok(Box::new(sqlite_holdings(&StoreSettings::of_url(url)?, to_write).await?))
 }
 
 /// How a PostgreSQL database is used.

@@ -19,7 +19,7 @@ use flankfit::{
         Caller, Clock, Computed, Ids, Job, Measurand, MeasurementDetails, NewFit, NewIteration, OrderedIds,
         PageRequest, Repository, Store, SystemClock, Tenant, Upkeep,
     },
-    store::{PostgresSettings, PostgresStore},
+    store::{PostgresSettings, open_postgres},
 };
 use load::post;
 use serde_json::{Value, json};
@@ -47,7 +47,7 @@ async fn compare(url: &str) {
     let mut settings = PostgresSettings::of_url(url).expect("a URL of PostgreSQL");
     settings.writers = WRITERS;
     let ids = Arc::new(OrderedIds::new());
-    let store = PostgresStore::open(settings, ids.clone(), Arc::new(SystemClock)).await.expect("the store opens");
+    let store = open_postgres(settings, ids.clone(), Arc::new(SystemClock)).await.expect("the store opens");
     let repository = store.of(&caller());
     let work = Arc::new(Work { template: template(&repository, &sample).await, ids, repository });
     let script = env::temp_dir().join(format!("flankfit-{}.sql", std::process::id()));

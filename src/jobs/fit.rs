@@ -33,6 +33,11 @@ pub struct NewFit {
 }
 
 impl NewFit {
+    /// Returns the bytes that it adds to the log of a database, roughly.
+    pub fn bytes(&self) -> usize {
+        self.computed.result.bytes().len() + self.computed.flank.as_ref().map_or(0, |flank| flank.len())
+    }
+
     /// Returns the choice of this fit, for fits that are chosen when they are stored.
     pub fn choice(&self) -> Choice {
         Choice { fit_id: self.id, event: Event { reason: None, ..self.event.clone() } }

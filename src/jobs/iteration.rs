@@ -37,6 +37,11 @@ pub struct NewIteration {
 }
 
 impl NewIteration {
+    /// Returns the bytes that it adds to the log of a database, roughly.
+    pub fn bytes(&self) -> usize {
+        self.nodes.bytes().len() + self.fit.bytes()
+    }
+
     /// Refuses what the job's gear, a document, contradicts as it is now.
     pub fn check_gear(&self, gear: Option<&str>) -> Result<(), RepositoryError> {
         let of_another = |ExpectedGear(expected): &ExpectedGear| expected.as_deref() != gear;

@@ -1,6 +1,6 @@
 //! The list of jobs: what is looked for, in which order, and what is told of each job.
 
-use std::sync::Arc;
+use std::{collections::BTreeMap, sync::Arc};
 
 use jiff::Timestamp;
 use uuid::Uuid;
@@ -263,17 +263,24 @@ impl Job {
     /// What searching looks at, folded: name, part number, serial number, machine and tags, each
     /// with a line end behind it. (None of them has one within.)
     pub fn searched(&self) -> String {
-        let fields = [Some(&self.name), self.part_number.as_ref(), self.serial_number.as_ref(), self.machine.as_ref()];
-        let mut text = String::new();
-        for field in fields {
-            text.push_str(field.map_or("", |field| field));
-            text.push('\n');
-        }
-        for (name, value) in &self.tags {
-            text.extend([name, ":", value, "\n"]);
-        }
-        folded(&text)
+        let others = [&self.part_number, &self.serial_number, &self.machine].map(Option::as_deref);
+        let [part_number, serial_number, machine] = others;
+        searched_text([Some(&self.name), part_number, serial_number, machine], &self.tags)
     }
+}
+
+/// Returns the text of [`Job::searched`] of name, part number, serial number and machine, and of
+/// tags.
+pub fn searched_text(fields: [Option<&str>; 4], tags: &BTreeMap<String, String>) -> String {
+    let mut text = String::new();
+    for field in fields {
+        text.push_str(field.unwrap_or_default());
+        text.push('\n');
+    }
+    for (name, value) in tags {
+        text.extend([name, ":", value, "\n"]);
+    }
+    folded(&text)
 }
 
 /// A text without the difference of upper and lower case, letter by letter, so that a part of a

@@ -74,7 +74,9 @@ pub use iteration::{
     TracedIteration,
 };
 pub use job::{Job, JobPatch, Update};
-pub use listing::{JobFilter, JobPage, JobPlace, JobPlaceError, JobQuery, JobSort, JobStatus, ListedJob, folded};
+pub use listing::{
+    JobFilter, JobPage, JobPlace, JobPlaceError, JobQuery, JobSort, JobStatus, ListedJob, folded, searched_text,
+};
 pub use mapping::{KeptMapping, MOST_MAPPINGS};
 pub use measurand::{Measurand, Successors, has_no_tooth, side_name, side_named};
 pub use measurement::MeasurementDetails;

@@ -89,6 +89,13 @@ pub struct Record {
     pub draft: RecordDraft,
 }
 
+impl Record {
+    /// Returns the bytes that it adds to the log of a database, roughly.
+    pub fn bytes(&self) -> usize {
+        self.draft.request.len() + self.draft.result.len()
+    }
+}
+
 /// A stored record in a list.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RecordSummary {

@@ -6,6 +6,8 @@ use sqlx::{
     migrate::{Migration, MigrationType, Migrator},
 };
 
+use super::sql::Db;
+
 #[derive(RustEmbed)]
 #[folder = "migrations"]
 struct Files;
@@ -26,4 +28,18 @@ pub fn embedded(folder: &str) -> Migrator {
         ))
     };
     Migrator::with_migrations(Files::iter().filter_map(migration).collect())
+}
+
+/// Returns whether the schema is that of a development version before the migrations began again.
+pub async fn is_earlier(db: &mut Db, migrations: &Migrator) -> Result<bool, sqlx::Error> {
+    let table = db.pick(
+        "SELECT 1 FROM sqlite_schema WHERE name = '_sqlx_migrations'",
+        "SELECT 1 WHERE to_regclass('_sqlx_migrations') IS NOT NULL",
+    );
+    if !db.is_there(table, &[]).await? {
+        return Ok(false);
+    }
+    let first: Option<Vec<u8>> = db.first("SELECT checksum FROM _sqlx_migrations WHERE version = 1", &[]).await?;
+    let own = migrations.iter().next().map(|migration| &migration.checksum[..]);
+    Ok(first.is_some_and(|first| Some(first.as_slice()) != own))
 }

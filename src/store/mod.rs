@@ -1,22 +1,21 @@
 //! The stores: everything that is SQL. A store implements the repository of [`crate::jobs`].
 //!
-//! `shared/` holds what no store has for itself: operations as data, the handles in which callers
-//! have them, the queue in which writes wait for a common transaction, and the rows that are read.
-//! A store adds its SQL: one `impl Read<Readers> for …` of each read and one
-//! `impl Write<Connection> for …` of each write.
+//! `sql/` has each query once, for both databases; `sqlite/` and `postgres/` open a database, write
+//! its transactions and explain its errors.
 
 #[macro_use]
 mod by_name;
 mod migrations;
 mod postgres;
-mod shared;
+mod sql;
 mod sqlite;
 
 pub use postgres::{
-    Migrate, PostgresAuditor, PostgresError, PostgresHoldings, PostgresSettings, PostgresStore, migrate,
+    Migrate, PostgresError, PostgresSettings, migrate, open_postgres, postgres_auditor, postgres_holdings,
     postgres_migrations,
 };
+pub use sql::{SqlAuditor, SqlHoldings, SqlStore};
 pub use sqlite::{
-    BackupError, OpenError, SqliteAuditor, SqliteHoldings, SqliteStore, StoreSettings, backup, migrations,
+    BackupError, OpenError, StoreSettings, backup, migrations, open_sqlite, sqlite_auditor, sqlite_holdings,
     unfinished_backup,
 };

@@ -19,7 +19,7 @@ use flankfit::{
         archive::{Holdings, Key},
         audit::{Auditor, Sealing, Unsealed, WholeSeal},
     },
-    store::{SqliteStore, StoreSettings},
+    store::{StoreSettings, open_sqlite},
 };
 use jiff::{SignedDuration, Timestamp};
 use reqwest::{Client, RequestBuilder};
@@ -124,7 +124,7 @@ impl Server {
     async fn start() -> Self {
         let directory = tempfile::tempdir().unwrap();
         let settings = StoreSettings::of_file(directory.path().join("jobs.db"));
-        let store = SqliteStore::open(settings, Arc::new(OrderedIds::new()), Arc::new(SystemClock)).await.unwrap();
+        let store = open_sqlite(settings, Arc::new(OrderedIds::new()), Arc::new(SystemClock)).await.unwrap();
         let store = Arc::new(Watched {
             store: Arc::new(store),
             pings: AtomicUsize::new(0),

@@ -54,7 +54,7 @@ async fn an_iteration_without_a_fit_is_called_damaged() {
     let job = place.stored_job(&store).await.id;
     let mut other = place.connect().await;
     let bare =
-        "INSERT INTO iterations (id, job, number, created_at) SELECT ?, seq, 1, created_at FROM jobs WHERE id = ?";
+        "INSERT INTO iterations (id, job, number, created_at) SELECT ?, id, 1, created_at FROM jobs WHERE id = ?";
     sqlx::query(bare).bind(place.id()).bind(job).execute(&mut other).await.unwrap();
     let record = place.record(RecordKind::Curve, "lagrange");
     let damage = store.insert_record(job, 1, record.clone(), None).await.unwrap_err();

@@ -7,7 +7,7 @@ use flankfit::{
         OrderedIds, Store as _, SystemClock, Upkeep as _,
         audit::{Sealing, WholeSeal},
     },
-    store::{PostgresSettings, PostgresStore},
+    store::{PostgresSettings, SqlStore, open_postgres},
 };
 use jiff::Timestamp;
 use sqlx::{Connection as _, Executor as _, PgConnection};
@@ -21,7 +21,7 @@ use crate::{
 /// What others began on the server of the tests has ended by then.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-async fn sealed(store: &PostgresStore, values: &Values) -> Vec<WholeSeal> {
+async fn sealed(store: &SqlStore, values: &Values) -> Vec<WholeSeal> {
     let sealing = Sealing { at: values.now(), key: None, unless_since: Timestamp::MAX };
     store.seal_audit(sealing).await.unwrap().unwrap_or_default()
 }
@@ -32,7 +32,7 @@ async fn an_open_transaction_leaves_entries_unsealed_and_told() {
     let url = Server::shared().database().await;
     let mut settings = PostgresSettings::of_url(&url).unwrap();
     settings.unsafe_store = true;
-    let store = PostgresStore::open(settings, Arc::new(OrderedIds::new()), Arc::new(SystemClock)).await.unwrap();
+    let store = open_postgres(settings, Arc::new(OrderedIds::new()), Arc::new(SystemClock)).await.unwrap();
     let (repository, values) = (store.of(&caller("default")), Values::default());
     let mut open = PgConnection::connect(&url).await.unwrap();
     open.execute("BEGIN; SELECT pg_current_xact_id()").await.unwrap();

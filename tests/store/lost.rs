@@ -11,7 +11,7 @@ use std::{
 
 use flankfit::{
     jobs::{OrderedIds, Repository, RepositoryError, Store as _, SystemClock},
-    store::{PostgresSettings, PostgresStore},
+    store::{PostgresSettings, SqlStore, open_postgres},
 };
 use tokio::{
     io::{AsyncReadExt as _, AsyncWriteExt as _, copy},
@@ -104,7 +104,7 @@ async fn pass(client: TcpStream, server: UnixStream, cut: Arc<Cut>) {
 
 struct Lossy {
     proxy: Proxy,
-    store: PostgresStore,
+    store: SqlStore,
     repository: Arc<dyn Repository>,
     values: Values,
 }
@@ -115,7 +115,7 @@ impl Lossy {
         let (ids, clock) = (Arc::new(OrderedIds::new()), Arc::new(SystemClock));
         let mut settings = proxy.settings();
         settings.patience = patience;
-        let store = PostgresStore::open(settings, ids, clock).await.unwrap();
+        let store = open_postgres(settings, ids, clock).await.unwrap();
         let repository = store.of(&caller("default"));
         Lossy { proxy, store, repository, values: Values::default() }
     }

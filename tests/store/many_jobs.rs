@@ -12,7 +12,7 @@ use std::{
 
 use flankfit::{
     jobs::{JobFilter, JobQuery, OrderedIds, Repository, Store, SystemClock},
-    store::{PostgresSettings, PostgresStore},
+    store::{PostgresSettings, open_postgres},
 };
 use futures_util::{StreamExt as _, stream};
 
@@ -94,6 +94,6 @@ async fn a_tenant_that_searches_100_000_jobs_holds_up_no_other_in_sqlite() {
 async fn a_tenant_that_searches_100_000_jobs_holds_up_no_other_in_postgres() {
     let mut settings = PostgresSettings::of_url(&Server::shared().database().await).unwrap();
     settings.unsafe_store = true;
-    let store = PostgresStore::open(settings, Arc::new(OrderedIds::new()), Arc::new(SystemClock)).await.unwrap();
+    let store = open_postgres(settings, Arc::new(OrderedIds::new()), Arc::new(SystemClock)).await.unwrap();
     check("postgres", Arc::new(store), &Values::default()).await;
 }

@@ -4,7 +4,7 @@ use std::{fs, path::Path, sync::Arc};
 
 use flankfit::{
     jobs::{RepositoryError, SystemClock, Unfit},
-    store::{OpenError, SqliteStore, StoreSettings},
+    store::{OpenError, StoreSettings, open_sqlite},
 };
 
 use crate::support::{Place, ids};
@@ -52,7 +52,7 @@ async fn a_file_with_two_names_is_opened_by_neither() {
     let other = place.beside("other.db");
     fs::hard_link(place.file(), &other).unwrap();
     for name in [place.file(), other.clone()] {
-        let opened = SqliteStore::open(StoreSettings::of_file(&name), ids(), Arc::new(SystemClock)).await;
+        let opened = open_sqlite(StoreSettings::of_file(&name), ids(), Arc::new(SystemClock)).await;
         assert!(matches!(opened.err(), Some(OpenError::Linked { path }) if path == name));
     }
     fs::remove_file(other).unwrap();

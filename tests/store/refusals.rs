@@ -7,7 +7,7 @@ use std::{
 
 use flankfit::{
     jobs::{OrderedIds, Repository, RepositoryError, Store as _, SystemClock, Upkeep as _},
-    store::{PostgresError, PostgresSettings, PostgresStore},
+    store::{PostgresError, PostgresSettings, SqlStore, open_postgres},
 };
 use sqlx::{AssertSqlSafe, Connection as _, Executor as _, PgConnection};
 use uuid::Uuid;
@@ -23,8 +23,8 @@ fn settings(url: &str) -> PostgresSettings {
     settings
 }
 
-async fn open(settings: PostgresSettings) -> Result<PostgresStore, PostgresError> {
-    PostgresStore::open(settings, Arc::new(OrderedIds::new()), Arc::new(SystemClock)).await
+async fn open(settings: PostgresSettings) -> Result<SqlStore, PostgresError> {
+    open_postgres(settings, Arc::new(OrderedIds::new()), Arc::new(SystemClock)).await
 }
 
 async fn run(server: &Server, script: &'static str) {
@@ -106,7 +106,7 @@ async fn soon<T>(ask: impl AsyncFn() -> Result<T, RepositoryError>) -> T {
 /// A store with a job, and a database in which something can be put in its way.
 struct Hindered {
     url: String,
-    store: PostgresStore,
+    store: SqlStore,
     repository: Arc<dyn Repository>,
     values: Values,
     job: Uuid,

@@ -11,7 +11,7 @@ use std::{
 
 use flankfit::{
     jobs::{OrderedIds, Repository, Store as _, SystemClock, Upkeep as _},
-    store::{PostgresSettings, PostgresStore},
+    store::{PostgresSettings, SqlStore, open_postgres},
 };
 use tokio::{task::JoinHandle, time::sleep};
 use uuid::Uuid;
@@ -31,7 +31,7 @@ type Told = (String, u32);
 
 /// Writers that go on until they are told to stop, each with one request at a time.
 pub struct Writers {
-    store: Arc<PostgresStore>,
+    store: Arc<SqlStore>,
     repository: Arc<dyn Repository>,
     jobs: Vec<Uuid>,
     /// What was acknowledged in each job.
@@ -47,7 +47,7 @@ impl Writers {
         (settings.writers, settings.readers) = (2, 4);
         (settings.unsafe_store, settings.patience) = (true, Duration::from_secs(60));
         let (ids, clock) = (Arc::new(OrderedIds::new()), Arc::new(SystemClock));
-        let store = Arc::new(PostgresStore::open(settings, ids, clock).await.unwrap());
+        let store = Arc::new(open_postgres(settings, ids, clock).await.unwrap());
         let (repository, values) = (store.of(&caller("default")), Arc::new(Values::default()));
         let mut jobs = Vec::new();
         for _ in 0..JOBS {

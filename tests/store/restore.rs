@@ -5,7 +5,7 @@ use std::{fs, process::Command, sync::Arc};
 
 use flankfit::{
     jobs::{Repository, Store, SystemClock},
-    store::{PostgresSettings, PostgresStore},
+    store::{PostgresSettings, open_postgres},
 };
 use jiff::SignedDuration;
 use sqlx::{Connection as _, PgConnection};
@@ -52,7 +52,7 @@ pub fn verified(url: &str) -> String {
 async fn open(url: &str) -> Arc<dyn Store> {
     let mut settings = PostgresSettings::of_url(url).unwrap();
     settings.unsafe_store = true;
-    Arc::new(PostgresStore::open(settings, ids(), Arc::new(SystemClock)).await.unwrap())
+    Arc::new(open_postgres(settings, ids(), Arc::new(SystemClock)).await.unwrap())
 }
 
 async fn purged(store: &Arc<dyn Store>, place: &Values) -> Uuid {

@@ -16,7 +16,7 @@ use flankfit::{
         Clock, Job, JobDraft, JobService, NewIteration, OrderedIds, RepositoryError, Store, archive,
         audit::{Chain, Verdict},
     },
-    store::{Migrate, PostgresSettings, PostgresStore, SqliteStore, StoreSettings},
+    store::{Migrate, PostgresSettings, StoreSettings, open_postgres, open_sqlite},
 };
 use jiff::{SignedDuration, Timestamp};
 use sha2::{Digest as _, Sha256};
@@ -60,7 +60,7 @@ impl Plant {
         let place = tempfile::tempdir().unwrap();
         let (ids, clock) = (Arc::new(OrderedIds::new()), Plant::clock());
         let settings = StoreSettings::of_file(place.path().join("jobs.db"));
-        let store = Arc::new(SqliteStore::open(settings, ids.clone(), clock.clone()).await.unwrap());
+        let store = Arc::new(open_sqlite(settings, ids.clone(), clock.clone()).await.unwrap());
         Plant::of(place, store, ids, clock)
     }
 
@@ -75,7 +75,7 @@ impl Plant {
         let mut settings = PostgresSettings::of_url(url).unwrap();
         (settings.writers, settings.readers, settings.unsafe_store) = (1, 2, true);
         settings.migrate = Migrate::Check;
-        let store = Arc::new(PostgresStore::open(settings, ids.clone(), clock.clone()).await.unwrap());
+        let store = Arc::new(open_postgres(settings, ids.clone(), clock.clone()).await.unwrap());
         Plant::of(tempfile::tempdir().unwrap(), store, ids, clock)
     }
 

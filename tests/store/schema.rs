@@ -29,21 +29,23 @@ async fn every_table_is_strict() {
     assert_eq!(loose, Vec::<String>::new());
 
     let at = "'2026-11-21T08:00:00.000001Z'";
-    let wrong_type =
-        refusal(&mut own, &format!("INSERT INTO decisions VALUES (1, 'one', 'accept', NULL, {at}, NULL, NULL)")).await;
+    let decision = |number: u32, position: &str, decision: &str, at: &str| {
+        format!(
+            "INSERT INTO decisions (job, number, position, decision, created_at)
+             SELECT id, {number}, {position}, '{decision}', {at} FROM jobs"
+        )
+    };
+    let wrong_type = refusal(&mut own, &decision(1, "'one'", "accept", at)).await;
     assert!(wrong_type.contains("cannot store TEXT value in INTEGER column"), "{wrong_type}");
-    let wrong_word =
-        refusal(&mut own, &format!("INSERT INTO decisions VALUES (1, 1, 'perhaps', NULL, {at}, NULL, NULL)")).await;
+    let wrong_word = refusal(&mut own, &decision(1, "1", "perhaps", at)).await;
     assert!(wrong_word.contains("CHECK constraint failed"), "{wrong_word}");
-    let wrong_time =
-        refusal(&mut own, "INSERT INTO decisions VALUES (1, 1, 'accept', NULL, 'today', NULL, NULL)").await;
+    let wrong_time = refusal(&mut own, &decision(1, "1", "accept", "'today'")).await;
     assert!(wrong_time.contains("CHECK constraint failed"), "{wrong_time}");
-    let no_iteration =
-        refusal(&mut own, &format!("INSERT INTO decisions VALUES (99, 1, 'accept', NULL, {at}, NULL, NULL)")).await;
+    let no_iteration = refusal(&mut own, &decision(99, "1", "accept", at)).await;
     assert!(no_iteration.contains("FOREIGN KEY constraint failed"), "{no_iteration}");
     let twice = refusal(
         &mut own,
-        &format!("INSERT INTO iterations (id, job, number, created_at) VALUES (zeroblob(16), 1, 1, {at})"),
+        &format!("INSERT INTO iterations (id, job, number, created_at) SELECT zeroblob(16), id, 1, {at} FROM jobs"),
     )
     .await;
     assert!(twice.contains("UNIQUE constraint failed"), "{twice}");
@@ -57,8 +59,9 @@ async fn a_choice_of_another_iterations_fit_is_refused() {
     place.stored_iteration(&store, job.id).await;
     place.stored_iteration(&store, job.id).await;
     let mut own = place.connect().await;
-    let foreign =
-        refusal(&mut own, "INSERT INTO fit_choices VALUES (1, 2, 2, NULL, '2026-11-21T08:00:00.000001Z', NULL)").await;
+    let choice = "INSERT INTO fit_choices (job, number, position, fit, created_at)
+                  SELECT id, 1, 2, 2, '2026-11-21T08:00:00.000001Z' FROM jobs";
+    let foreign = refusal(&mut own, choice).await;
     assert!(foreign.contains("FOREIGN KEY constraint failed"), "{foreign}");
 }
 
@@ -78,7 +81,8 @@ async fn a_result_is_stored_once() {
     store.insert_fit(job, 1, fit.clone(), telling("fit", &fit)).await.unwrap();
     let mut own = place.connect().await;
     let kept: Vec<(String, Vec<u8>, Vec<u8>, Uuid)> = sqlx::query_as(
-        "SELECT key, body, body_end, f.id FROM idempotency_keys k JOIN fits f ON f.seq = k.fit ORDER BY k.seq",
+        "SELECT key, body, body_end, f.id FROM idempotency_keys k
+         JOIN fits f ON f.job = k.job AND f.number = k.number AND f.position = k.fit ORDER BY k.fit",
     )
     .fetch_all(&mut own)
     .await

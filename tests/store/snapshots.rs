@@ -16,7 +16,7 @@ use flankfit::{
         archive::{Key, archive},
         audit::Chain,
     },
-    store::{PostgresSettings, PostgresStore},
+    store::{PostgresSettings, SqlStore, open_postgres},
 };
 use sqlx::{Connection as _, Executor as _, PgConnection};
 use uuid::Uuid;
@@ -87,11 +87,11 @@ impl Held {
 }
 
 /// A store of one writing connection and so many that read.
-async fn reading(url: &str, readers: u32) -> PostgresStore {
+async fn reading(url: &str, readers: u32) -> SqlStore {
     let mut settings = PostgresSettings::of_url(url).unwrap();
     (settings.writers, settings.readers, settings.unsafe_store) = (1, readers, true);
     settings.patience = Duration::from_secs(60);
-    PostgresStore::open(settings, Arc::new(OrderedIds::new()), Arc::new(SystemClock)).await.unwrap()
+    open_postgres(settings, Arc::new(OrderedIds::new()), Arc::new(SystemClock)).await.unwrap()
 }
 
 /// Whoever asked may leave at any moment: the connection is the next one's, who sees what is there.

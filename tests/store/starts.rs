@@ -8,7 +8,7 @@ use std::{
 
 use flankfit::{
     jobs::{Clock, OrderedIds, Precondition, RepositoryError, Store as _, SystemClock, Unfit, Upkeep as _},
-    store::{Migrate, PostgresError, PostgresSettings, PostgresStore, migrate, postgres_migrations},
+    store::{Migrate, PostgresError, PostgresSettings, SqlStore, migrate, open_postgres, postgres_migrations},
 };
 use futures_util::future::join_all;
 use jiff::{SignedDuration, Timestamp};
@@ -35,8 +35,8 @@ async fn empty() -> String {
     server.url(&server.copy_of("template1").await)
 }
 
-async fn open(settings: PostgresSettings) -> Result<PostgresStore, PostgresError> {
-    PostgresStore::open(settings, Arc::new(OrderedIds::new()), Arc::new(SystemClock)).await
+async fn open(settings: PostgresSettings) -> Result<SqlStore, PostgresError> {
+    open_postgres(settings, Arc::new(OrderedIds::new()), Arc::new(SystemClock)).await
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -154,7 +154,7 @@ impl Clock for Before {
 
 /// What a ping says that took less than a second: half of a pause of the machine during one would
 /// be told as a difference of the clocks.
-async fn asked_quickly(store: &PostgresStore, heard: &Heard) -> Result<(), RepositoryError> {
+async fn asked_quickly(store: &SqlStore, heard: &Heard) -> Result<(), RepositoryError> {
     for _ in 0..60 {
         heard.take();
         let begun = Instant::now();
@@ -177,7 +177,7 @@ async fn a_clock_far_from_the_databases_is_not_served_with() {
     let (heard, _while_heard) = Heard::here();
     for (seconds, ready) in [(-12, false), (-8, true), (0, true), (8, true), (12, false)] {
         let clock = Arc::new(Before(SignedDuration::from_secs(seconds)));
-        let store = PostgresStore::open(settings(&url), Arc::new(OrderedIds::new()), clock).await.unwrap();
+        let store = open_postgres(settings(&url), Arc::new(OrderedIds::new()), clock).await.unwrap();
         match asked_quickly(&store, &heard).await {
             Ok(()) => assert!(ready, "{seconds} s"),
             Err(RepositoryError::Unfit(Unfit::Clock(_))) => assert!(!ready, "{seconds} s"),

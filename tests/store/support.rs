@@ -17,7 +17,7 @@ use flankfit::{
         Purge, Receipt, Record, RecordDraft, RecordKind, Repository, Store, Stored, Tenant,
         archive::{Archived, Key, archive},
     },
-    store::{SqliteStore, StoreSettings},
+    store::{SqlStore, StoreSettings, open_sqlite},
 };
 use flankfit_engine::{estimation::Nodes, gear::Side};
 use jiff::{SignedDuration, Timestamp};
@@ -67,7 +67,7 @@ pub struct Opened {
 }
 
 impl Opened {
-    fn of(store: SqliteStore) -> Self {
+    fn of(store: SqlStore) -> Self {
         let repository = store.of(&caller("default"));
         Opened { store: Arc::new(store), repository }
     }
@@ -109,7 +109,7 @@ impl Place {
     }
 
     pub async fn open_with(&self, settings: StoreSettings) -> Opened {
-        Opened::of(SqliteStore::open(settings, ids(), still(self.now())).await.unwrap())
+        Opened::of(open_sqlite(settings, ids(), still(self.now())).await.unwrap())
     }
 
     /// A connection of the test's own, with no more rights than any program has.

@@ -13,7 +13,7 @@ use flankfit::{
         Answer, Begun, Clock, EVENTS_TOLD, EndedTask, Job, JobDraft, JobService, Keyed, KeyedRequest, OrderedIds,
         Scope, Scopes, Store as _, SystemClock, TaskAnswer, TaskDraft, TaskState, Upkeep as _,
     },
-    store::{OpenError, PostgresSettings, PostgresStore, SqliteStore, StoreSettings},
+    store::{OpenError, PostgresSettings, StoreSettings, open_postgres, open_sqlite},
 };
 use jiff::{SignedDuration, Timestamp};
 use sqlx::{Connection as _, PgConnection};
@@ -36,7 +36,7 @@ const PATIENCE: Duration = Duration::from_secs(60);
 async fn a_second_writer_is_refused_and_the_next_one_is_not() {
     let place = Place::new();
     let first = place.open().await;
-    let refused = SqliteStore::open(StoreSettings::of_file(place.file()), ids(), still(place.now())).await.err();
+    let refused = open_sqlite(StoreSettings::of_file(place.file()), ids(), still(place.now())).await.err();
     assert!(matches!(refused, Some(OpenError::InUse { .. })), "{refused:?}");
     assert!(refused.unwrap().to_string().contains("another flankfit writes it"));
     // by another name it is the same database
@@ -44,7 +44,7 @@ async fn a_second_writer_is_refused_and_the_next_one_is_not() {
     {
         std::os::unix::fs::symlink(place.file(), place.beside("other.db")).unwrap();
         let refused =
-            SqliteStore::open(StoreSettings::of_file(place.beside("other.db")), ids(), still(place.now())).await.err();
+            open_sqlite(StoreSettings::of_file(place.beside("other.db")), ids(), still(place.now())).await.err();
         assert!(matches!(refused, Some(OpenError::InUse { .. })), "{refused:?}");
     }
     first.close().await;
@@ -56,7 +56,7 @@ async fn a_second_writer_is_refused_and_the_next_one_is_not() {
     // whoever is gone without closing lets go too
     let dropped = Instant::now();
     let third = loop {
-        match SqliteStore::open(StoreSettings::of_file(place.file()), ids(), still(place.now())).await {
+        match open_sqlite(StoreSettings::of_file(place.file()), ids(), still(place.now())).await {
             Ok(store) => break store,
             Err(OpenError::InUse { .. }) => assert!(dropped.elapsed() < PATIENCE, "nobody lets go of it"),
             Err(error) => panic!("{error}"),
@@ -224,7 +224,7 @@ async fn what_another_server_told_hides_nothing_that_happens_here() {
     sqlx::raw_sql(brought).execute(&mut db).await.unwrap();
     let mut settings = PostgresSettings::of_url(&url).unwrap();
     settings.unsafe_store = true;
-    let store = PostgresStore::open(settings, Arc::new(OrderedIds::new()), Arc::new(SystemClock)).await.unwrap();
+    let store = open_postgres(settings, Arc::new(OrderedIds::new()), Arc::new(SystemClock)).await.unwrap();
     let (repository, values) = (store.of(&caller("default")), Values::default());
     let first = repository.last_place().await.unwrap();
     assert!(repository.tells_all_after(first).await.unwrap());

@@ -8,7 +8,7 @@ use std::{
 
 use flankfit::{
     jobs::{OrderedIds, Owned, Store as _, SystemClock, Tenant, Upkeep as _, Wake},
-    store::{PostgresSettings, PostgresStore},
+    store::{PostgresSettings, open_postgres},
 };
 use sqlx::postgres::PgListener;
 use tokio::time::timeout;
@@ -30,7 +30,7 @@ async fn what_many_commits_have_to_tell_is_gathered() {
     let url = Server::shared().database().await;
     let mut settings = PostgresSettings::of_url(&url).unwrap();
     settings.unsafe_store = true;
-    let store = PostgresStore::open(settings, Arc::new(OrderedIds::new()), Arc::new(SystemClock)).await.unwrap();
+    let store = open_postgres(settings, Arc::new(OrderedIds::new()), Arc::new(SystemClock)).await.unwrap();
     let (repository, values) = (store.of(&caller("default")), Values::default());
     let wakes = store.wakes().expect("one of several");
     let mut listener = PgListener::connect(&url).await.unwrap();

@@ -73,6 +73,11 @@ impl Caller {
         Caller { tenant: Tenant::default(), actor: ANONYMOUS.into(), origin: Origin::default() }
     }
 
+    /// Returns the caller of operations that come before it is known who asks.
+    pub fn nobody() -> Self {
+        Caller { tenant: Tenant::root(), actor: "nobody".into(), origin: Origin::default() }
+    }
+
     /// The name that is kept with what the caller stores; none without authentication.
     pub fn known_actor(&self) -> Option<Arc<str>> {
         (&*self.actor != ANONYMOUS).then(|| self.actor.clone())

@@ -19,12 +19,18 @@ pub enum PostgresError {
     #[error("the database {address} keeps texts as {encoding}; make one with ENCODING 'UTF8'")]
     Encoding { address: String, encoding: String },
     #[error(
-        "the server of {address} has {setting} = off: what it says is stored may be lost with its power; turn it on, or \
-         say --unsafe-store"
+        "the server of {address} has {setting} = off: what it says is stored may be lost with its power; turn it on, \
+         or say --unsafe-store"
     )]
     Unsafe { address: String, setting: &'static str },
     #[error("the database {address} needs a newer flankfit (one that knows migration {migration})")]
     Newer { address: String, migration: i64 },
+    /// One of a development version, before the migrations began again.
+    #[error(
+        "the database {address} was made by an earlier development version, which this version does not read: start \
+         with a new database"
+    )]
+    Earlier { address: String },
     #[error("the database {address} cannot be brought up to date: {told}", told = not_migrated(source))]
     Migration { address: String, source: MigrateError },
 }
@@ -86,12 +92,19 @@ pub fn class(error: &sqlx::Error) -> Class {
     }
 }
 
+/// Returns whether the server or the connection is gone, and not only every connection in use.
+pub fn is_lost(error: &sqlx::Error) -> bool {
+    class(error) == Class::Lost && !matches!(error, sqlx::Error::PoolTimedOut)
+}
+
 /// An SQL error as the callers of the repository see it; the detail is for the log.
 pub fn failure(error: &sqlx::Error) -> RepositoryError {
     let code = error.as_database_error().and_then(|error| error.code());
     match (class(error), code.as_deref()) {
         (Class::Lost | Class::Again, _) => RepositoryError::Unavailable(said(error)),
-        (Class::Other, _) if matches!(error, sqlx::Error::PoolClosed) => RepositoryError::Unavailable(said(error)),
+        (Class::Other, _) if matches!(error, sqlx::Error::PoolClosed | sqlx::Error::WorkerCrashed) => {
+            RepositoryError::Unavailable(said(error))
+        }
         // a table or a column is not there
         (Class::Other, Some("42P01" | "42703")) => RepositoryError::Unavailable(format!(
             "{}: the database has no schema yet, or an older one; run `flankfit migrate`",

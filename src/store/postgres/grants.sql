@@ -13,7 +13,6 @@ BEGIN
             table_mappings TO flankfit_app;
         GRANT DELETE ON jobs, streams, stream_blocks, stream_states, events, idempotency_keys, operations, told, told_until, flanks,
             table_mappings TO flankfit_app;
-        GRANT EXECUTE ON FUNCTION take_away(uuid) TO flankfit_app;
     END IF;
 END
 $$;

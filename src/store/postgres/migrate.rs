@@ -3,12 +3,18 @@
 use std::sync::LazyLock;
 
 use sqlx::{
-    AssertSqlSafe, Connection as _, Executor as _, PgConnection,
+    AssertSqlSafe, Connection as _, PgConnection,
     migrate::{MigrateError, Migrator},
 };
 
-use super::{error::PostgresError, folded, settings::PostgresSettings};
-use crate::{jobs::Unfit, store::migrations::embedded};
+use super::{error::PostgresError, settings::PostgresSettings};
+use crate::{
+    jobs::Unfit,
+    store::{
+        migrations::{embedded, is_earlier},
+        sql::Db,
+    },
+};
 
 static MIGRATIONS: LazyLock<Migrator> = LazyLock::new(|| {
     let mut migrations = embedded("postgres/");
@@ -32,41 +38,48 @@ fn newest() -> i64 {
 pub async fn migrate(settings: &PostgresSettings) -> Result<(), PostgresError> {
     let address = || settings.address();
     let failed = |source| PostgresError::Migration { address: address(), source: MigrateError::Execute(source) };
-    let mut db = PgConnection::connect_with(&settings.migrations())
+    let mut connection = PgConnection::connect_with(&settings.migrations())
         .await
         .map_err(|source| PostgresError::Connect { address: address(), source })?;
-    MIGRATIONS.run(&mut db).await.map_err(|source| PostgresError::Migration { address: address(), source })?;
-    db.execute(sqlx::raw_sql(AssertSqlSafe(include_str!("grants.sql")))).await.map_err(failed)?;
-    refuse_newer(&mut db)
-        .await
-        .map_err(failed)?
-        .map_err(|migration| PostgresError::Newer { address: address(), migration })?;
-    folded::complete(&mut db).await.map_err(failed)?;
+    MIGRATIONS.run(&mut connection).await.map_err(|source| match source {
+        MigrateError::VersionMismatch(1) => PostgresError::Earlier { address: address() },
+        source => PostgresError::Migration { address: address(), source },
+    })?;
+    let mut db = Db::from(connection);
+    db.script(AssertSqlSafe(include_str!("grants.sql"))).await.map_err(failed)?;
+    let floor = floor(&mut db).await.map_err(failed)?;
     // everything is done
     let _closed = db.close().await;
-    Ok(())
+    match floor {
+        migration if migration > newest() => Err(PostgresError::Newer { address: address(), migration }),
+        _ => Ok(()),
+    }
 }
 
-/// The migration that a program must know to work on this schema, if this one does not.
-async fn refuse_newer(db: &mut PgConnection) -> Result<Result<(), i64>, sqlx::Error> {
-    let floor: i64 = sqlx::query_scalar("SELECT migration FROM schema_floor").fetch_one(db).await?;
-    Ok(if floor > newest() { Err(floor) } else { Ok(()) })
+/// Refuses the schema of a development version before the migrations began again.
+pub async fn refuse_earlier(settings: &PostgresSettings, db: &mut Db) -> Result<(), PostgresError> {
+    let address = settings.address();
+    match is_earlier(db, &MIGRATIONS).await {
+        Ok(false) => Ok(()),
+        Ok(true) => Err(PostgresError::Earlier { address }),
+        Err(source) => Err(PostgresError::Connect { address, source }),
+    }
 }
 
-/// Why this version does not work on the schema, where that is so.
-pub async fn unfit(db: &mut PgConnection) -> Result<Option<Unfit>, sqlx::Error> {
-    let there: bool = sqlx::query_scalar(
-        "SELECT to_regclass('_sqlx_migrations') IS NOT NULL AND to_regclass('schema_floor') IS NOT NULL",
-    )
-    .fetch_one(&mut *db)
-    .await?;
-    if !there {
+/// Returns the last migration that a program must know to work on this schema.
+async fn floor(db: &mut Db) -> Result<i64, sqlx::Error> {
+    db.one("SELECT migration FROM schema_floor", &[]).await
+}
+
+/// Returns why this version does not work on the schema, where that is so.
+pub async fn unfit(db: &mut Db) -> Result<Option<Unfit>, sqlx::Error> {
+    let there = "SELECT to_regclass('_sqlx_migrations') IS NOT NULL AND to_regclass('schema_floor') IS NOT NULL";
+    if !db.one(there, &[]).await? {
         return Ok(Some(Unfit::NoSchema));
     }
-    let last: Option<i64> =
-        sqlx::query_scalar("SELECT max(version) FROM _sqlx_migrations WHERE success").fetch_one(&mut *db).await?;
+    let last: Option<i64> = db.one("SELECT max(version) FROM _sqlx_migrations WHERE success", &[]).await?;
     if last.unwrap_or(0) < newest() {
         return Ok(Some(Unfit::OldSchema));
     }
-    Ok(refuse_newer(db).await?.err().map(Unfit::NewSchema))
+    Ok(Some(floor(db).await?).filter(|floor| *floor > newest()).map(Unfit::NewSchema))
 }

@@ -1,6 +1,6 @@
-//! Opening the database: what the server must be, and its connections.
+//! Opening the database: the requirements on the server, its connections, and the store.
 
-use std::{io, time::Duration};
+use std::{io, sync::Arc, time::Duration};
 
 use sqlx::{
     Connection as _, PgConnection, PgPool, Postgres, SqlSafeStr as _, Transaction,
@@ -8,8 +8,18 @@ use sqlx::{
 };
 use tracing::Instrument as _;
 
-use super::{error::PostgresError, settings::PostgresSettings};
-use crate::store::shared::READ_TIME;
+use super::{
+    error::PostgresError,
+    migrate::{migrate, refuse_earlier},
+    settings::{Migrate, PostgresSettings},
+    wakes::Notifications,
+    writer::Writer,
+};
+use crate::{
+    jobs::{Clock, Ids, Turn},
+    store::sql::{Database, Db, Pool, READ_TIME, ReadTurns, Shared, SqlAuditor, SqlHoldings, SqlStore, queue, seconds},
+    telemetry,
+};
 
 /// A server that does not answer at all is given up after this.
 const CONNECT_TIME: Duration = Duration::from_secs(5);
@@ -60,7 +70,9 @@ pub async fn check(settings: &PostgresSettings) -> Result<(), PostgresError> {
     .fetch_one(&mut db)
     .await
     .map_err(failed)?;
-    // it has told everything
+    let mut db = Db::from(db);
+    refuse_earlier(settings, &mut db).await?;
+    // nothing more is asked
     let _closed = db.close().await;
     if server.version < OLDEST {
         return Err(PostgresError::TooOld { address, version: server.version / 10_000 });
@@ -126,4 +138,80 @@ pub async fn begin(from: &PgPool, statement: &'static str) -> Result<Transaction
     let db = from.acquire().await?;
     let begun = Transaction::begin(db, Some(statement.into_sql_str()));
     tokio::spawn(begun.in_current_span()).await.unwrap_or(Err(sqlx::Error::WorkerCrashed))
+}
+
+/// Opens the database, brings it up to date if that is wanted, and starts the writers.
+pub async fn open_postgres(
+    settings: PostgresSettings,
+    ids: Arc<dyn Ids>,
+    clock: Arc<dyn Clock>,
+) -> Result<SqlStore, PostgresError> {
+    // a measurement from before there is a recorder is lost
+    telemetry::metrics();
+    check(&settings).await?;
+    if settings.migrate == Migrate::Auto {
+        migrate(&settings).await?;
+    }
+    let settings = Arc::new(settings);
+    let mut queues = Vec::new();
+    for _ in 0..settings.writers.max(1) {
+        let (queue, waiting) = queue(settings.queue, seconds("write"));
+        let (settings, ids, clock) = (settings.clone(), ids.clone(), clock.clone());
+        tokio::spawn(Writer { settings, ids, clock, waiting, session: None }.run());
+        queues.push(queue);
+    }
+    let (readers, aside) = (Pool::Postgres(readers(&settings)), aside(&settings));
+    let turns = ReadTurns::new(settings.readers);
+    let wakes = Arc::new(Notifications::new(settings.clone(), aside.clone(), ids.fresh(clock.now())));
+    let shared = Some(Shared { settings, wakes });
+    let (aside, read_seconds) = (Pool::Postgres(aside), seconds("read"));
+    Ok(SqlStore(Arc::new(Database { readers, turns, aside, queues, read_seconds, ids, clock, shared })))
+}
+
+/// Opens the audit of a database that a server may be using.
+pub fn postgres_auditor(settings: &PostgresSettings) -> SqlAuditor {
+    SqlAuditor(Pool::Postgres(aside(settings)))
+}
+
+/// Opens the jobs of a database that servers may be using. Storing takes an owner of its tables.
+pub fn postgres_holdings(settings: &PostgresSettings) -> SqlHoldings {
+    let mut settings = settings.clone();
+    // one state is read for as long as somebody takes it, and written for as long as it comes
+    settings.options =
+        settings.options.options([("statement_timeout", "0"), ("idle_in_transaction_session_timeout", "0")]);
+    SqlHoldings::read_only(Pool::Postgres(aside(&settings)))
+}
+
+/// A turn, of which there is one for all processes: it ends by [`Turn::end`], or with its
+/// connection.
+///
+/// The lock is the session's, not a transaction's. A turn lasts for many transactions of other
+/// connections, each of which purges a job for good, and a transaction that is idle meanwhile would
+/// be ended by the server, and the lock with it. (Nothing depends on the turn but work that would
+/// be done twice: a purge looks itself whether there was one.)
+pub async fn turn(settings: &PostgresSettings) -> Result<Option<Turn>, sqlx::Error> {
+    let mut db = PgConnection::connect_with(&settings.past_a_pooler()).await?;
+    let own: bool =
+        sqlx::query_scalar("SELECT pg_try_advisory_lock(hashtext('flankfit retention'))").fetch_one(&mut db).await?;
+    if own {
+        return Ok(Some(Turn(Some(Box::pin(end_turn(db))))));
+    }
+    // another process has it
+    let _closed = db.close().await;
+    Ok(None)
+}
+
+/// How long the end of a turn waits for the server.
+const LONGEST_END: Duration = Duration::from_secs(5);
+
+/// The server notices a moment later that a connection was closed, so it is told to unlock before.
+async fn end_turn(mut db: PgConnection) {
+    let ended = async {
+        // where the connection was lost the turn has ended with it
+        let unlock = "SELECT pg_advisory_unlock(hashtext('flankfit retention'))";
+        let _unlocked = sqlx::query(unlock).execute(&mut db).await;
+        let _closed = db.close().await;
+    };
+    // a connection that says nothing is dropped
+    let _late = tokio::time::timeout(LONGEST_END, ended).await;
 }

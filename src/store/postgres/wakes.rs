@@ -30,7 +30,7 @@ use super::{
 };
 use crate::{
     jobs::{RepositoryFuture, Wake, Wakes},
-    store::shared::Integer,
+    store::sql::{Integer, Pool},
     telemetry,
 };
 
@@ -134,13 +134,10 @@ impl Notifications {
     }
 
     async fn last(&self, jobs: Vec<Uuid>) -> Result<Vec<(Uuid, u64)>, sqlx::Error> {
-        let rows: Vec<(Uuid, Integer<u64>)> = sqlx::query_as(
-            "SELECT job, coalesce((SELECT max(number) FROM events e WHERE e.job = j.job), 0)
-             FROM unnest($1::uuid[]) AS j (job)",
-        )
-        .bind(jobs)
-        .fetch_all(&self.readers)
-        .await?;
+        let sql = "SELECT job, coalesce((SELECT max(number) FROM events e WHERE e.job = j.job), 0)
+                   FROM (SELECT DISTINCT unnest(ARRAY[{ids}]::uuid[]) AS job) AS j";
+        let mut db = Pool::Postgres(self.readers.clone()).connection().await?;
+        let rows: Vec<(Uuid, Integer<u64>)> = db.of_ids(sql, jobs).await?;
         Ok(rows.into_iter().map(|(job, Integer(number))| (job, number)).collect())
     }
 }

@@ -11,17 +11,17 @@ use std::{
     time::{Duration, Instant},
 };
 
+use sqlx::AssertSqlSafe;
 use uuid::Uuid;
 
 use super::{
     error::{Class, class, failure, said},
     open,
-    session::{Proof, Session, Wanted},
     settings::PostgresSettings,
 };
 use crate::{
     jobs::{Clock, Ids, RepositoryError},
-    store::shared::{Queued, Waiting, run_group},
+    store::sql::{Proof, Queued, Session, Waiting, run_group, seconds},
     telemetry,
 };
 
@@ -37,7 +37,7 @@ pub struct Writer {
     /// Where the ids of transactions come from.
     pub ids: Arc<dyn Ids>,
     pub clock: Arc<dyn Clock>,
-    pub waiting: Waiting<Session>,
+    pub waiting: Waiting,
     /// None before the first transaction and after the connection was lost.
     pub session: Option<Session>,
 }
@@ -75,25 +75,26 @@ impl Failure {
 impl Writer {
     /// Writes until everybody who could ask is gone or somebody closes the store.
     pub async fn run(mut self) {
-        let commit_seconds = metrics::histogram!(telemetry::STORE_SECONDS, "operation" => "commit");
+        let commit_seconds = seconds("commit");
         while let Some(group) = self.waiting.next_group().await {
             let begun = Instant::now();
             self.serve(group).await;
             commit_seconds.record(begun.elapsed());
         }
         if let Some(session) = self.session
-            && let Err(error) = session.close().await
+            && let Err(error) = session.db.close().await
         {
             tracing::warn!(error = said(&error), "a connection to the database did not close cleanly");
         }
         self.waiting.closed();
     }
 
-    async fn serve(&mut self, mut group: Vec<Queued<Session>>) {
+    async fn serve(&mut self, mut group: Vec<Queued>) {
         match self.store(&mut group).await {
             Ok(()) => group.into_iter().for_each(|write| write.end(None)),
             Err(failure) if group.len() > 1 && failure.is_refusal() => {
-                tracing::error!(error = %failure.told(), requests = group.len(), "a group of writes failed; trying each alone");
+                let requests = group.len();
+                tracing::error!(error = %failure.told(), requests, "a group of writes failed; trying each alone");
                 for mut write in group {
                     let failed = self.store(slice::from_mut(&mut write)).await.err();
                     write.end(failed.map(|failure| failure.told()));
@@ -107,7 +108,7 @@ impl Writer {
     }
 
     /// Stores a group, in as many attempts as it takes.
-    async fn store(&mut self, group: &mut [Queued<Session>]) -> Result<(), Failure> {
+    async fn store(&mut self, group: &mut [Queued]) -> Result<(), Failure> {
         let (change, begun) = (self.ids.fresh(self.clock.now()), Instant::now());
         let (mut conflicts, mut earlier) = (0, Earlier::default());
         loop {
@@ -124,15 +125,10 @@ impl Writer {
     }
 
     /// One transaction. Afterwards it is committed, or undone, or its connection is given up.
-    async fn attempt(
-        &mut self,
-        change: Uuid,
-        group: &mut [Queued<Session>],
-        earlier: &mut Earlier,
-    ) -> Result<(), sqlx::Error> {
+    async fn attempt(&mut self, change: Uuid, group: &mut [Queued], earlier: &mut Earlier) -> Result<(), sqlx::Error> {
         let mut session = match self.session.take() {
             Some(session) => session,
-            None => Session::of(open::connect(&self.settings).await?),
+            None => Session::of(open::connect(&self.settings).await?.into()),
         };
         let silent = || Err(sqlx::Error::Io(io::ErrorKind::TimedOut.into()));
         let running = transact(&mut session, change, group, earlier);
@@ -144,8 +140,8 @@ impl Writer {
         if class(&error) == Class::Lost {
             return Err(error);
         }
-        match session.rollback().await {
-            Ok(()) => {
+        match session.db.run("ROLLBACK", &[]).await {
+            Ok(_) => {
                 self.session = Some(session);
                 Err(error)
             }
@@ -158,25 +154,26 @@ impl Writer {
 async fn transact(
     session: &mut Session,
     change: Uuid,
-    group: &mut [Queued<Session>],
+    group: &mut [Queued],
     earlier: &mut Earlier,
 ) -> Result<(), sqlx::Error> {
-    session.begin(change).await?;
+    // one with the same lock that is still running is waited for
+    let lock = change.as_u64_pair().1.cast_signed();
+    session.db.script(AssertSqlSafe(format!("BEGIN; SELECT pg_advisory_xact_lock({lock})"))).await?;
     // an earlier attempt has ended by now
     let committed = session.was_committed(earlier.proof).await?;
     earlier.undecided = false;
     if committed {
-        // what it came to was noted then; should the connection be lost now, it is still no failure
+        // its outcome was noted then; should the connection be lost now, it is still no failure
         // that stored nothing
         earlier.undecided = true;
-        return session.rollback().await;
+        return session.db.run("ROLLBACK", &[]).await.map(|_| ());
     }
-    session.lock(Wanted::by(group)).await?;
+    session.lock(group.iter().map(Queued::asked).collect()).await?;
     run_group(session, group).await?;
-    session.write_answers().await?;
-    earlier.proof = session.write_entries().await?;
+    earlier.proof = session.finish().await?;
     earlier.undecided = true;
-    let committed = session.commit().await;
+    let committed = session.db.run("COMMIT", &[]).await.map(|_| ());
     earlier.undecided = committed.as_ref().is_err_and(|error| !matches!(class(error), Class::Again | Class::Refused));
     committed
 }

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::{jobs::RepositoryError, store::shared::StoreError};
+use crate::jobs::RepositoryError;
 
 /// Why the store could not be opened.
 #[derive(Debug, thiserror::Error)]
@@ -37,8 +37,8 @@ pub enum OpenError {
     )]
     InUse { path: PathBuf, lock: PathBuf },
     #[error(
-        "the database {path} has another name (a hard link), by which another server could write it; remove that name, or \
-         name a copy", path = path.display()
+        "the database {path} has another name (a hard link), by which another server could write it; remove that name, \
+         or name a copy", path = path.display()
     )]
     Linked { path: PathBuf },
     /// SQLite's code 26.
@@ -47,6 +47,10 @@ pub enum OpenError {
     #[error("the database {path} was written by a newer flankfit (its migration {version} is unknown here)",
         path = path.display())]
     Newer { path: PathBuf, version: i64 },
+    /// One of a development version, before the migrations began again.
+    #[error("the database {path} was made by an earlier development version, which this version does not read: \
+        start with a new database", path = path.display())]
+    Earlier { path: PathBuf },
     #[error("the database {path} cannot be brought up to date: {source}", path = path.display())]
     Migration { path: PathBuf, source: sqlx::migrate::MigrateError },
     #[error("the database {path} cannot be opened: {source}", path = path.display())]
@@ -76,13 +80,6 @@ impl OpenError {
             Some(READ_ONLY) => OpenError::ReadOnly { path },
             Some(NOT_A_DATABASE) => OpenError::NotADatabase { path },
             _ => OpenError::Other { path, source },
-        }
-    }
-
-    pub fn from_store(path: PathBuf, error: StoreError) -> Self {
-        match error {
-            StoreError::Broken(source) => OpenError::from_sqlx(path, source),
-            StoreError::Refused(error) => OpenError::Other { path, source: sqlx::Error::Protocol(error.to_string()) },
         }
     }
 

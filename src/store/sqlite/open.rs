@@ -1,4 +1,4 @@
-//! Opening the database: options, migrations, the writing connection and the readers.
+//! Opening the database: options, migrations, the writing connection, the readers and the store.
 
 use std::{
     path::PathBuf,
@@ -7,18 +7,26 @@ use std::{
     time::Duration,
 };
 
+use jiff::Timestamp;
 use sqlx::{
     ConnectOptions, SqliteConnection, SqlitePool,
     migrate::Migrator,
     sqlite::{SqliteConnectOptions, SqliteJournalMode, SqlitePoolOptions, SqliteSynchronous},
 };
 
-use super::{error::OpenError, folded};
-use crate::store::{migrations::embedded, shared::READING};
+use super::{error::OpenError, lock, writer::Writer};
+use crate::{
+    jobs::{ANSWERS_KEPT, Clock, Ids},
+    store::{
+        migrations::{embedded, is_earlier},
+        sql::{Database, Db, Pool, READING, ReadTurns, SqlAuditor, SqlHoldings, SqlStore, Value, queue, seconds},
+    },
+    telemetry,
+};
 
-static MIGRATIONS: LazyLock<Migrator> = LazyLock::new(|| embedded(""));
+static MIGRATIONS: LazyLock<Migrator> = LazyLock::new(|| embedded("sqlite/"));
 
-/// Every migration that this version knows, oldest first.
+/// Returns every migration that this version knows, oldest first.
 pub fn migrations() -> &'static Migrator {
     &MIGRATIONS
 }
@@ -92,7 +100,7 @@ impl StoreSettings {
     }
 
     /// Refuses a file that is not there, for those who only read it.
-    pub(super) fn must_exist(&self) -> Result<(), OpenError> {
+    fn must_exist(&self) -> Result<(), OpenError> {
         match self.path().try_exists() {
             Ok(false) => Err(OpenError::Missing { path: self.path() }),
             // what is wrong otherwise is told where it is opened
@@ -100,18 +108,21 @@ impl StoreSettings {
         }
     }
 
-    /// The writing connection, on a database brought up to date.
-    pub(super) async fn open_writer(&self) -> Result<SqliteConnection, OpenError> {
+    /// Opens the writing connection, on a database brought up to date.
+    pub(in crate::store) async fn open_writer(&self) -> Result<Db, OpenError> {
         let failed = |source| OpenError::from_sqlx(self.path(), source);
-        let mut connection = self.writer_options().connect().await.map_err(failed)?;
-        MIGRATIONS.run(&mut connection).await.map_err(|source| OpenError::from_migration(self.path(), source))?;
-        folded::complete(&mut connection).await.map_err(failed)?;
-        Ok(connection)
+        let mut db = Db::from(self.writer_options().connect().await.map_err(failed)?);
+        if is_earlier(&mut db, &MIGRATIONS).await.map_err(failed)? {
+            return Err(OpenError::Earlier { path: self.path() });
+        }
+        let Db::Sqlite(connection) = &mut db else { unreachable!("it was made of such a connection") };
+        MIGRATIONS.run(&mut **connection).await.map_err(|source| OpenError::from_migration(self.path(), source))?;
+        Ok(db)
     }
 
     /// The writing connection again, after the first was lost.
-    pub(super) async fn reopen_writer(&self) -> Result<SqliteConnection, sqlx::Error> {
-        self.writer_options().create_if_missing(false).connect().await
+    pub(super) async fn reopen_writer(&self) -> Result<Db, sqlx::Error> {
+        Ok(self.writer_options().create_if_missing(false).connect().await?.into())
     }
 
     /// A connection of its own to a database that must be there already, for a backup. It writes
@@ -130,7 +141,7 @@ impl StoreSettings {
 
     /// Opens the readers for requests of callers: a read is ended when its time is over. The writer
     /// must have been opened before: it creates the database and its log.
-    pub(super) async fn open_readers(&self) -> Result<SqlitePool, OpenError> {
+    async fn open_readers(&self) -> Result<SqlitePool, OpenError> {
         let watched = self
             .reader_pool(self.readers)
             .after_connect(|db, _| Box::pin(watch(db)))
@@ -142,9 +153,9 @@ impl StoreSettings {
     }
 
     /// Opens the connections for long-running reads, without a time limit.
-    pub(super) async fn open_aside(&self) -> Result<SqlitePool, OpenError> {
+    async fn open_aside(&self) -> Result<Pool, OpenError> {
         let aside = self.reader_pool(ASIDE).connect_with(self.reader_options("aside")).await;
-        aside.map_err(|error| OpenError::from_sqlx(self.path(), error))
+        aside.map(Pool::Sqlite).map_err(|error| OpenError::from_sqlx(self.path(), error))
     }
 
     fn reader_pool(&self, most: u32) -> SqlitePoolOptions {
@@ -181,6 +192,56 @@ impl StoreSettings {
     }
 }
 
+/// Opens the database (making it where there is none), brings it up to date and starts the writer.
+pub async fn open_sqlite(
+    settings: StoreSettings,
+    ids: Arc<dyn Ids>,
+    clock: Arc<dyn Clock>,
+) -> Result<SqlStore, OpenError> {
+    // a measurement from before there is a recorder is lost
+    telemetry::metrics();
+    let lock = lock::take(&settings.path()).await?;
+    let mut db = settings.open_writer().await?;
+    let failed = |source| OpenError::from_sqlx(settings.path(), source);
+    free_tasks(&mut db, clock.now()).await.map_err(failed)?;
+    let (readers, aside) = (Pool::Sqlite(settings.open_readers().await?), settings.open_aside().await?);
+    let turns = ReadTurns::new(settings.readers);
+    let (queue, waiting) = queue(settings.queue, seconds("write"));
+    tokio::spawn(Writer::new(settings, db, lock, waiting).run());
+    let queues = vec![queue];
+    let read_seconds = seconds("read");
+    let database = Database { readers, turns, aside, queues, read_seconds, ids, clock, shared: None };
+    Ok(SqlStore(Arc::new(database)))
+}
+
+/// Forgets old answers, and frees the tasks that an earlier process has left: this process is the
+/// only one.
+async fn free_tasks(db: &mut Db, now: Timestamp) -> Result<(), sqlx::Error> {
+    let answers = "DELETE FROM idempotency_keys WHERE created_at < $1";
+    db.run(answers, &[Value::from(now - ANSWERS_KEPT)]).await?;
+    let tasks = "UPDATE operations SET state = 'queued', lease = NULL, lease_until = NULL WHERE state = 'running'";
+    db.run(tasks, &[]).await?;
+    Ok(())
+}
+
+/// Opens the audit of an existing database that a server may have open; nothing is written.
+pub async fn sqlite_auditor(settings: &StoreSettings) -> Result<SqlAuditor, OpenError> {
+    settings.must_exist()?;
+    Ok(SqlAuditor(settings.open_aside().await?))
+}
+
+/// Opens the jobs of a database: to read them, where a server may have it open, or to store jobs,
+/// in a database that is made where there is none and that no server may have open.
+pub async fn sqlite_holdings(settings: &StoreSettings, to_write: bool) -> Result<SqlHoldings, OpenError> {
+    if !to_write {
+        settings.must_exist()?;
+        return Ok(SqlHoldings::read_only(settings.open_aside().await?));
+    }
+    let lock = lock::take(&settings.path()).await?;
+    let writer = settings.open_writer().await?;
+    Ok(SqlHoldings::of_file(settings.open_aside().await?, writer, lock))
+}
+
 /// Makes a connection interrupt its statement when the time of the current read is over.
 async fn watch(db: &mut SqliteConnection) -> Result<(), sqlx::Error> {
     let reading = READING.try_with(Arc::clone);
@@ -203,7 +264,7 @@ fn names_a_user(url: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::store::shared::{EndsRead, Watch};
+    use crate::store::sql::{EndsRead, Watch};
 
     #[test]
     fn a_wrong_url_is_not_repeated() {

@@ -11,8 +11,6 @@ use std::{
     time::{Duration, Instant},
 };
 
-use sqlx::SqliteConnection;
-
 use super::{
     error::{code, failure},
     in_place::InPlace,
@@ -20,8 +18,7 @@ use super::{
 };
 use crate::{
     jobs::{RepositoryError, Unfit},
-    store::shared::{Queued, Waiting, run_group},
-    telemetry,
+    store::sql::{Db, Queued, Session, Waiting, run_group, seconds},
 };
 
 /// SQLite's primary codes for data it will not have: constraint, mismatch, too big.
@@ -37,10 +34,10 @@ const LOOK: Duration = Duration::from_secs(1);
 
 pub struct Writer {
     settings: StoreSettings,
-    connection: SqliteConnection,
+    session: Session,
     /// Held as long as this writes.
     lock: Option<File>,
-    waiting: Waiting<SqliteConnection>,
+    waiting: Waiting,
     commit_seconds: metrics::Histogram,
     files: InPlace,
     /// Whether one of the files was found removed or replaced.
@@ -50,15 +47,19 @@ pub struct Writer {
 }
 
 impl Writer {
-    pub fn new(
-        settings: StoreSettings,
-        connection: SqliteConnection,
-        lock: Option<File>,
-        waiting: Waiting<SqliteConnection>,
-    ) -> Self {
-        let commit_seconds = metrics::histogram!(telemetry::STORE_SECONDS, "operation" => "commit");
+    pub fn new(settings: StoreSettings, db: Db, lock: Option<File>, waiting: Waiting) -> Self {
+        let commit_seconds = seconds("commit");
         let files = InPlace::of(&settings.path());
-        Writer { settings, connection, lock, waiting, commit_seconds, files, misplaced: false, to_erase: None }
+        Writer {
+            settings,
+            session: Session::of(db),
+            lock,
+            waiting,
+            commit_seconds,
+            files,
+            misplaced: false,
+            to_erase: None,
+        }
     }
 
     /// Writes until everybody who could ask is gone or somebody closes the store.
@@ -81,8 +82,8 @@ impl Writer {
         }
         if self.check_files().is_err() {
             // closing would remove the log by its name, which may now belong to another database
-            std::mem::forget(self.connection);
-        } else if let Err(error) = sqlx::Connection::close(self.connection).await {
+            std::mem::forget(self.session);
+        } else if let Err(error) = self.session.db.close().await {
             tracing::warn!(%error, "the database did not close cleanly");
         }
         drop(self.lock);
@@ -95,17 +96,17 @@ impl Writer {
         if let Some(file) = missing.filter(|_| !self.misplaced) {
             tracing::error!(
                 file = %file.display(),
-                "a file of the open database was removed or replaced; nothing is stored any more, since it would be lost. \
-                 Stop this server, put the database and its -wal file back together or restore a backup, and start it \
-                 again"
+                "a file of the open database was removed or replaced; nothing is stored any more, since it would be \
+                 lost. Stop this server, put the database and its -wal file back together or restore a backup, and \
+                 start it again"
             );
         }
         self.misplaced = missing.is_some();
         if self.misplaced { Err(Unfit::Misplaced) } else { Ok(()) }
     }
 
-    async fn serve(&mut self, mut group: Vec<Queued<SqliteConnection>>) {
-        let refuse = |group: Vec<Queued<_>>, why| {
+    async fn serve(&mut self, mut group: Vec<Queued>) {
+        let refuse = |group: Vec<Queued>, why| {
             group.into_iter().for_each(|write| write.end(Some(RepositoryError::Unfit(why))));
         };
         if let Err(why) = self.check_files() {
@@ -117,7 +118,7 @@ impl Writer {
         {
             return refuse(group, why);
         }
-        if stored.is_ok() && group.iter().any(Queued::erases) {
+        if stored.is_ok() && group.iter().any(|write| write.asked().erases) {
             self.erase().await;
         }
         match stored {
@@ -139,15 +140,14 @@ impl Writer {
     /// Copies the log into the database and empties it: the pages in it are of before. A reader
     /// that still sees one of these is waited for, but not long.
     async fn erase(&mut self) {
+        let db = &mut self.session.db;
         let emptied = async {
-            sqlx::query(ERASE_PATIENCE).execute(&mut self.connection).await?;
-            let (busy, _, _): (i64, i64, i64) =
-                sqlx::query_as("PRAGMA wal_checkpoint(TRUNCATE)").fetch_one(&mut self.connection).await?;
-            Ok::<_, sqlx::Error>(busy == 0)
+            db.script(ERASE_PATIENCE).await?;
+            db.checkpoint().await
         };
         let emptied = emptied.await;
-        let patient = sqlx::query(PATIENCE).execute(&mut self.connection).await;
-        let emptied = emptied.and_then(|emptied| patient.map(|_| emptied)).unwrap_or_else(|error| {
+        let patient = db.script(PATIENCE).await;
+        let emptied = emptied.and_then(|emptied| patient.map(|()| emptied)).unwrap_or_else(|error| {
             tracing::warn!(%error, "the log of the database could not be emptied");
             false
         });
@@ -155,17 +155,17 @@ impl Writer {
     }
 
     /// One transaction. Afterwards it is committed or undone, whatever happened.
-    async fn transact(&mut self, group: &mut [Queued<SqliteConnection>]) -> Result<(), sqlx::Error> {
-        let result = run(&mut self.connection, group).await;
+    async fn transact(&mut self, group: &mut [Queued]) -> Result<(), sqlx::Error> {
+        let result = run(&mut self.session, group).await;
         if let Err(error) = &result {
             // SQLite undoes some failed transactions itself and then says that there is none: both
             // are fine.
-            let undone = sqlx::query("ROLLBACK").execute(&mut self.connection).await;
+            let undone = self.session.db.run("ROLLBACK", &[]).await;
             let lost = |error: &sqlx::Error| matches!(error, sqlx::Error::WorkerCrashed | sqlx::Error::Io(_));
             if lost(error) || undone.is_err_and(|error| lost(&error)) {
                 match self.settings.reopen_writer().await {
-                    Ok(connection) => {
-                        self.connection = connection;
+                    Ok(db) => {
+                        self.session = Session::of(db);
                         self.files = InPlace::of(&self.settings.path());
                     }
                     Err(error) => tracing::error!(%error, "the writing connection was lost and cannot be opened again"),
@@ -176,9 +176,11 @@ impl Writer {
     }
 }
 
-async fn run(db: &mut SqliteConnection, group: &mut [Queued<SqliteConnection>]) -> Result<(), sqlx::Error> {
-    sqlx::query("BEGIN IMMEDIATE").execute(&mut *db).await?;
-    run_group(db, group).await?;
-    sqlx::query("COMMIT").execute(db).await?;
+async fn run(session: &mut Session, group: &mut [Queued]) -> Result<(), sqlx::Error> {
+    session.db.run("BEGIN IMMEDIATE", &[]).await?;
+    session.lock(group.iter().map(Queued::asked).collect()).await?;
+    run_group(session, group).await?;
+    session.finish().await?;
+    session.db.run("COMMIT", &[]).await?;
     Ok(())
 }

@@ -92,7 +92,8 @@ async fn who_comes_back_after_long_is_told_to_begin_anew() {
     app.restart_after(async |database| {
         let options = sqlx::sqlite::SqliteConnectOptions::new().filename(database);
         let mut own = sqlx::ConnectOptions::connect(&options).await.unwrap();
-        let note = "INSERT INTO told_until (at, place) SELECT '2026-01-02T03:04:05.000006Z', max(place) FROM told";
+        let note =
+            "INSERT INTO told_until (at, changed_by) SELECT '2026-01-02T03:04:05.000006Z', max(changed_by) FROM told";
         sqlx::raw_sql(note).execute(&mut own).await.unwrap();
         sqlx::Connection::close(own).await.unwrap();
     })

@@ -4,7 +4,7 @@ use std::{path::Path, process::Command, sync::Arc};
 
 use flankfit::{
     jobs::{Caller, OrderedIds, PageRequest, Store, SystemClock, Tenant, Upkeep},
-    store::{SqliteStore, StoreSettings},
+    store::{StoreSettings, open_sqlite},
 };
 
 use super::app::TestApp;
@@ -37,9 +37,8 @@ async fn a_backup_is_made_while_the_service_runs() {
     assert!(!done && said.contains("overwrites nothing"), "{said}");
     app.iteration(&job).await;
 
-    let store = SqliteStore::open(StoreSettings::of_file(&copy), Arc::new(OrderedIds::new()), Arc::new(SystemClock))
-        .await
-        .unwrap();
+    let store =
+        open_sqlite(StoreSettings::of_file(&copy), Arc::new(OrderedIds::new()), Arc::new(SystemClock)).await.unwrap();
     let caller = Caller { tenant: Tenant::default(), actor: "test".into(), origin: Default::default() };
     let id = job.rsplit('/').next().unwrap().parse().unwrap();
     let trace = store.of(&caller).trace(id, PageRequest { limit: 50, after: None }).await.unwrap();

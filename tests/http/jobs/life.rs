@@ -166,8 +166,8 @@ async fn a_replay_says_how_another_engines_answer_differs() {
     app.restart_after(async |database| {
         let options = sqlx::sqlite::SqliteConnectOptions::new().filename(database);
         let mut own = sqlx::ConnectOptions::connect(&options).await.unwrap();
-        let older = r#"UPDATE fits SET result = json_set(result, '$.provenance.engine', 'flankfit 0.0.9',
-            '$.residuals.rms', json_extract(result, '$.residuals.rms') * 1.0009765625)"#;
+        let older = r#"UPDATE fits SET result = CAST(json_set(CAST(result AS TEXT), '$.provenance.engine', 'flankfit 0.0.9',
+            '$.residuals.rms', json_extract(CAST(result AS TEXT), '$.residuals.rms') * 1.0009765625) AS BLOB)"#;
         sqlx::raw_sql("DROP TRIGGER fits_no_update").execute(&mut own).await.unwrap();
         sqlx::raw_sql(older).execute(&mut own).await.unwrap();
         sqlx::Connection::close(own).await.unwrap();

@@ -87,7 +87,7 @@ pub async fn what_is_changed_after_a_purge_is_found(pair: &mut Pair) {
         ("iterations", "UPDATE iterations SET instrument = 'x' WHERE number = 2", count, What::Content),
         ("nodes", "UPDATE nodes SET count = 7", count, What::Content),
         ("fits", "UPDATE fits SET rms = 0.5 WHERE lambda_star = 0.75", count, What::Content),
-        ("fits", "UPDATE fits SET spec = result, result = '{}'", count, What::Content),
+        ("fits", "UPDATE fits SET spec = result, result = (SELECT sha256 FROM audit LIMIT 1)", count, What::Content),
         ("fit_choices", "UPDATE fit_choices SET reason = 'x' WHERE position = 2", count, What::Content),
         ("decisions", "UPDATE decisions SET decision = 'accept'", count, What::Content),
         ("records", "UPDATE records SET method = 'newton'", count, What::Content),

@@ -359,15 +359,17 @@ pub async fn of_two_purges_one_is_told_of_the_other(pair: &mut Pair) {
 pub async fn the_trace_loses_only_what_a_purge_takes(pair: &mut Pair) {
     let job = filled(pair).await;
     let other = filled(pair).await;
+    let nothing = pair.ground.literal(&[]);
     let takes = [
-        "UPDATE iterations SET operator = NULL, note = NULL",
-        "UPDATE nodes SET data = data",
-        "UPDATE fits SET reason = NULL, spec = '', result = ''",
-        "UPDATE fit_choices SET reason = NULL",
-        "UPDATE decisions SET reason = NULL",
-        "UPDATE records SET request = '', result = '', gear = NULL",
-        "UPDATE audit SET actor = ''",
+        "iterations SET operator = NULL, note = NULL".to_owned(),
+        "nodes SET data = data".to_owned(),
+        format!("fits SET reason = NULL, spec = {nothing}, result = {nothing}"),
+        "fit_choices SET reason = NULL".to_owned(),
+        "decisions SET reason = NULL".to_owned(),
+        format!("records SET request = {nothing}, result = {nothing}, gear = NULL"),
+        "audit SET actor = ''".to_owned(),
     ];
+    let takes = takes.map(|sql| &*format!("UPDATE {sql}").leak());
     let refused = async |pair: &Pair, sql: &'static str| {
         let refusal = pair.ground.refusal(sql).await;
         assert!(refusal.as_deref().is_some_and(|why| why.contains("append-only")), "{sql}: {refusal:?}");
@@ -388,7 +390,7 @@ pub async fn the_trace_loses_only_what_a_purge_takes(pair: &mut Pair) {
         "UPDATE nodes SET count = 0",
         "UPDATE fits SET rms = NULL",
         "UPDATE fits SET lambda_star = -lambda_star",
-        "UPDATE fits SET result = '{}'",
+        "UPDATE fits SET result = (SELECT sha256 FROM audit LIMIT 1)",
         "UPDATE fit_choices SET position = position + 10",
         "UPDATE decisions SET decision = 'accept'",
         "UPDATE records SET method = 'x'",

@@ -255,18 +255,16 @@ pub async fn long_results_are_guarded_too(pair: &mut Pair) {
     let keep = "CREATE TABLE kept AS SELECT lambda_star AS l, coefficients AS v, prior AS p FROM fits";
     pair.ground.intrude(keep.to_owned()).await;
     for (number, sql) in [
-        (2, "UPDATE fits SET coefficients = '[1]' WHERE lambda_star < 2"),
-        (3, "UPDATE fits SET coefficients = '[1]' WHERE lambda_star > 2"),
+        (2, "UPDATE fits SET coefficients = spec WHERE lambda_star < 2"),
+        (3, "UPDATE fits SET coefficients = spec WHERE lambda_star > 2"),
         (3, "UPDATE fits SET prior = NULL WHERE lambda_star > 2"),
     ] {
         assert_eq!(found(pair, job, sql).await, Verdict::Broken { number, what: What::Content }, "{sql}");
         pair.ground.intrude(undo.to_owned()).await;
         assert!(matches!(pair.store.verify_audit(Chain::Job(job)).await.unwrap(), Verdict::Intact { .. }));
     }
-    let result = if pair.ground.refusal("SELECT frame FROM fits").await.is_none() { "frame" } else { "result" };
-    let other = format!("(SELECT {result} FROM fits WHERE lambda_star < 2)");
-    let exchanged = format!("UPDATE fits SET {result} = {other} WHERE lambda_star > 2");
-    assert_eq!(found(pair, job, &exchanged).await, Verdict::Broken { number: 3, what: What::Content });
+    let exchanged = "UPDATE fits SET result = (SELECT result FROM fits WHERE lambda_star < 2) WHERE lambda_star > 2";
+    assert_eq!(found(pair, job, exchanged).await, Verdict::Broken { number: 3, what: What::Content });
 }
 
 /// Everything, in an order that no reference forbids.

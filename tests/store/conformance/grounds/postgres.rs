@@ -5,7 +5,7 @@ use std::{sync::Arc, time::Duration};
 
 use flankfit::{
     jobs::{OrderedIds, Store, SystemClock},
-    store::{PostgresSettings, PostgresStore},
+    store::{PostgresSettings, open_postgres},
 };
 use sqlx::{AssertSqlSafe, Connection, PgConnection};
 use tokio::sync::OnceCell;
@@ -67,7 +67,7 @@ impl Drop for Postgres {
 impl Postgres {
     async fn opened(&self, settings: PostgresSettings) -> Arc<dyn Store> {
         let (ids, clock) = (Arc::new(OrderedIds::new()), Arc::new(SystemClock));
-        Arc::new(PostgresStore::open(settings, ids, clock).await.unwrap())
+        Arc::new(open_postgres(settings, ids, clock).await.unwrap())
     }
 
     fn settings(&self) -> PostgresSettings {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use flankfit::{
     jobs::Store,
-    store::{SqliteStore, StoreSettings},
+    store::{StoreSettings, open_sqlite},
 };
 use sqlx::{AssertSqlSafe, Connection};
 use tokio::sync::Mutex;
@@ -33,8 +33,7 @@ impl Sqlite {
         if let Some(store) = &*open {
             return store.clone();
         }
-        let store: Arc<dyn Store> =
-            Arc::new(SqliteStore::open(settings, ids(), still(self.place.now())).await.unwrap());
+        let store: Arc<dyn Store> = Arc::new(open_sqlite(settings, ids(), still(self.place.now())).await.unwrap());
         *open = Some(store.clone());
         store
     }
@@ -69,14 +68,6 @@ impl Ground for Sqlite {
 
     fn settled(&self) -> Soon<'_, ()> {
         Box::pin(async {})
-    }
-
-    fn again(&self, table: &str) -> String {
-        // `sort_name` is generated
-        const JOBS: &str = "seq, id, name, part_number, serial_number, machine, gear, tags, version, created_at, \
-            updated_at, tenant, changed_at, iteration_count, status, folded, purged_at, requirements, class";
-        let (into, from) = if table == "jobs" { (format!("({JOBS})"), JOBS) } else { (String::new(), "*") };
-        format!("DELETE FROM {table}; INSERT INTO {table} {into} SELECT {from} FROM kept_{table}")
     }
 
     fn refusal(&self, sql: &'static str) -> Soon<'_, Option<String>> {

@@ -1,0 +1,158 @@
+//! The entries of the audit, and the rows that they have digests of.
+
+use futures_util::TryStreamExt as _;
+use sqlx::{FromRow, Row};
+use uuid::Uuid;
+
+use super::{
+    columns::Integer,
+    db::{Db, Record},
+    error::Outcome,
+    growing::NewEntry,
+    row::{
+        ChoiceRow, DecisionRow, FoundBlock, FoundFitTold, FoundIteration, FoundJobPurge, FoundNodes, FoundRow,
+        FoundStreamRow, HeadRow, JobRow, RecordRow, figure_columns, job_columns,
+    },
+};
+use crate::jobs::{
+    Tenant,
+    audit::{Found, FoundStream, Head, Versioned},
+};
+
+/// Returns the last entry of a chain.
+pub async fn head(db: &mut Db, chain: Uuid) -> Outcome<Option<Head>> {
+    let sql = "SELECT number, sha256 FROM audit WHERE chain = $1 ORDER BY number DESC LIMIT 1";
+    Ok(db.maybe::<HeadRow>(sql, args![chain]).await?.map(Into::into))
+}
+
+/// Stores entries.
+pub async fn store(db: &mut Db, new: &[NewEntry]) -> Result<(), sqlx::Error> {
+    let mut rows = Vec::with_capacity(new.len());
+    for NewEntry { tenant, chain, entry } in new {
+        rows.push(vec![
+            tenant.into(),
+            chain.into(),
+            entry.number.into(),
+            entry.id.into(),
+            entry.at.into(),
+            (&entry.actor).into(),
+            (&*entry.action).into(),
+            (&entry.target).into(),
+            entry.request_id.as_deref().into(),
+            entry.peer.as_deref().into(),
+            entry.contents.bytes().into(),
+            (&*entry.outcome).into(),
+            (&entry.previous).into(),
+            (&entry.sha256).into(),
+        ]);
+    }
+    let columns = "tenant, chain, number, id, at, actor, action, target, request_id, peer, contents, outcome,
+                   previous, sha256";
+    db.insert("audit", columns, &rows).await
+}
+
+/// A row that reads, or none.
+pub struct Readable<T>(pub Option<T>);
+
+impl<'r, R: Row, T: FromRow<'r, R>> FromRow<'r, R> for Readable<T> {
+    fn from_row(row: &'r R) -> Result<Self, sqlx::Error> {
+        Ok(Readable(T::from_row(row).ok()))
+    }
+}
+
+row! {
+    /// A row of an iteration, as the audit finds it.
+    struct Numbered<T> {
+        @row: Readable<T>,
+        number: Integer<u64>,
+    }
+}
+
+/// Returns the rows of a job of a tenant; none of another tenant's job.
+pub async fn found(db: &mut Db, tenant: &Tenant, job: Uuid) -> Outcome<Found> {
+    let sql = concat!("SELECT ", job_columns!(), " FROM jobs WHERE id = $1 AND tenant = $2");
+    let row: Option<JobRow> = db.maybe(sql, args![job, tenant]).await?;
+    let Some(row) = row else { return Ok(Found::default()) };
+    let mut found = Found::of_job(Versioned::job(&row.into()));
+    let rows = &mut found;
+    all::<FoundIteration>(
+        db,
+        "SELECT number, id, flank, tooth, axes, measured_at, instrument, operator, note, created_at
+         FROM iterations WHERE job = $1 ORDER BY number",
+        job,
+        rows,
+    )
+    .await?;
+    all::<FoundNodes>(db, "SELECT number, count, data FROM nodes WHERE job = $1 ORDER BY number", job, rows).await?;
+    all::<FoundFitTold>(
+        db,
+        concat!(
+            "SELECT number, id, reason, actor, created_at, ",
+            figure_columns!(),
+            ", spec, result, flank_figures, coefficients, prior
+             FROM fits WHERE job = $1 ORDER BY number, position"
+        ),
+        job,
+        rows,
+    )
+    .await?;
+    all::<ChoiceRow>(
+        db,
+        "SELECT c.number, f.id AS fit_id, c.reason, c.actor, c.created_at
+         FROM fit_choices c JOIN fits f ON f.job = c.job AND f.number = c.number AND f.position = c.fit
+         WHERE c.job = $1 ORDER BY c.number, c.position",
+        job,
+        rows,
+    )
+    .await?;
+    all::<DecisionRow>(
+        db,
+        "SELECT number, decision, concession, reason, actor, created_at FROM decisions WHERE job = $1
+         ORDER BY number, position",
+        job,
+        rows,
+    )
+    .await?;
+    all::<RecordRow>(
+        db,
+        "SELECT number, id, kind, method, created_at, actor, request, result, gear, class, measurand
+         FROM records WHERE job = $1 ORDER BY number, position",
+        job,
+        rows,
+    )
+    .await?;
+    own(db, job, &mut found).await?;
+    Ok(found)
+}
+
+/// Adds its purge and the rows of its streams.
+async fn own(db: &mut Db, job: Uuid, found: &mut Found) -> Outcome<()> {
+    let sql = "SELECT j.purged_at, p.at, p.reason, p.archive_sha256
+               FROM jobs j LEFT JOIN purges p ON p.job = j.id WHERE j.id = $1";
+    let purge: Option<Readable<FoundJobPurge>> = db.maybe(sql, args![job]).await?;
+    found.purge = purge.and_then(|row| row.0.map_or(Some([0; 32]), |found| found.digest(job)));
+    let sql = "SELECT id, spec, forgetting_factor, flank, tooth, axes, created_at, iteration IS NULL AS open
+               FROM streams WHERE job = $1";
+    let streams: Vec<FoundStreamRow> = db.all(sql, args![job]).await?;
+    found.streams.extend(streams.into_iter().map(<(Uuid, FoundStream)>::from));
+    let sql = "SELECT b.stream, b.sequence, b.sha256, b.count, b.data
+               FROM streams s JOIN stream_blocks b ON b.stream = s.id WHERE s.job = $1";
+    let mut blocks = db.each::<FoundBlock>(sql, args![job])?;
+    while let Some(row) = blocks.try_next().await? {
+        let (block, digest) = row.into();
+        found.blocks.insert(block, digest);
+    }
+    Ok(())
+}
+
+/// Adds the rows of a kind, in order. A row that does not read is none that an entry is about.
+async fn all<T: FoundRow>(db: &mut Db, sql: &'static str, job: Uuid, found: &mut Found) -> Outcome<()>
+where
+    Numbered<T>: Record,
+{
+    let mut rows = db.each::<Numbered<T>>(sql, args![job])?;
+    while let Some(Numbered { row: Readable(row), number }) = rows.try_next().await? {
+        found.add(number.0, T::KIND, row.map_or([0; 32], FoundRow::digest));
+    }
+    Ok(())
+}

@@ -1,0 +1,110 @@
+//! Decisions on iterations, and changes of their measurand.
+
+use uuid::Uuid;
+
+use super::{
+    db::Db,
+    error::Outcome,
+    fits,
+    growing::target,
+    locate, records,
+    row::{DecisionRow, Latest},
+    write::{Intent, Tx, Write},
+    writes::{Amend, Decide},
+};
+use crate::jobs::{
+    Amendment, Decision, DecisionEvent, JobGear, Stored,
+    audit::{Action, Contents, choice_digest, decision_digest, record_digest},
+};
+
+/// Returns the latest decision on an iteration.
+pub async fn latest(db: &mut Db, job: Uuid, number: u32) -> Outcome<Option<DecisionEvent>> {
+    let sql = "SELECT decision, concession, reason, actor, created_at FROM decisions WHERE job = $1 AND number = $2
+               ORDER BY position DESC LIMIT 1";
+    let row: Option<DecisionRow> = db.maybe(sql, args![job, number]).await?;
+    Ok(row.map(Into::into))
+}
+
+/// Returns the last decisions on an iteration, and how many come before them.
+pub async fn last(db: &mut Db, job: Uuid, number: u32) -> Outcome<(Vec<DecisionEvent>, u64)> {
+    let sql = "SELECT decision, concession, reason, actor, created_at,
+                      (SELECT count(*) FROM decisions WHERE job = $1 AND number = $2) AS total
+               FROM decisions WHERE job = $1 AND number = $2 ORDER BY position DESC LIMIT $3";
+    locate::last::<DecisionRow, _>(db, sql, job, number).await
+}
+
+async fn insert(db: &mut Db, job: Uuid, number: u32, decision: &DecisionEvent) -> Outcome<()> {
+    let DecisionEvent { decision, concession, event } = decision;
+    db.run(
+        "INSERT INTO decisions (job, number, position, decision, concession, reason, actor, created_at)
+         SELECT $1, $2, coalesce(max(position), 0) + 1, $3, $4, $5, $6, $7
+         FROM decisions WHERE job = $1 AND number = $2",
+        args![
+            job,
+            number,
+            decision.name(),
+            concession.then_some(1_i64),
+            event.reason.as_deref(),
+            event.by.as_deref(),
+            event.created_at,
+        ],
+    )
+    .await?;
+    Ok(())
+}
+
+impl Write for Decide {
+    type Reply = Stored;
+
+    fn intent(&self) -> Intent<'_> {
+        Intent::job(self.job, Contents::one("decision", decision_digest(&self.decision)))
+    }
+
+    async fn run(&self, tx: &mut Tx<'_>) -> Outcome<Stored> {
+        let (Decide { job, number, decision, precondition }, tenant) = (self, tx.tenant());
+        let version = locate::version(tx.db(), tenant, *job, *number).await?;
+        precondition.check(version)?;
+        let sql = "SELECT decision AS what, reason FROM decisions WHERE job = $1 AND number = $2
+                   ORDER BY position DESC LIMIT 1";
+        let latest: Option<Latest<Decision>> = tx.db().maybe(sql, args![job, *number]).await?;
+        if latest.is_some_and(|latest| latest.is(&decision.decision, &decision.event)) {
+            return Ok(Stored { number: *number, version });
+        }
+        tx.enter(*job, Action::Decide, target::iteration(*job, *number)).await?;
+        insert(tx.db(), *job, *number, decision).await?;
+        Ok(Stored { number: *number, version: version + 1 })
+    }
+}
+
+impl Write for Amend {
+    type Reply = Stored;
+
+    fn intent(&self) -> Intent<'_> {
+        let Amendment { record, fit, decision, .. } = &*self.amendment;
+        let bytes = record.bytes() + fit.as_ref().map_or(0, |fit| fit.bytes());
+        let fit = fit.iter().flat_map(|fit| [("fit", fit.digest()), ("choice", choice_digest(&fit.choice()))]);
+        let decision = decision.iter().map(|decision| ("decision", decision_digest(decision)));
+        let rows = [("record", record_digest(record))].into_iter().chain(fit).chain(decision);
+        Intent::job(self.job, Contents::of(rows.collect())).bytes(bytes)
+    }
+
+    async fn run(&self, tx: &mut Tx<'_>) -> Outcome<Stored> {
+        let (Amend { job, number, amendment, precondition }, tenant) = (self, tx.tenant());
+        let version = locate::version(tx.db(), tenant, *job, *number).await?;
+        precondition.check(version)?;
+        let gear: Option<String> = tx.db().one("SELECT gear FROM jobs WHERE id = $1", args![job]).await?;
+        let teeth = gear.map(JobGear::from).as_ref().and_then(JobGear::teeth);
+        amendment.measurand.check_tooth(teeth)?;
+        tx.enter(*job, Action::Amend, target::iteration(*job, *number)).await?;
+        let db = tx.db();
+        records::insert_next(db, *job, *number, &amendment.record).await?;
+        if let Some(fit) = &amendment.fit {
+            let place = fits::insert_next(db, *job, *number, fit).await?;
+            fits::insert_choice(db, place, &fit.choice()).await?;
+        }
+        if let Some(decision) = &amendment.decision {
+            insert(db, *job, *number, decision).await?;
+        }
+        Ok(Stored { number: *number, version: version + amendment.steps() })
+    }
+}

@@ -1,0 +1,236 @@
+//! Fits of an iteration, and the chosen one.
+
+use uuid::Uuid;
+
+use super::{
+    db::Db,
+    error::Outcome,
+    gone,
+    growing::target,
+    keys::{FitPlace, StoredFit},
+    lists::{self, Counted, Listed, page},
+    locate,
+    row::{ChoiceRow, FitRow, FitSummaryRow, Latest, TracedFitRow, figure_columns},
+    value::Value,
+    write::{Intent, Tx, Write},
+    writes::{Choose, InsertFit},
+};
+use crate::jobs::{
+    Caller, Choice, Computed, EncodedText, FitRecord, FitSummary, MAX_LISTED, NewFit, Page, PageRequest,
+    RepositoryError, Resource, Stored, TracedFit,
+    audit::{Action, Contents, choice_digest},
+};
+
+/// The position of the chosen fit of the iteration that is the statement's first two values.
+macro_rules! chosen_fit {
+    () => {
+        "(SELECT fit FROM fit_choices WHERE job = $1 AND number = $2 ORDER BY position DESC LIMIT 1)"
+    };
+}
+
+/// The columns of a [`FitSummaryRow`].
+macro_rules! summary_columns {
+    () => {
+        concat!(
+            "id, reason, actor, created_at, position = ",
+            chosen_fit!(),
+            " AS chosen, CASE WHEN position = ",
+            chosen_fit!(),
+            " THEN (SELECT actor FROM fit_choices WHERE job = $1 AND number = $2 ORDER BY position DESC LIMIT 1) END
+             AS chosen_by, flank_figures, ",
+            figure_columns!()
+        )
+    };
+}
+
+/// How many fits the iteration has that is the statement's first two values.
+macro_rules! total {
+    () => {
+        "(SELECT count(*) FROM fits WHERE job = $1 AND number = $2) AS total, "
+    };
+}
+
+/// Stores fits.
+pub async fn insert(db: &mut Db, fits: &[(FitPlace, &NewFit)]) -> Outcome<()> {
+    let bytes = |text: &Option<EncodedText>| Value::Bytes(text.as_ref().map(|text| text.bytes().to_vec().into()));
+    let mut rows = Vec::with_capacity(fits.len());
+    for (FitPlace { job, number, position }, fit) in fits {
+        let Computed { spec, result, figures, flank } = &fit.computed;
+        let beside = result.kept_beside();
+        rows.push(vec![
+            job.into(),
+            (*number).into(),
+            (*position).into(),
+            fit.id.into(),
+            fit.event.reason.as_deref().into(),
+            fit.event.by.as_deref().into(),
+            fit.event.created_at.into(),
+            figures.lambda_star.into(),
+            figures.criterion.into(),
+            figures.scheme.into(),
+            figures.count.into(),
+            figures.condition.into(),
+            figures.regularized_condition.into(),
+            figures.bias_norm.into(),
+            figures.bias_sharp_bound.into(),
+            figures.rms.into(),
+            figures.max_abs.into(),
+            Value::document(spec),
+            result.bytes().into(),
+            flank.as_deref().into(),
+            bytes(&beside.coefficients),
+            bytes(&beside.prior),
+        ]);
+    }
+    let columns = concat!(
+        "job, number, position, id, reason, actor, created_at, ",
+        figure_columns!(),
+        ", spec, result, flank_figures, coefficients, prior"
+    );
+    Ok(db.insert("fits", columns, &rows).await?)
+}
+
+/// Returns the last fits of an iteration, and how many come before them.
+pub async fn last(db: &mut Db, job: Uuid, number: u32) -> Outcome<(Vec<FitSummary>, u64)> {
+    let sql = concat!(
+        "SELECT ",
+        total!(),
+        summary_columns!(),
+        " FROM fits WHERE job = $1 AND number = $2 ORDER BY position DESC LIMIT $3"
+    );
+    locate::last::<FitSummaryRow, _>(db, sql, job, number).await
+}
+
+/// Returns the last choices of an iteration, and how many come before them.
+pub async fn last_choices(db: &mut Db, job: Uuid, number: u32) -> Outcome<(Vec<Choice>, u64)> {
+    let sql = "SELECT (SELECT count(*) FROM fit_choices WHERE job = $1 AND number = $2) AS total,
+                      f.id AS fit_id, c.reason, c.actor, c.created_at
+               FROM fit_choices c JOIN fits f ON f.job = c.job AND f.number = c.number AND f.position = c.fit
+               WHERE c.job = $1 AND c.number = $2 ORDER BY c.position DESC LIMIT $3";
+    locate::last::<ChoiceRow, _>(db, sql, job, number).await
+}
+
+/// Returns the last fits of an iteration with their coefficients, as many as `text` holds the
+/// coefficients of and at least one, and how many come before them.
+pub async fn last_with_coefficients(
+    db: &mut Db,
+    job: Uuid,
+    number: u32,
+    text: usize,
+) -> Outcome<(Vec<TracedFit>, u64)> {
+    // Stored coefficients are counted by their bytes here, perhaps compressed, and no result up to
+    // 64 kB has any, so at most a few times `text` and a hundred such results are sent.
+    let sql = concat!(
+        "SELECT * FROM (SELECT ",
+        total!(),
+        summary_columns!(),
+        ", coefficients, prior, CASE WHEN coefficients IS NULL AND prior IS NULL THEN result END AS result,
+           position, coalesce(sum(length(coefficients)) OVER
+               (ORDER BY position DESC ROWS BETWEEN UNBOUNDED PRECEDING AND 1 PRECEDING), 0) AS after
+           FROM fits WHERE job = $1 AND number = $2 ORDER BY position DESC LIMIT $3) AS newest
+         WHERE after <= $4 ORDER BY position DESC"
+    );
+    let rows = db.each::<Counted<TracedFitRow>>(sql, args![job, number, MAX_LISTED, text])?;
+    Ok(lists::told(rows, text).await?)
+}
+
+pub async fn fits(
+    db: &mut Db,
+    caller: &Caller,
+    job: &Uuid,
+    number: &u32,
+    PageRequest { limit, after }: &PageRequest,
+) -> Outcome<Page<FitSummary>> {
+    locate::iteration(db, &caller.tenant, *job, *number).await?;
+    let sql = concat!(
+        "SELECT position AS place, ",
+        summary_columns!(),
+        " FROM fits WHERE job = $1 AND number = $2 AND position > $3 ORDER BY position LIMIT $4"
+    );
+    let after = after.map_or(0, |cursor| cursor.number());
+    let rows: Vec<Listed<FitSummaryRow>> = db.all(sql, args![job, *number, after, i64::from(*limit) + 1]).await?;
+    Ok(page(rows, *limit))
+}
+
+pub async fn fit(db: &mut Db, caller: &Caller, job: &Uuid, number: &u32, fit: &Uuid) -> Outcome<FitRecord> {
+    locate::iteration(db, &caller.tenant, *job, *number).await?;
+    let sql = concat!(
+        "SELECT id, reason, actor, created_at, position = ",
+        chosen_fit!(),
+        " AS chosen, flank_figures, spec, result FROM fits WHERE job = $1 AND number = $2 AND id = $3"
+    );
+    let row: Option<FitRow> = db.maybe(sql, args![job, *number, fit]).await?;
+    match row.ok_or(RepositoryError::NotFound(Resource::Fit))? {
+        row if row.is_gone() => Err(gone::refusal(db, *job).await),
+        row => Ok(row.into()),
+    }
+}
+
+/// Adds a fit to those of an iteration; returns its place.
+pub async fn insert_next(db: &mut Db, job: Uuid, number: u32, fit: &NewFit) -> Outcome<FitPlace> {
+    let sql = "SELECT max(position) FROM fits WHERE job = $1 AND number = $2";
+    let last: i64 = db.one(sql, args![job, number]).await?;
+    let place = FitPlace { job, number, position: last + 1 };
+    insert(db, &[(place, fit)]).await?;
+    Ok(place)
+}
+
+/// Stores the choice of a fit.
+pub async fn insert_choice(db: &mut Db, fit: FitPlace, choice: &Choice) -> Outcome<()> {
+    let event = &choice.event;
+    db.run(
+        "INSERT INTO fit_choices (job, number, position, fit, reason, actor, created_at)
+         SELECT $1, $2, coalesce(max(position), 0) + 1, $3, $4, $5, $6
+         FROM fit_choices WHERE job = $1 AND number = $2",
+        args![fit.job, fit.number, fit.position, event.reason.as_deref(), event.by.as_deref(), event.created_at],
+    )
+    .await?;
+    Ok(())
+}
+
+impl Write for InsertFit {
+    type Reply = Stored;
+
+    fn intent(&self) -> Intent<'_> {
+        let entry = Contents::one("fit", self.fit.digest());
+        Intent::job(self.job, entry).receipt(&self.receipt).bytes(self.fit.bytes())
+    }
+
+    async fn run(&self, tx: &mut Tx<'_>) -> Outcome<Stored> {
+        let (InsertFit { job, number, fit, .. }, tenant) = (self, tx.tenant());
+        let version = locate::version(tx.db(), tenant, *job, *number).await?;
+        tx.refuse_taken()?;
+        tx.enter(*job, Action::AddFit, target::fit(*job, *number, fit.id)).await?;
+        let place = insert_next(tx.db(), *job, *number, fit).await?;
+        let stored = Stored { number: *number, version: version + 1 };
+        let stored_fit = StoredFit { place, result: &fit.computed.result };
+        tx.keep(&self.receipt, stored, Some(stored_fit), fit.event.created_at);
+        Ok(stored)
+    }
+}
+
+impl Write for Choose {
+    type Reply = Stored;
+
+    fn intent(&self) -> Intent<'_> {
+        Intent::job(self.job, Contents::one("choice", choice_digest(&self.choice)))
+    }
+
+    async fn run(&self, tx: &mut Tx<'_>) -> Outcome<Stored> {
+        let (Choose { job, number, choice, precondition }, tenant) = (self, tx.tenant());
+        let version = locate::version(tx.db(), tenant, *job, *number).await?;
+        precondition.check(version)?;
+        let sql = "SELECT position FROM fits WHERE job = $1 AND number = $2 AND id = $3";
+        let position: Option<i64> = tx.db().first(sql, args![job, *number, choice.fit_id]).await?;
+        let position = position.ok_or(RepositoryError::ForeignFit(choice.fit_id))?;
+        let sql = "SELECT fit AS what, reason FROM fit_choices WHERE job = $1 AND number = $2
+                   ORDER BY position DESC LIMIT 1";
+        let latest: Option<Latest<i64>> = tx.db().maybe(sql, args![job, *number]).await?;
+        if latest.is_some_and(|latest| latest.is(&position, &choice.event)) {
+            return Ok(Stored { number: *number, version });
+        }
+        tx.enter(*job, Action::ChooseFit, target::fit(*job, *number, choice.fit_id)).await?;
+        insert_choice(tx.db(), FitPlace { job: *job, number: *number, position }, choice).await?;
+        Ok(Stored { number: *number, version: version + 1 })
+    }
+}

@@ -1,0 +1,240 @@
+//! A store as one caller sees it: reads go to the readers, writes into the queue, each with its
+//! caller.
+
+use std::{any::type_name, sync::Arc, time::Instant};
+
+use futures_util::future::BoxFuture;
+use jiff::{SignedDuration, Timestamp};
+use tracing::Instrument as _;
+use uuid::Uuid;
+
+use super::{
+    api_keys::NoteUses,
+    db::Db,
+    error::{Outcome, StoreError, failure},
+    read_turns::{EndsRead, READ_TIME, READING, Watch},
+    reads,
+    store::Database,
+    tasks::{ClaimTask, EndTask, ForgetTasks, GiveTaskBack, RenewTasks},
+    write::{Asked, Write},
+    writes::*,
+};
+use crate::{
+    jobs::{
+        Amendment, Answer, ApiKey, Block, Caller, Choice, ClaimedTask, Credentials, DecisionEvent, EndedTask,
+        EventPlace, FinishedStream, FitRecord, FitSummary, Iteration, Job, JobCounts, JobEvent, JobPage, JobPatch,
+        JobQuery, KeptMapping, KeyId, KeyPatch, Keys, KnownKey, Lease, ListedIteration, Measurand, NewBlock, NewFit,
+        NewIteration, NewKey, NewPlant, NewPurge, NewRun, NewStream, NewTask, Page, PageRequest, Plant, PlantPatch,
+        Precondition, Predecessor, Predecessors, Receipt, Record, RecordKind, RecordSummary, Repository,
+        RepositoryError, RepositoryFuture, Rotation, Rounds, San, Stored, Stream, StreamState, Successors, Task,
+        TaskQuery, TaskResult, Tasks, Tenant, ToldEvent, Trace,
+        audit::{Chain, Entry, Seal, Verdict},
+    },
+    key_operations, repository_operations, telemetry,
+};
+use flankfit_engine::estimation::Nodes;
+
+/// See the module's documentation.
+pub struct Handle {
+    database: Arc<Database>,
+    caller: Caller,
+    /// The party whose share its reads use; `None` for the server's own.
+    party: Option<Tenant>,
+}
+
+/// Reads of one statement, or of several that need not see the same state.
+const WITHOUT_SNAPSHOT: [&str; 24] = [
+    "FindCertificate",
+    "FindKey",
+    "FindTenant",
+    "GetAllEvents",
+    "GetAnswer",
+    "GetBlockSha256",
+    "GetBlocks",
+    "GetEvents",
+    "GetJob",
+    "GetKey",
+    "GetLastEvent",
+    "GetLastPlace",
+    "GetMapping",
+    "GetPlant",
+    "GetSeals",
+    "GetStream",
+    "GetSuccessors",
+    "GetTask",
+    "GetTaskOfKey",
+    "GetTaskResult",
+    "HasKeys",
+    "ListJobs",
+    "ListKeys",
+    "TellsAllAfter",
+];
+
+impl Handle {
+    /// The handle of reads and writes that come before it is known who asks.
+    pub fn of_nobody(database: Arc<Database>) -> Self {
+        Handle { database, caller: Caller::nobody(), party: None }
+    }
+
+    pub fn new(database: Arc<Database>, caller: Caller) -> Self {
+        let party = Some(caller.tenant.clone());
+        Handle { database, caller, party }
+    }
+
+    /// Runs a read in its own task, so that it holds its turn until its connection is free even if
+    /// nobody waits for it any more.
+    fn read<T: Send + 'static>(
+        &self,
+        name: &'static str,
+        read: impl for<'a> Fn(&'a mut Db, &'a Caller) -> BoxFuture<'a, Outcome<T>> + Send + Sync + 'static,
+    ) -> RepositoryFuture<'_, T> {
+        let (database, caller) = (self.database.clone(), self.caller.clone());
+        let reading = async move {
+            let begun = Instant::now();
+            let turn = match database.turns.take(&self.party).await {
+                Ok(turn) => turn,
+                Err(error) => return told(Err(error)),
+            };
+            let watch = Watch::lasting(READ_TIME);
+            let _ends_when_left = EndsRead(watch.clone());
+            let read = async move {
+                let _turn = turn;
+                let found = loop {
+                    let found = async {
+                        let mut db = match WITHOUT_SNAPSHOT.contains(&name) {
+                            true => database.readers.connection().await?,
+                            false => database.readers.snapshot().await?,
+                        };
+                        read(&mut db, &caller).await
+                    };
+                    match found.await {
+                        Ok(found) => break Ok(found),
+                        Err(StoreError::Refused(error)) => break Err(error),
+                        Err(StoreError::Broken(error)) if database.reads_again(&error, begun) => {}
+                        Err(StoreError::Broken(error)) => break Err(failure(&error)),
+                    }
+                };
+                database.read_seconds.record(begun.elapsed());
+                found
+            };
+            match tokio::spawn(READING.scope(watch, read).in_current_span()).await {
+                Ok(found) => told(found),
+                Err(error) => match error.try_into_panic() {
+                    Ok(panic) => std::panic::resume_unwind(panic),
+                    Err(error) => told(Err(RepositoryError::Failed(error.to_string()))),
+                },
+            }
+        };
+        Box::pin(reading.instrument(telemetry::store_span(self.database.system(), name)))
+    }
+
+    /// The write is in the queue before this returns its future: dropping the future changes
+    /// nothing.
+    fn write<W: Write>(&self, write: W) -> RepositoryFuture<'_, W::Reply> {
+        let database = &self.database;
+        let at = database.clock.now();
+        let asked = Asked::of(self.caller.clone(), at, write.intent(), || database.ids.fresh(at));
+        let span = telemetry::store_span(database.system(), type_name::<W>());
+        let writing = database.queue(asked.subject).write(asked, write);
+        Box::pin(async move { told(writing.await) }.instrument(span))
+    }
+}
+
+/// Marks the operation's span as failed where the store could not do it. A refusal is a result.
+fn told<T>(outcome: Result<T, RepositoryError>) -> Result<T, RepositoryError> {
+    let kind = match &outcome {
+        Err(RepositoryError::Overloaded) => "overloaded",
+        Err(RepositoryError::Unavailable(_)) => "store_unavailable",
+        Err(RepositoryError::OutcomeUnknown(_)) => "outcome_unknown",
+        Err(RepositoryError::Failed(_)) => "internal",
+        _ => return outcome,
+    };
+    telemetry::failed(&telemetry::here(), kind);
+    outcome
+}
+
+/// Makes the methods of a trait of operations.
+macro_rules! declare {
+    (
+        $Trait:ident
+        reads { $($(#[$about:meta])* $Read:ident = $read:ident($($of:ident: $what:ty),*) -> $found:ty;)* }
+        writes { $($(#[$on:meta])* $Write:ident = $write:ident($($with:ident: $given:ty),*) -> $reply:ty;)* }
+    ) => {
+        impl $Trait for Handle {
+            $(fn $read(&self, $($of: $what),*) -> RepositoryFuture<'_, $found> {
+                let values = Arc::new(($($of,)*));
+                self.read(stringify!($Read), move |db, caller| {
+                    let values = values.clone();
+                    Box::pin(async move {
+                        let ($($of,)*) = &*values;
+                        reads::$read(db, caller, $($of),*).await
+                    })
+                })
+            })*
+
+            $(fn $write(&self, $($with: $given),*) -> RepositoryFuture<'_, $reply> {
+                self.write($Write { $($with),* })
+            })*
+        }
+    };
+}
+
+repository_operations!(declare);
+key_operations!(declare);
+
+impl Credentials for Handle {
+    fn find_key(&self, id: KeyId) -> RepositoryFuture<'_, Option<KnownKey>> {
+        self.read("FindKey", move |db, _| Box::pin(reads::find_key(db, id)))
+    }
+
+    fn find_certificate(&self, san: San) -> RepositoryFuture<'_, Option<KnownKey>> {
+        let san = Arc::new(san);
+        self.read("FindCertificate", move |db, _| Box::pin(reads::find_certificate(db, san.clone())))
+    }
+
+    fn find_tenant(&self, name: Tenant) -> RepositoryFuture<'_, Option<Plant>> {
+        let reading = self.plant(name);
+        Box::pin(async move {
+            match reading.await {
+                Ok(plant) => Ok(Some(plant)),
+                Err(RepositoryError::NotFound(_)) => Ok(None),
+                Err(error) => Err(error),
+            }
+        })
+    }
+
+    fn has_keys(&self) -> RepositoryFuture<'_, bool> {
+        self.read("HasKeys", |db, _| Box::pin(reads::has_keys(db)))
+    }
+
+    fn note_uses(&self, uses: Vec<(KeyId, Timestamp)>) -> RepositoryFuture<'_, ()> {
+        self.write(NoteUses { uses })
+    }
+}
+
+impl Tasks for Handle {
+    fn claim(&self, lease: Uuid, now: Timestamp, lasting: SignedDuration) -> RepositoryFuture<'_, Option<ClaimedTask>> {
+        self.write(ClaimTask { lease, now, lasting })
+    }
+
+    fn renew(
+        &self,
+        leases: Vec<(Lease, f64)>,
+        now: Timestamp,
+        lasting: SignedDuration,
+    ) -> RepositoryFuture<'_, Vec<Lease>> {
+        self.write(RenewTasks { leases, now, lasting })
+    }
+
+    fn end(&self, ended: Arc<EndedTask>) -> RepositoryFuture<'_, bool> {
+        self.write(EndTask { ended })
+    }
+
+    fn give_back(&self, lease: Lease, until: Timestamp, counts: bool) -> RepositoryFuture<'_, ()> {
+        self.write(GiveTaskBack { lease, until, counts })
+    }
+
+    fn forget_tasks(&self, before: Timestamp, most: u32) -> RepositoryFuture<'_, u64> {
+        self.write(ForgetTasks { before, most })
+    }
+}

@@ -1,0 +1,241 @@
+//! New iterations, many at once.
+//!
+//! Each grid of a measuring machine takes this path. The jobs of a group are looked up together,
+//! its iterations numbered in memory and inserted by one statement for each table, so that the
+//! database is asked a few times a group instead of a few times a request. The jobs are locked, so
+//! a number that was read stays free.
+
+use std::collections::{BTreeMap, HashMap, HashSet};
+
+use jiff::Timestamp;
+use uuid::Uuid;
+
+use super::{
+    columns::Integer,
+    error::{Outcome, StoreError},
+    fits,
+    growing::target,
+    incoming::Incoming,
+    jobs,
+    keys::{FitPlace, Keys, OwnedKey, StoredFit},
+    queue::{Pending, Queued},
+    records,
+    row::JobPurge,
+    session::Session,
+    value::Value,
+    write::{Intent, Tx, Write},
+    writes::{InsertIteration, InsertRuns},
+};
+use crate::jobs::{
+    NewFit, NewIteration, NewRun, RepositoryError, Resource, Stored,
+    audit::{Action, Contents, new_iteration},
+};
+
+impl Write for InsertIteration {
+    type Reply = Stored;
+
+    fn intent(&self) -> Intent<'_> {
+        let new = &self.iteration;
+        Intent::job(new.job_id, new_iteration(new)).receipt(&self.receipt).bytes(new.bytes())
+    }
+
+    async fn run(&self, tx: &mut Tx<'_>) -> Outcome<Stored> {
+        let Tx { session, asked } = tx;
+        one(session, Incoming::of(asked, &self.iteration, self.receipt.as_ref(), &asked.prepared[0])).await
+    }
+
+    fn queued(pending: Pending<Self>) -> Queued {
+        Queued::Iteration(Box::new(pending))
+    }
+}
+
+impl Write for InsertRuns {
+    type Reply = Stored;
+
+    /// Each job has an entry, and after it those of its iterations.
+    fn intent(&self) -> Intent<'_> {
+        let entries = |run: &NewRun| -> Vec<Contents> {
+            let iterations = run.iterations.iter().map(|iteration| new_iteration(iteration));
+            [jobs::contents(&run.job)].into_iter().chain(iterations).collect()
+        };
+        let bytes = self.runs.iter().flat_map(|run| &run.iterations).map(|iteration| iteration.bytes()).sum();
+        let of = match self.runs.first() {
+            Some(run) => Intent::job(run.job.id, Contents::default()),
+            None => Intent::default(),
+        };
+        Intent { entries: self.runs.iter().flat_map(entries).collect(), ..of }.receipt(&self.receipt).bytes(bytes)
+    }
+
+    async fn run(&self, tx: &mut Tx<'_>) -> Outcome<Stored> {
+        tx.refuse_taken()?;
+        let (asked, session) = (tx.asked, &mut *tx.session);
+        let mut prepared = asked.prepared.iter();
+        for NewRun { job, iterations } in &self.runs {
+            let Some(of_job) = prepared.next() else { break };
+            session.begin_chain(asked.by(), job.id);
+            let chain = session.chain(asked.by(), job.id).await?;
+            chain.add(asked.by(), of_job.clone(), Action::CreateJob, target::job(job.id));
+            jobs::insert(&mut session.db, &asked.caller.tenant, job).await?;
+            let incoming = iterations.iter().zip(&mut prepared);
+            let incoming: Vec<_> =
+                incoming.map(|(iteration, prepared)| Incoming::of(asked, iteration, None, prepared)).collect();
+            // none is refused of a job that is there and without a key; otherwise all would be
+            // undone
+            for stored in insert(session, &incoming).await.map_err(StoreError::too_late)? {
+                stored.map_err(|error| StoreError::from(error).too_late())?;
+            }
+        }
+        let stored = Stored { number: 0, version: 1 };
+        tx.keep(&self.receipt, stored, None, self.now);
+        Ok(stored)
+    }
+}
+
+/// An iteration with its number.
+struct Numbered<'a> {
+    new: Incoming<'a>,
+    number: u32,
+}
+
+impl<'a> Numbered<'a> {
+    fn iteration(&self) -> &'a NewIteration {
+        self.new.iteration
+    }
+
+    fn first_fit(&self) -> FitPlace {
+        FitPlace { job: self.new.iteration.job_id, number: self.number, position: 1 }
+    }
+
+    /// A row of the iteration: job and number, then the rest.
+    fn row(&self, rest: impl IntoIterator<Item = Value<'a>>) -> Vec<Value<'a>> {
+        [self.new.iteration.job_id.into(), self.number.into()].into_iter().chain(rest).collect()
+    }
+}
+
+row! {
+    /// A job with the last number given in it.
+    struct JobRow {
+        @purge: JobPurge,
+        id: Uuid,
+        tenant: String,
+        gear: Option<String>,
+        last_number: Integer<u32>,
+    }
+}
+
+/// Inserts one iteration.
+pub async fn one(session: &mut Session, incoming: Incoming<'_>) -> Outcome<Stored> {
+    let stored = insert(session, &[incoming]).await?.pop();
+    Ok(stored.unwrap_or(Err(RepositoryError::NotFound(Resource::Job)))?)
+}
+
+/// Stores the iterations that can be stored and refuses the others, in the order given. They are
+/// refused as a whole only before anything was changed.
+pub async fn insert(session: &mut Session, incoming: &[Incoming<'_>]) -> Outcome<Vec<Result<Stored, RepositoryError>>> {
+    let sql =
+        "SELECT j.id, j.tenant, j.gear, j.purged_at, (SELECT reason FROM purges WHERE job = j.id) AS purge_reason,
+                      coalesce((SELECT max(number) FROM iterations WHERE job = j.id), 0) AS last_number
+               FROM jobs j WHERE j.id IN ({ids})";
+    let jobs: Vec<JobRow> = session.db.of_ids(sql, incoming.iter().map(|new| new.iteration.job_id)).await?;
+    let mut jobs: HashMap<Uuid, JobRow> = jobs.into_iter().map(|job| (job.id, job)).collect();
+    let (mut used, mut accepted) = (HashSet::new(), Vec::with_capacity(incoming.len()));
+    let mut replies = Vec::with_capacity(incoming.len());
+    for new in incoming.iter().copied() {
+        replies.push(number(&mut jobs, &session.keys, &mut used, new).map(|number| {
+            accepted.push(Numbered { new, number });
+            Stored { number, version: 1 }
+        }));
+    }
+    for Numbered { new, number } in &accepted {
+        let (action, target) = new.deed(*number);
+        let chain = session.chain(new.by, new.iteration.job_id).await?;
+        chain.add(new.by, new.prepared.clone(), action, target);
+    }
+    if !accepted.is_empty() {
+        change(session, &accepted).await.map_err(StoreError::too_late)?;
+    }
+    Ok(replies)
+}
+
+/// Returns the number of an iteration, or why it is not stored.
+fn number<'a>(
+    jobs: &mut HashMap<Uuid, JobRow>,
+    keys: &Keys,
+    used: &mut HashSet<&'a OwnedKey>,
+    new: Incoming<'a>,
+) -> Result<u32, RepositoryError> {
+    let job = jobs.get_mut(&new.iteration.job_id).filter(|job| job.tenant == new.tenant().as_str());
+    let job = job.ok_or(RepositoryError::NotFound(Resource::Job))?;
+    keys.refuse_taken(new.key, new.lease)?;
+    if new.key.is_some_and(|key| used.contains(key)) {
+        return Err(RepositoryError::KeyTaken);
+    }
+    job.purge.refuse()?;
+    new.iteration.check_gear(job.gear.as_deref())?;
+    used.extend(new.key);
+    job.last_number.0 += 1;
+    Ok(job.last_number.0)
+}
+
+async fn change(session: &mut Session, accepted: &[Numbered<'_>]) -> Outcome<()> {
+    let db = &mut session.db;
+    // once for each job; otherwise a trigger would do so for each iteration
+    let mut jobs: BTreeMap<Uuid, (u32, Timestamp)> = BTreeMap::new();
+    for row in accepted {
+        let NewIteration { job_id, created_at, .. } = row.iteration();
+        let (number, at) = jobs.entry(*job_id).or_insert((row.number, *created_at));
+        (*number, *at) = (row.number.max(*number), (*at).max(*created_at));
+    }
+    let noted: Vec<Vec<Value<'_>>> =
+        jobs.into_iter().map(|(job, (number, at))| vec![job.into(), number.into(), at.into()]).collect();
+    db.run_rows(
+        "UPDATE jobs SET iteration_count = column2,
+                         changed_at = CASE WHEN changed_at < column3 THEN column3 ELSE changed_at END
+         FROM",
+        &noted,
+        "WHERE id = column1",
+    )
+    .await?;
+    let columns = "job, number, id, measured_at, instrument, operator, note, flank, tooth, axes, created_at";
+    db.insert("iterations", columns, &accepted.iter().map(iteration_row).collect::<Vec<_>>()).await?;
+    let nodes: Vec<_> = accepted
+        .iter()
+        .map(|row| row.row([row.iteration().nodes.posted().into(), row.iteration().nodes.bytes().into()]))
+        .collect();
+    db.insert("nodes", "job, number, count, data", &nodes).await?;
+    let first: Vec<(FitPlace, &NewFit)> = accepted.iter().map(|row| (row.first_fit(), &row.iteration().fit)).collect();
+    fits::insert(db, &first).await?;
+    let choices: Vec<_> = accepted
+        .iter()
+        .map(|row| {
+            let event = &row.iteration().fit.event;
+            row.row([1_i64.into(), 1_i64.into(), event.by.as_deref().into(), event.created_at.into()])
+        })
+        .collect();
+    db.insert("fit_choices", "job, number, position, fit, actor, created_at", &choices).await?;
+    for row in accepted {
+        records::insert(db, row.iteration().job_id, row.number, 0, &row.iteration().records).await?;
+    }
+    for row in accepted {
+        let Incoming { iteration, receipt, .. } = row.new;
+        let stored = Stored { number: row.number, version: 1 };
+        let fit = StoredFit { place: row.first_fit(), result: &iteration.fit.computed.result };
+        session.keys.keep(row.new.tenant(), receipt, stored, Some(fit), iteration.created_at);
+    }
+    Ok(())
+}
+
+fn iteration_row<'a>(row: &Numbered<'a>) -> Vec<Value<'a>> {
+    let NewIteration { id, measurand, details, created_at, .. } = row.iteration();
+    row.row([
+        id.into(),
+        details.measured_at.into(),
+        details.instrument.as_deref().into(),
+        details.operator.as_deref().into(),
+        details.note.as_deref().into(),
+        measurand.flank_name().into(),
+        measurand.tooth.as_deref().into(),
+        measurand.axes.as_deref().into(),
+        (*created_at).into(),
+    ])
+}

@@ -1,0 +1,131 @@
+//! Iterations and their nodes, read.
+
+use uuid::Uuid;
+
+use super::{
+    db::Db,
+    decisions,
+    error::{Outcome, damaged},
+    fits, gone, jobs,
+    lists::{Listed, page},
+    locate::{self, iteration_version, which_is_missing},
+    neighbours::{self, CorrectionRow, MeasuredRow, PredecessorRow, SuccessorRow},
+    row::{IterationRow, ListedIterationRow, MeasurandRow, NodesRow, figure_columns},
+};
+use crate::jobs::{
+    Caller, Iteration, ListedIteration, Measurand, Page, PageRequest, Predecessor, Predecessors, RepositoryError,
+    Rounds, Successors,
+};
+use flankfit_engine::estimation::Nodes;
+
+pub async fn iteration(db: &mut Db, Caller { tenant, .. }: &Caller, job: &Uuid, number: &u32) -> Outcome<Iteration> {
+    let (job, number) = (*job, *number);
+    let sql = concat!(
+        "SELECT i.id, i.flank, i.tooth, i.axes, i.units_accepted, i.measured_at, i.instrument, i.operator, i.note,
+                i.created_at, (SELECT count FROM nodes WHERE job = i.job AND number = i.number) AS node_count, ",
+        iteration_version!(),
+        " + CASE WHEN j.purged_at IS NULL THEN 0 ELSE 1 END AS version, j.purged_at
+         FROM jobs j JOIN measured i ON i.job = j.id WHERE j.id = $1 AND j.tenant = $2 AND i.number = $3"
+    );
+    let row: IterationRow = locate::row(db, sql, (tenant, job, number)).await?;
+    let fits = fits::last(db, job, number).await?;
+    let decision = decisions::latest(db, job, number).await?;
+    Ok(row.with((job, number), fits, decision))
+}
+
+pub async fn iterations(
+    db: &mut Db,
+    caller: &Caller,
+    job: &Uuid,
+    PageRequest { limit, after }: &PageRequest,
+) -> Outcome<Page<ListedIteration>> {
+    jobs::located(db, &caller.tenant, *job).await?;
+    let sql = concat!(
+        "SELECT i.number AS place, i.number, i.id AS iteration_id, i.flank, i.tooth, i.axes, i.units_accepted,
+                i.measured_at, i.instrument, i.operator, i.created_at AS stored_at,
+                d.decision, d.actor AS decided_by,
+                f.id, f.reason, f.actor, f.created_at, true AS chosen, c.actor AS chosen_by, f.flank_figures, ",
+        figure_columns!(),
+        " FROM measured i
+              JOIN fit_choices c ON c.job = i.job AND c.number = i.number AND c.position =
+                   (SELECT max(position) FROM fit_choices WHERE job = i.job AND number = i.number)
+              JOIN fits f ON f.job = i.job AND f.number = i.number AND f.position = c.fit
+              LEFT JOIN decisions d ON d.job = i.job AND d.number = i.number AND d.position =
+                   (SELECT max(position) FROM decisions WHERE job = i.job AND number = i.number)
+         WHERE i.job = $1 AND i.number > $2 ORDER BY i.number LIMIT $3"
+    );
+    let after = after.map_or(0, |cursor| cursor.number());
+    let rows: Vec<Listed<ListedIterationRow>> = db.all(sql, args![job, after, i64::from(*limit) + 1]).await?;
+    Ok(page(rows, *limit))
+}
+
+pub async fn nodes(db: &mut Db, caller: &Caller, job: &Uuid, number: &u32) -> Outcome<Nodes> {
+    let all = nodes_up_to(db, caller, job, number, &usize::MAX).await?;
+    all.map_err(|length| RepositoryError::Failed(damaged("nodes", &format!("{length} bytes are not read"))).into())
+}
+
+/// Longer nodes are not read: the database knows their length without reading them.
+pub async fn nodes_up_to(
+    db: &mut Db,
+    Caller { tenant, .. }: &Caller,
+    job: &Uuid,
+    number: &u32,
+    most: &usize,
+) -> Outcome<Result<Nodes, usize>> {
+    let sql = "SELECT CAST(length(n.data) AS bigint) AS length,
+                      CASE WHEN length(n.data) BETWEEN 1 AND $3 THEN n.data END AS data
+               FROM jobs j JOIN nodes n ON n.job = j.id WHERE j.id = $1 AND n.number = $2 AND j.tenant = $4";
+    let row: Option<NodesRow> = db.maybe(sql, args![job, *number, *most, tenant]).await?;
+    match row {
+        Some(row) if row.is_gone() => Err(gone::refusal(db, *job).await),
+        Some(row) => Ok(row.into()),
+        None => Err(which_is_missing(db, tenant, *job).await),
+    }
+}
+
+pub async fn measurand(db: &mut Db, Caller { tenant, .. }: &Caller, job: &Uuid, number: &u32) -> Outcome<Measurand> {
+    let sql = "SELECT i.flank, i.tooth, i.axes, i.units_accepted
+               FROM jobs j JOIN measured i ON i.job = j.id WHERE j.id = $1 AND j.tenant = $2 AND i.number = $3";
+    let row: MeasurandRow = locate::row(db, sql, (tenant, *job, *number)).await?;
+    Ok(row.into())
+}
+
+/// Returns the first iteration after one, and the first after it that is of the same flank and
+/// tooth.
+pub async fn successors(db: &mut Db, caller: &Caller, job: &Uuid, number: &u32) -> Outcome<Successors> {
+    let sql = "SELECT i.number, i.flank, i.tooth, CAST(NULL AS text) AS axes
+               FROM jobs j JOIN measured i ON i.job = j.id WHERE j.id = $1 AND j.tenant = $2 AND i.number >= $3
+               ORDER BY i.number";
+    let rows = db.each::<SuccessorRow>(sql, args![job, &caller.tenant, *number])?;
+    Ok(neighbours::successors(rows, *number).await?)
+}
+
+pub async fn predecessors(
+    db: &mut Db,
+    caller: &Caller,
+    job: &Uuid,
+    wanted: &Predecessors,
+) -> Outcome<Vec<Predecessor>> {
+    gone::refuse(db, &caller.tenant, *job).await?;
+    let sql = "SELECT i.number, i.flank, i.tooth, i.axes,
+                      (SELECT f.id FROM fit_choices c
+                            JOIN fits f ON f.job = c.job AND f.number = c.number AND f.position = c.fit
+                       WHERE c.job = i.job AND c.number = i.number ORDER BY c.position DESC LIMIT 1) AS fit_id
+               FROM jobs j JOIN measured i ON i.job = j.id
+               WHERE j.id = $1 AND j.tenant = $2 AND i.number >= $3 AND i.number < $4 ORDER BY i.number DESC";
+    let before = wanted.before.map_or(i64::MAX, i64::from);
+    let rows = db.each::<PredecessorRow>(sql, args![job, &caller.tenant, wanted.from, before])?;
+    Ok(neighbours::predecessors(rows, wanted).await?)
+}
+
+pub async fn rounds(db: &mut Db, Caller { tenant, .. }: &Caller, job: &Uuid) -> Outcome<Rounds> {
+    gone::refuse(db, tenant, *job).await?;
+    let sql = "SELECT i.number, i.flank, i.tooth, CAST(NULL AS text) AS axes, i.created_at
+               FROM jobs j JOIN measured i ON i.job = j.id WHERE j.id = $1 AND j.tenant = $2 ORDER BY i.number";
+    let iterations: Vec<MeasuredRow> = db.all(sql, args![job, tenant]).await?;
+    let sql = "SELECT r.number, r.id, r.kind, r.created_at FROM jobs j JOIN records r ON r.job = j.id
+               WHERE j.id = $1 AND j.tenant = $2 AND r.kind IN ('correction', 'gear_correction')
+               ORDER BY r.created_at, r.number, r.position";
+    let corrections: Vec<CorrectionRow> = db.all(sql, args![job, tenant]).await?;
+    Ok(neighbours::rounds(iterations, corrections))
+}

@@ -1,0 +1,185 @@
+//! The idempotency keys of a transaction.
+//!
+//! It claims them all in its beginning, so that of two transactions with the same key the second
+//! waits for the end of the first. A claim is a row without an answer; before the transaction ends
+//! it gets one, or it is deleted because its request was refused.
+//!
+//! The answer to a new iteration or fit contains the result of that fit, which is stored anyway:
+//! the row names the fit, and has the parts of the answer before and after its result.
+
+use std::collections::{HashMap, HashSet};
+
+use jiff::Timestamp;
+use uuid::Uuid;
+
+use super::{around::around, db::Db, leases, value::Value};
+use crate::jobs::{Answer, Lease, Receipt, RepositoryError, Stored, Tenant};
+
+/// A key by its tenant, its text and its scope.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct OwnedKey {
+    tenant: String,
+    key: String,
+    scope: String,
+}
+
+impl OwnedKey {
+    pub fn of(tenant: &Tenant, receipt: &Receipt) -> Self {
+        let request = &receipt.request;
+        OwnedKey { tenant: tenant.as_str().to_owned(), key: request.key.clone(), scope: request.scope.clone() }
+    }
+
+    fn values(&self) -> Vec<Value<'_>> {
+        vec![(&self.tenant).into(), (&self.key).into(), (&self.scope).into()]
+    }
+}
+
+/// The keys of a transaction.
+#[derive(Default)]
+pub struct Keys {
+    /// Those that were free, with the answers to keep.
+    claimed: HashMap<OwnedKey, Option<Kept>>,
+    /// The leases that hold, of those under which tasks ask for something.
+    held: HashSet<Lease>,
+    /// Tasks that end with what is stored for them, with the status of their answer.
+    ended: Vec<(Lease, u16, Timestamp)>,
+}
+
+/// An answer on its way into the database.
+struct Kept {
+    request_sha256: [u8; 32],
+    answer: Answer,
+    /// The fit whose result it contains, and the part after the result.
+    fit: Option<(FitPlace, Vec<u8>)>,
+    now: Timestamp,
+}
+
+/// A fit by the key of its row.
+#[derive(Clone, Copy)]
+pub struct FitPlace {
+    pub job: Uuid,
+    pub number: u32,
+    pub position: i64,
+}
+
+/// A stored fit that an answer describes.
+pub struct StoredFit<'a> {
+    pub place: FitPlace,
+    pub result: &'a str,
+}
+
+impl Keys {
+    /// Claims those of the keys that are free, and locks the tasks that ask for something, each in
+    /// ascending order. Those of an earlier transaction are forgotten.
+    pub async fn claim(
+        &mut self,
+        db: &mut Db,
+        mut wanted: Vec<&OwnedKey>,
+        leases: &[Lease],
+    ) -> Result<(), sqlx::Error> {
+        wanted.sort_unstable();
+        wanted.dedup();
+        let rows: Vec<Vec<Value<'_>>> = wanted.into_iter().map(OwnedKey::values).collect();
+        let free: Vec<(String, String, String)> = db
+            .all_rows(
+                "INSERT INTO idempotency_keys (tenant, key, scope) SELECT * FROM",
+                &rows,
+                "WHERE column1 IS NOT NULL ON CONFLICT DO NOTHING RETURNING tenant, key, scope",
+            )
+            .await?;
+        let free = free.into_iter().map(|(tenant, key, scope)| (OwnedKey { tenant, key, scope }, None));
+        self.claimed = free.collect();
+        self.ended.clear();
+        self.held = leases::hold(db, leases).await?;
+        Ok(())
+    }
+
+    /// Refuses a task that another process has by now, or that was cancelled.
+    pub fn refuse_lost(&self, lease: Option<Lease>) -> Result<(), RepositoryError> {
+        match lease {
+            Some(lease) if !self.held.contains(&lease) => Err(RepositoryError::LeaseLost),
+            _ => Ok(()),
+        }
+    }
+
+    /// Returns whether no answer is kept under a key that was to be claimed.
+    pub fn is_free(&self, key: &OwnedKey) -> bool {
+        matches!(self.claimed.get(key), Some(None))
+    }
+
+    /// Refuses a request whose key has an answer already (its client asked twice, and the other
+    /// request was first), and one of a task that another process has by now.
+    pub fn refuse_taken(&self, key: Option<&OwnedKey>, lease: Option<Lease>) -> Result<(), RepositoryError> {
+        self.refuse_lost(lease)?;
+        match key {
+            Some(key) if !self.is_free(key) => Err(RepositoryError::KeyTaken),
+            _ => Ok(()),
+        }
+    }
+
+    /// Keeps the answer in the transaction of the change that it describes, and ends the task that
+    /// asked for it.
+    pub fn keep(
+        &mut self,
+        tenant: &Tenant,
+        receipt: Option<&Receipt>,
+        stored: Stored,
+        fit: Option<StoredFit<'_>>,
+        now: Timestamp,
+    ) {
+        let Some(receipt) = receipt else { return };
+        let mut answer = (receipt.answer)(stored);
+        let parts = fit.and_then(|fit| {
+            let (before, after) = around(&answer.body, fit.result)?;
+            Some((before.to_vec(), (fit.place, after.to_vec())))
+        });
+        let fit = parts.map(|(before, fit)| {
+            answer.body = before;
+            fit
+        });
+        self.ended.extend(receipt.request.lease.map(|lease| (lease, answer.status, now)));
+        let kept = Kept { request_sha256: receipt.request.request_sha256, answer, fit, now };
+        self.claimed.insert(OwnedKey::of(tenant, receipt), Some(kept));
+    }
+
+    /// Writes the answers and gives the other claims back.
+    pub async fn write(&mut self, db: &mut Db) -> Result<(), sqlx::Error> {
+        leases::end_kept(db, &std::mem::take(&mut self.ended)).await?;
+        let claimed = std::mem::take(&mut self.claimed);
+        let unused = claimed.iter().filter(|(_, kept)| kept.is_none()).map(|(key, _)| key.values());
+        db.run_rows(
+            "DELETE FROM idempotency_keys WHERE (tenant, key, scope) IN (SELECT * FROM",
+            &unused.collect::<Vec<_>>(),
+            ")",
+        )
+        .await?;
+        let answered = claimed.iter().filter_map(|(key, kept)| Some((key, kept.as_ref()?)));
+        let rows = answered.map(|(key, kept)| {
+            let Kept { request_sha256, answer, fit, now } = kept;
+            let place = fit.as_ref().map(|(place, _)| *place);
+            let mut row = key.values();
+            row.extend([
+                request_sha256.into(),
+                answer.status.into(),
+                answer.location.as_deref().into(),
+                answer.etag.as_deref().into(),
+                place.map(|place| place.job).into(),
+                place.map(|place| place.number).into(),
+                place.map(|place| place.position).into(),
+                (*now).into(),
+                (&answer.body).into(),
+                fit.as_ref().map(|(_, after)| after).into(),
+            ]);
+            row
+        });
+        db.run_rows(
+            "UPDATE idempotency_keys SET request_sha256 = column4, status = column5, location = column6,
+                    etag = column7, job = column8, number = column9, fit = column10, created_at = column11,
+                    body = column12, body_end = column13
+             FROM",
+            &rows.collect::<Vec<_>>(),
+            "WHERE tenant = column1 AND key = column2 AND scope = column3",
+        )
+        .await
+    }
+}

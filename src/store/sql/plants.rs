@@ -1,0 +1,98 @@
+//! Tenants.
+
+use uuid::Uuid;
+
+use super::{
+    api_keys,
+    db::Db,
+    error::{Outcome, StoreError},
+    growing::target,
+    row::{PlantRow, plant_columns},
+    write::{Intent, Tx, Write},
+    writes::{InsertPlant, PatchPlant},
+};
+use crate::jobs::{
+    Caller, Cursor, Page, PageRequest, Plant, RepositoryError, Resource, Stored, Tenant,
+    audit::{Action, Contents},
+};
+
+pub async fn plant(db: &mut Db, _caller: &Caller, name: &Tenant) -> Outcome<Plant> {
+    let sql = concat!("SELECT ", plant_columns!(), " FROM tenants WHERE name = $1");
+    let row: Option<PlantRow> = db.maybe(sql, args![name]).await?;
+    Ok(row.ok_or(RepositoryError::NotFound(Resource::Tenant))?.into())
+}
+
+pub async fn plants(db: &mut Db, _caller: &Caller, page: &PageRequest) -> Outcome<Page<Plant>> {
+    let after = page.after.map_or(Uuid::max(), |Cursor(id)| id);
+    let sql = concat!("SELECT ", plant_columns!(), " FROM tenants WHERE id < $1 ORDER BY id DESC LIMIT $2");
+    let rows: Vec<PlantRow> = db.all(sql, args![after, i64::from(page.limit) + 1]).await?;
+    Ok(Page::of(rows.into_iter().map(Plant::from).collect(), page.limit, |plant: &Plant| Cursor(plant.id)))
+}
+
+impl Write for InsertPlant {
+    type Reply = Stored;
+
+    fn intent(&self) -> Intent<'_> {
+        Intent::no_job(api_keys::contents([&self.plant.key], Some(&self.plant.plant))).receipt(&self.receipt)
+    }
+
+    async fn run(&self, tx: &mut Tx<'_>) -> Outcome<Stored> {
+        let plant = &self.plant.plant;
+        tx.refuse_taken()?;
+        tx.session.lock_tenant(&plant.name).await?;
+        let inserted = tx
+            .db()
+            .run(
+                "INSERT INTO tenants (id, name, description, suspended, version, created_at, updated_at)
+                 VALUES ($1, $2, $3, $4, $5, $6, $7) ON CONFLICT DO NOTHING",
+                args![
+                    plant.id,
+                    &plant.name,
+                    plant.description.as_deref(),
+                    plant.suspended,
+                    plant.version,
+                    plant.created_at,
+                    plant.updated_at,
+                ],
+            )
+            .await?;
+        if inserted == 0 {
+            return Err(RepositoryError::TenantExists.into());
+        }
+        let entered = tx.enter_tenant(&plant.name, None, None, Action::CreateTenant, target::tenant(&plant.name));
+        entered.await.map_err(StoreError::too_late)?;
+        api_keys::insert(tx.db(), &plant.name, &self.plant.key).await.map_err(StoreError::too_late)?;
+        let stored = Stored { number: 0, version: plant.version };
+        tx.keep(&self.receipt, stored, None, plant.created_at);
+        Ok(stored)
+    }
+}
+
+impl Write for PatchPlant {
+    type Reply = Plant;
+
+    fn intent(&self) -> Intent<'_> {
+        Intent::no_job(Contents::default())
+    }
+
+    async fn run(&self, tx: &mut Tx<'_>) -> Outcome<Plant> {
+        tx.session.lock_tenant(&self.name).await?;
+        let asked = tx.asked;
+        let before = plant(tx.db(), &asked.caller, &self.name).await?;
+        self.precondition.check(before.version)?;
+        let after = before.patched(self.patch.clone(), self.now);
+        if after.version != before.version {
+            let contents = api_keys::contents([], Some(&after));
+            let target = target::tenant(&after.name);
+            tx.enter_tenant(&after.name, None, Some(contents), Action::ChangeTenant, target).await?;
+            tx.db()
+                .run(
+                    "UPDATE tenants SET description = $1, suspended = $2, version = $3, updated_at = $4
+                     WHERE name = $5",
+                    args![after.description.as_deref(), after.suspended, after.version, after.updated_at, &after.name],
+                )
+                .await?;
+        }
+        Ok(after)
+    }
+}

@@ -1,0 +1,134 @@
+//! Records of an iteration.
+
+use uuid::Uuid;
+
+use super::{
+    columns::Integer,
+    db::Db,
+    error::Outcome,
+    gone,
+    growing::target,
+    lists::{Listed, page},
+    locate,
+    row::{RecordRow, RecordSummaryRow},
+    value::Value,
+    write::{Intent, Tx, Write},
+    writes::InsertRecord,
+};
+use crate::jobs::{
+    Caller, Page, PageRequest, Record, RecordDraft, RecordKind, RecordSummary, RepositoryError, Resource, Stored,
+    audit::{Action, Contents, record_digest},
+};
+
+impl Write for InsertRecord {
+    type Reply = Stored;
+
+    fn intent(&self) -> Intent<'_> {
+        let entry = Contents::one("record", record_digest(&self.record));
+        Intent::job(self.job, entry).receipt(&self.receipt).bytes(self.record.bytes())
+    }
+
+    async fn run(&self, tx: &mut Tx<'_>) -> Outcome<Stored> {
+        let (InsertRecord { job, number, record, receipt }, tenant) = (self, tx.tenant());
+        let version = locate::version(tx.db(), tenant, *job, *number).await?;
+        tx.refuse_taken()?;
+        tx.enter(*job, Action::AddRecord, target::record(*job, *number, record.id)).await?;
+        insert_next(tx.db(), *job, *number, record).await?;
+        // a record does not change the version of its iteration
+        let stored = Stored { number: *number, version };
+        tx.keep(receipt, stored, None, record.created_at);
+        Ok(stored)
+    }
+}
+
+/// Adds a record to those of an iteration.
+pub async fn insert_next(db: &mut Db, job: Uuid, number: u32, record: &Record) -> Outcome<()> {
+    let sql = "SELECT coalesce(max(position), 0) FROM records WHERE job = $1 AND number = $2";
+    let Integer(last): Integer<u64> = db.one(sql, args![job, number]).await?;
+    insert(db, job, number, last, std::slice::from_ref(record)).await
+}
+
+/// Stores records of an iteration after the one at the position `last`.
+pub async fn insert(db: &mut Db, job: Uuid, number: u32, last: u64, records: &[Record]) -> Outcome<()> {
+    for (position, record) in (last + 1..).zip(records) {
+        let RecordDraft { kind, method, request, result, gear, class, measurand } = &record.draft;
+        db.run(
+            "INSERT INTO records (job, number, position, id, kind, method, created_at, actor, request, result, gear,
+                                  class, measurand)
+             VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13)",
+            args![
+                job,
+                number,
+                position,
+                record.id,
+                kind.name(),
+                method,
+                record.created_at,
+                record.by.as_deref(),
+                Value::document(request),
+                Value::document(result),
+                gear.as_deref(),
+                *class,
+                measurand.as_deref(),
+            ],
+        )
+        .await?;
+    }
+    Ok(())
+}
+
+/// The columns of a [`RecordRow`].
+macro_rules! columns {
+    () => {
+        "SELECT id, kind, method, created_at, actor, request, result, gear, class, measurand FROM records
+         WHERE job = $1 AND number = $2 AND "
+    };
+}
+
+pub async fn record(db: &mut Db, caller: &Caller, job: &Uuid, number: &u32, id: &Uuid) -> Outcome<Record> {
+    locate::iteration(db, &caller.tenant, *job, *number).await?;
+    let row: Option<RecordRow> = db.maybe(concat!(columns!(), "id = $3"), args![job, *number, id]).await?;
+    match row.ok_or(RepositoryError::NotFound(Resource::Record))? {
+        row if row.is_gone() => Err(gone::refusal(db, *job).await),
+        row => Ok(row.into()),
+    }
+}
+
+pub async fn records(
+    db: &mut Db,
+    caller: &Caller,
+    job: &Uuid,
+    number: &u32,
+    PageRequest { limit, after }: &PageRequest,
+) -> Outcome<Page<RecordSummary>> {
+    locate::iteration(db, &caller.tenant, *job, *number).await?;
+    let sql = "SELECT position AS place, id, kind, method, created_at, actor, measurand FROM records
+               WHERE job = $1 AND number = $2 AND position > $3 ORDER BY position LIMIT $4";
+    let after = after.map_or(0, |cursor| cursor.number());
+    let rows: Vec<Listed<RecordSummaryRow>> = db.all(sql, args![job, *number, after, i64::from(*limit) + 1]).await?;
+    Ok(page(rows, *limit))
+}
+
+/// Returns the last records of an iteration, oldest first, and how many come before them.
+pub async fn last(db: &mut Db, job: Uuid, number: u32) -> Outcome<(Vec<RecordSummary>, u64)> {
+    let sql = "SELECT id, kind, method, created_at, actor, measurand,
+                      (SELECT count(*) FROM records WHERE job = $1 AND number = $2) AS total
+               FROM records WHERE job = $1 AND number = $2 ORDER BY position DESC LIMIT $3";
+    locate::last::<RecordSummaryRow, _>(db, sql, job, number).await
+}
+
+pub async fn latest_record(
+    db: &mut Db,
+    caller: &Caller,
+    job: &Uuid,
+    number: &u32,
+    kind: &RecordKind,
+) -> Outcome<Option<Record>> {
+    locate::iteration(db, &caller.tenant, *job, *number).await?;
+    let sql = concat!(columns!(), "kind = $3 ORDER BY position DESC LIMIT 1");
+    let row: Option<RecordRow> = db.maybe(sql, args![job, *number, kind.name()]).await?;
+    match row {
+        Some(row) if row.is_gone() => Err(gone::refusal(db, *job).await),
+        row => Ok(row.map(Into::into)),
+    }
+}

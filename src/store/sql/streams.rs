@@ -1,0 +1,189 @@
+//! Streams: from their opening to the iteration that they become.
+
+use uuid::Uuid;
+
+use super::{
+    columns::Integer,
+    db::Db,
+    error::Outcome,
+    gone,
+    growing::target,
+    incoming::Incoming,
+    insert_iterations, locate,
+    row::{JobPurge, StreamRow},
+    value::Value,
+    write::{Intent, Subject, Tx, Write},
+    writes::{DeleteStream, FinishStream, InsertStream},
+};
+use crate::jobs::{
+    Caller, Cursor, JobGear, Page, PageRequest, RepositoryError, Resource, Stored, Stream, Tenant,
+    audit::{Action, Contents, new_iteration, stream_digest},
+};
+
+/// The columns of [`StreamRow`].
+macro_rules! stream_columns {
+    () => {
+        "s.id AS id, s.job AS job_id, s.spec AS spec, s.forgetting_factor AS forgetting_factor,
+         s.sequence AS sequence, s.node_count AS node_count, s.input_sha256 AS input_sha256, s.flank AS flank,
+         s.tooth AS tooth, s.axes AS axes, s.iteration AS iteration, s.version AS version, s.created_at AS created_at,
+         s.updated_at AS updated_at"
+    };
+}
+
+/// Returns a stream of a tenant.
+pub async fn located(db: &mut Db, tenant: &Tenant, id: Uuid) -> Outcome<Stream> {
+    let sql = concat!(
+        "SELECT ",
+        stream_columns!(),
+        " FROM streams s JOIN jobs j ON j.id = s.job WHERE s.id = $1 AND j.tenant = $2"
+    );
+    let row: StreamRow = db.maybe(sql, args![id, tenant]).await?.ok_or(RepositoryError::NotFound(Resource::Stream))?;
+    match row.is_gone() {
+        Some(job) => Err(gone::refusal(db, job).await),
+        None => Ok(row.into()),
+    }
+}
+
+pub async fn stream(db: &mut Db, caller: &Caller, id: &Uuid) -> Outcome<Stream> {
+    located(db, &caller.tenant, *id).await
+}
+
+pub async fn streams(db: &mut Db, caller: &Caller, job: &Uuid, page: &PageRequest) -> Outcome<Page<Stream>> {
+    let PageRequest { limit, after } = *page;
+    locate::job(db, &caller.tenant, *job).await?;
+    let sql =
+        concat!("SELECT ", stream_columns!(), " FROM streams s WHERE s.job = $1 AND s.id > $2 ORDER BY s.id LIMIT $3");
+    let after = after.map_or(Uuid::nil(), |Cursor(id)| id);
+    let rows: Vec<StreamRow> = db.all(sql, args![job, after, i64::from(limit) + 1]).await?;
+    match rows.iter().find_map(StreamRow::is_gone) {
+        Some(job) => Err(gone::refusal(db, job).await),
+        None => Ok(Page::of(rows.into_iter().map(Stream::from).collect(), limit, |stream| Cursor(stream.id))),
+    }
+}
+
+row! {
+    struct JobOfStream {
+        @purge: JobPurge,
+        gear: Option<String>,
+    }
+}
+
+impl Write for InsertStream {
+    type Reply = Stored;
+
+    fn intent(&self) -> Intent<'_> {
+        let new = &self.stream;
+        let digest = stream_digest(new.id, &new.spec, new.forgetting_factor, &new.measurand, new.created_at);
+        Intent::job(new.job_id, Contents::one("stream", digest)).receipt(&self.receipt)
+    }
+
+    async fn run(&self, tx: &mut Tx<'_>) -> Outcome<Stored> {
+        let (stream, tenant) = (&self.stream, tx.tenant());
+        let sql = "SELECT gear, purged_at, (SELECT reason FROM purges WHERE job = id) AS purge_reason
+                   FROM jobs WHERE id = $1 AND tenant = $2";
+        let job: Option<JobOfStream> = tx.db().maybe(sql, args![stream.job_id, tenant]).await?;
+        let JobOfStream { purge, gear } = job.ok_or(RepositoryError::NotFound(Resource::Job))?;
+        purge.refuse()?;
+        tx.refuse_taken()?;
+        stream.measurand.check_tooth(gear.map(JobGear::from).as_ref().and_then(JobGear::teeth))?;
+        tx.enter(stream.job_id, Action::OpenStream, target::stream(stream.id)).await?;
+        tx.db()
+            .run(
+                "INSERT INTO streams (id, job, spec, forgetting_factor, sequence, node_count, input_sha256, version,
+                                      created_at, updated_at, flank, tooth, axes)
+                 VALUES ($1, $2, $3, $4, 0, 0, $5, 1, $6, $6, $7, $8, $9)",
+                args![
+                    stream.id,
+                    stream.job_id,
+                    Value::document(&stream.spec),
+                    stream.forgetting_factor,
+                    &stream.input_sha256,
+                    stream.created_at,
+                    stream.measurand.flank_name(),
+                    stream.measurand.tooth.as_deref(),
+                    stream.measurand.axes.as_deref(),
+                ],
+            )
+            .await?;
+        let stored = Stored { number: 0, version: 1 };
+        tx.keep(&self.receipt, stored, None, stream.created_at);
+        Ok(stored)
+    }
+}
+
+impl Write for FinishStream {
+    type Reply = Stored;
+
+    fn intent(&self) -> Intent<'_> {
+        let iteration = &self.finished.iteration;
+        Intent {
+            subject: Subject::Stream(self.finished.stream),
+            bytes: iteration.bytes(),
+            entries: vec![new_iteration(iteration)],
+            ..Intent::default()
+        }
+        .receipt(&self.receipt)
+    }
+
+    /// The iteration is inserted like any other; the blocks go, since the iteration holds the
+    /// nodes.
+    async fn run(&self, tx: &mut Tx<'_>) -> Outcome<Stored> {
+        let (finished, tenant) = (&self.finished, tx.tenant());
+        let stream = located(tx.db(), tenant, finished.stream).await?;
+        stream.check_open()?;
+        if finished.sequence != stream.sequence {
+            return Err(RepositoryError::UnexpectedBlock { expected: stream.expected() }.into());
+        }
+        let incoming = Incoming {
+            stream: Some(stream.id),
+            ..Incoming::of(tx.asked, &finished.iteration, self.receipt.as_ref(), &tx.asked.prepared[0])
+        };
+        let stored = insert_iterations::one(tx.session, incoming).await?;
+        let version = stream.version + 1;
+        tx.db()
+            .run(
+                "UPDATE streams SET version = $1, updated_at = $2, iteration = $3 WHERE id = $4",
+                args![version, finished.iteration.created_at, stored.number, stream.id],
+            )
+            .await?;
+        delete_blocks(tx.db(), stream.id).await?;
+        Ok(stored)
+    }
+}
+
+impl Write for DeleteStream {
+    type Reply = ();
+
+    fn intent(&self) -> Intent<'_> {
+        Intent { subject: Subject::Stream(self.id), ..Intent::no_job(Contents::default()) }
+    }
+
+    async fn run(&self, tx: &mut Tx<'_>) -> Outcome<()> {
+        let tenant = tx.tenant();
+        let stream = located(tx.db(), tenant, self.id).await?;
+        self.precondition.check(stream.version)?;
+        tx.enter(stream.job_id, Action::DeleteStream, target::stream(self.id)).await?;
+        let db = tx.db();
+        delete_blocks(db, self.id).await?;
+        // the event of the deletion has this time
+        db.run("UPDATE streams SET updated_at = $1 WHERE id = $2", args![self.now, self.id]).await?;
+        db.run("DELETE FROM streams WHERE id = $1", args![self.id]).await?;
+        Ok(())
+    }
+}
+
+async fn delete_blocks(db: &mut Db, stream: Uuid) -> Outcome<()> {
+    db.run("DELETE FROM stream_states WHERE stream = $1", args![stream]).await?;
+    db.run("DELETE FROM stream_blocks WHERE stream = $1", args![stream]).await?;
+    Ok(())
+}
+
+/// Refuses to delete a job with streams; deletes the events of a job that has nothing else.
+pub async fn release_job(db: &mut Db, job: Uuid) -> Outcome<()> {
+    let Integer(streams): Integer<u64> = db.one("SELECT count(*) FROM streams WHERE job = $1", args![job]).await?;
+    if streams > 0 {
+        return Err(RepositoryError::HasStreams(streams).into());
+    }
+    db.run("DELETE FROM events WHERE job = $1", args![job]).await?;
+    Ok(())
+}
