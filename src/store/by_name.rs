@@ -1,10 +1,35 @@
-//! Declares rows that are read by the names of their columns.
+//! Reads rows by the names of their columns.
 
-/// Declares a struct with a field for each column, and after `@` rows that take further columns of
-/// the same row.
+/// Makes types readable from the rows of both databases: each field from the column of its name, or
+/// of the name after `=`. Fields after `@` are read from further columns of the same row.
 ///
 /// (sqlx derives the same; its procedural macros build sqlx and all that it depends on a second
 /// time.)
+macro_rules! from_row {
+    ($($Of:ident $(<$T:ident>)? { $(@ $inner:ident,)* $($field:ident $(= $column:literal)?),* $(,)? })*) => {
+        $(
+            from_row!(@of sqlx::sqlite::SqliteRow, $Of $(<$T>)? { $($inner,)* } { $($field $(= $column)?),* });
+            from_row!(@of sqlx::postgres::PgRow, $Of $(<$T>)? { $($inner,)* } { $($field $(= $column)?),* });
+        )*
+    };
+    (@of $Row:ty, $Of:ident $(<$T:ident>)? { $($inner:ident,)* } { $($field:ident $(= $column:literal)?),* }) => {
+        impl<'r $(, $T: sqlx::FromRow<'r, $Row>)?> sqlx::FromRow<'r, $Row> for $Of $(<$T>)? {
+            #[allow(unused_imports, reason = "some types have no columns of their own")]
+            fn from_row(row: &'r $Row) -> Result<Self, sqlx::Error> {
+                use sqlx::Row as _;
+                use $crate::store::sql::Cell;
+                Ok($Of {
+                    $($inner: sqlx::FromRow::from_row(row)?,)*
+                    $($field: row.try_get::<Cell<_>, _>(from_row!(@name $field $(= $column)?))?.0,)*
+                })
+            }
+        }
+    };
+    (@name $field:ident) => { stringify!($field) };
+    (@name $field:ident = $column:literal) => { $column };
+}
+
+/// Declares a struct that is read by the names of its columns, and of those after `@`.
 macro_rules! row {
     (
         $(#[$meta:meta])*
@@ -19,18 +44,6 @@ macro_rules! row {
             $($(#[$field_meta])* $field_vis $field: $Field,)*
         }
 
-        impl<'r, R: sqlx::Row $(, $T)?> sqlx::FromRow<'r, R> for $name $(<$T>)?
-        where
-            &'static str: sqlx::ColumnIndex<R>,
-            $($Inner: sqlx::FromRow<'r, R>,)*
-            $($Field: sqlx::Decode<'r, R::Database> + sqlx::Type<R::Database>,)*
-        {
-            fn from_row(row: &'r R) -> Result<Self, sqlx::Error> {
-                Ok($name {
-                    $($inner: sqlx::FromRow::from_row(row)?,)*
-                    $($field: row.try_get(stringify!($field))?,)*
-                })
-            }
-        }
+        from_row! { $name $(<$T>)? { $(@ $inner,)* $($field),* } }
     };
 }

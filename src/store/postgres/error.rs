@@ -35,7 +35,7 @@ pub enum PostgresError {
     Migration { address: String, source: MigrateError },
 }
 
-/// What PostgreSQL calls what somebody may not do.
+/// PostgreSQL's code of a missing right.
 const NO_RIGHT: &str = "42501";
 
 /// An error in words. The library adds a line number, which is one of PostgreSQL's own sources.
@@ -60,7 +60,7 @@ fn not_migrated(error: &MigrateError) -> String {
     }
 }
 
-/// What is done after an error.
+/// The reaction to an error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Class {
     /// The data will not be had: each write of the group is tried alone.

@@ -1,5 +1,5 @@
-//! What is said on the channel on which processes wake each other: who says it, when by their own
-//! clock, and what has changed, in words.
+//! Messages on the channel on which processes wake each other: the sender, its time by its own
+//! clock, and the changes, in words.
 
 use std::time::Duration;
 
@@ -44,7 +44,7 @@ impl Message {
         texts
     }
 
-    /// What a text says. A word that another version has said may mean anything.
+    /// Reads a text. A word of another version may mean anything.
     pub fn read(text: &str) -> Option<Self> {
         let mut words = text.split(' ');
         let from = words.next()?.parse().ok()?;

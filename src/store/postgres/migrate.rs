@@ -18,7 +18,7 @@ use crate::{
 
 static MIGRATIONS: LazyLock<Migrator> = LazyLock::new(|| {
     let mut migrations = embedded("postgres/");
-    // the next version may have been here already; `schema_floor` tells whether that matters
+    // the next version may have been here already; `schema_floor` says if that matters
     migrations.set_ignore_missing(true);
     migrations
 });

@@ -14,7 +14,7 @@
 //! **Readers.** Reads come from a pool of connections; one that asks more than once does so in one
 //! read-only transaction of the level REPEATABLE READ.
 //!
-//! **Wakes.** After its commits a process tells the others by NOTIFY what has changed (`wakes`).
+//! **Wakes.** After its commits a process notifies the others of the changes (`wakes`).
 
 mod error;
 mod message;

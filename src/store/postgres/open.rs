@@ -124,12 +124,12 @@ fn pool(settings: &PostgresSettings, most: u32, options: PgConnectOptions) -> Pg
         .connect_lazy_with(options)
 }
 
-/// A transaction that sees one consistent state and changes nothing.
+/// Begins a transaction that sees one consistent state and changes nothing.
 pub async fn snapshot(from: &PgPool) -> Result<Transaction<'static, Postgres>, sqlx::Error> {
     begin(from, "BEGIN ISOLATION LEVEL REPEATABLE READ READ ONLY").await
 }
 
-/// A transaction that ends when whoever asked for it has gone, also while it begins.
+/// Begins a transaction that ends when its caller has gone, also while it begins.
 ///
 /// It begins in a task of its own, which nobody can give up: sqlx 0.9 sends no ROLLBACK where BEGIN
 /// is given up, and the connection would go back to the pool inside the transaction. (So a pool's
@@ -204,7 +204,7 @@ pub async fn turn(settings: &PostgresSettings) -> Result<Option<Turn>, sqlx::Err
 /// How long the end of a turn waits for the server.
 const LONGEST_END: Duration = Duration::from_secs(5);
 
-/// The server notices a moment later that a connection was closed, so it is told to unlock before.
+/// Unlocks before it closes the connection, since the server notices the end of a connection later.
 async fn end_turn(mut db: PgConnection) {
     let ended = async {
         // where the connection was lost the turn has ended with it

@@ -34,8 +34,8 @@ pub struct PostgresSettings {
     pub unsafe_store: bool,
 }
 
-/// What each session is told: how long it waits for a lock and for a statement, when it is ended in
-/// an idle transaction, and how often the server looks whether a client is still there.
+/// Limits of each session: how long it waits for a lock and for a statement, when it is ended in an
+/// idle transaction, and how often the server checks that a client is still there.
 const SESSION: [(&str, &str); 4] = [
     ("lock_timeout", "2s"),
     ("statement_timeout", "30s"),
@@ -44,7 +44,7 @@ const SESSION: [(&str, &str); 4] = [
 ];
 
 impl PostgresSettings {
-    /// Whether a database URL is of this store.
+    /// Returns whether a database URL is of this store.
     pub fn takes(url: &str) -> bool {
         ["postgres:", "postgresql:"].iter().any(|scheme| url.starts_with(scheme))
     }
@@ -70,13 +70,13 @@ impl PostgresSettings {
         Ok(self)
     }
 
-    /// What migrations connect by: without limits of time, for they wait for each other.
+    /// Returns the options for migrations: without limits of time, since they wait for each other.
     pub(super) fn migrations(&self) -> PgConnectOptions {
         let patient = [("lock_timeout", "0"), ("statement_timeout", "0"), ("idle_in_transaction_session_timeout", "0")];
         self.direct.clone().unwrap_or_else(|| self.options.clone().options(patient))
     }
 
-    /// What is connected by for what a pooler does not pass on.
+    /// Returns the options for connections that a pooler does not support.
     pub(super) fn past_a_pooler(&self) -> PgConnectOptions {
         self.direct.as_ref().unwrap_or(&self.options).clone()
     }
@@ -136,7 +136,7 @@ fn parse(url: &str) -> Result<PgConnectOptions, PostgresError> {
     }
     let place = url.split_once("://").map_or(url, |(_, rest)| rest).split('?').next().unwrap_or_default();
     if place.split_once('/').is_some_and(|(_, name)| name.contains('@')) {
-        // what is before it would be taken for the name of the database, and told
+        // the part before it would be taken for the name of the database, and logged
         return Err(refused("in users and passwords write `/` as %2F, `?` as %3F, `#` as %23, `@` as %40".into()));
     }
     let url = without_unknown(url);

@@ -1,8 +1,8 @@
 //! Processes that wake each other, by LISTEN and NOTIFY on one channel of the database.
 //!
-//! A notification inside of a transaction makes commits wait for each other. So what a process has
-//! to tell is gathered after its commits and told at most every ten milliseconds. What is told
-//! while a process does not hear is not told again: once it hears, it looks everywhere.
+//! A notification inside of a transaction makes commits wait for each other. So a process gathers
+//! its changes after its commits and sends them at most every ten milliseconds. Messages are lost
+//! while a process does not listen: when it listens again, it looks everywhere.
 
 use std::{
     collections::HashSet,
@@ -30,7 +30,7 @@ use super::{
 };
 use crate::{
     jobs::{RepositoryFuture, Wake, Wakes},
-    store::sql::{Integer, Pool},
+    store::sql::{Cell, Pool},
     telemetry,
 };
 
@@ -44,7 +44,7 @@ const PATIENCE: Duration = Duration::from_secs(5);
 /// Wakes that may wait. More are one: anything may have happened.
 const MOST: usize = 4096;
 
-/// What this process tells the others that use the database, and hears from them.
+/// Messages to and from the other processes that use the database.
 pub struct Notifications {
     settings: Arc<PostgresSettings>,
     readers: PgPool,
@@ -137,8 +137,8 @@ impl Notifications {
         let sql = "SELECT job, coalesce((SELECT max(number) FROM events e WHERE e.job = j.job), 0)
                    FROM (SELECT DISTINCT unnest(ARRAY[{ids}]::uuid[]) AS job) AS j";
         let mut db = Pool::Postgres(self.readers.clone()).connection().await?;
-        let rows: Vec<(Uuid, Integer<u64>)> = db.of_ids(sql, jobs).await?;
-        Ok(rows.into_iter().map(|(job, Integer(number))| (job, number)).collect())
+        let rows: Vec<(Uuid, Cell<u64>)> = db.of_ids(sql, jobs).await?;
+        Ok(rows.into_iter().map(|(job, Cell(number))| (job, number)).collect())
     }
 }
 

@@ -34,7 +34,7 @@ const SILENCE: Duration = Duration::from_secs(45);
 
 pub struct Writer {
     pub settings: Arc<PostgresSettings>,
-    /// Where the ids of transactions come from.
+    /// The source of the ids of transactions.
     pub ids: Arc<dyn Ids>,
     pub clock: Arc<dyn Clock>,
     pub waiting: Waiting,
@@ -42,16 +42,16 @@ pub struct Writer {
     pub session: Option<Session>,
 }
 
-/// What is known of the earlier attempts at a transaction.
+/// The results of the earlier attempts at a transaction.
 #[derive(Default)]
 struct Earlier {
-    /// Whether it may have been committed.
+    /// True if one may have been committed.
     undecided: bool,
-    /// The entry that tells. (Where there is none, nothing was changed that could be twice.)
+    /// The entry that proves it. (Without one nothing was changed that could be changed twice.)
     proof: Option<Proof>,
 }
 
-/// What a transaction came to.
+/// The failure of a transaction.
 enum Failure {
     /// Nothing was stored.
     Nothing(sqlx::Error),
@@ -145,7 +145,7 @@ impl Writer {
                 self.session = Some(session);
                 Err(error)
             }
-            // Whatever the server said at last, it has gone with the connection.
+            // the last answer of the server is lost with the connection
             Err(_) => Err(sqlx::Error::Io(io::Error::new(io::ErrorKind::ConnectionAborted, said(&error)))),
         }
     }

@@ -9,7 +9,7 @@ use super::{
     error::{Outcome, StoreError},
     growing::target,
     keyed::{behind, place},
-    row::{KeptKeyRow, KeyRow, KnownKeyRow, key_columns},
+    row::key_columns,
     write::{Intent, Tx, Write},
     writes::{InsertKey, PatchKey, RevokeKey, RotateKey},
 };
@@ -32,14 +32,14 @@ async fn locked(tx: &mut Tx<'_>, id: KeyId) -> Outcome<NewKey> {
     tx.session.lock_tenant(tenant).await?;
     let sql =
         concat!("SELECT ", key_columns!(), ", k.sha256 AS sha256 FROM api_keys k WHERE k.id = $1 AND k.tenant = $2");
-    let row: Option<KeptKeyRow> = tx.db().maybe(sql, args![id, tenant]).await?;
-    Ok(row.ok_or(RepositoryError::NotFound(Resource::Key))?.into())
+    let key: Option<NewKey> = tx.db().maybe(sql, args![id, tenant]).await?;
+    Ok(key.ok_or(RepositoryError::NotFound(Resource::Key))?)
 }
 
 pub async fn key(db: &mut Db, caller: &Caller, id: &KeyId) -> Outcome<ApiKey> {
     let sql = concat!("SELECT ", key_columns!(), " FROM api_keys k WHERE k.id = $1 AND k.tenant = $2");
-    let row: Option<KeyRow> = db.maybe(sql, args![*id, &caller.tenant]).await?;
-    Ok(row.ok_or(RepositoryError::NotFound(Resource::Key))?.into())
+    let key: Option<ApiKey> = db.maybe(sql, args![*id, &caller.tenant]).await?;
+    Ok(key.ok_or(RepositoryError::NotFound(Resource::Key))?)
 }
 
 pub async fn keys(db: &mut Db, caller: &Caller, page: &PageRequest) -> Outcome<Page<ApiKey>> {
@@ -50,11 +50,11 @@ pub async fn keys(db: &mut Db, caller: &Caller, page: &PageRequest) -> Outcome<P
         " FROM api_keys k WHERE k.tenant = $1 AND (k.created_at, k.id) < ($2, $3)
           ORDER BY k.created_at DESC, k.id DESC LIMIT $4"
     );
-    let rows: Vec<KeyRow> = db.all(sql, args![&caller.tenant, time, id, i64::from(page.limit) + 1]).await?;
-    Ok(Page::of(rows.into_iter().map(ApiKey::from).collect(), page.limit, behind))
+    let rows: Vec<ApiKey> = db.all(sql, args![&caller.tenant, time, id, i64::from(page.limit) + 1]).await?;
+    Ok(Page::of(rows, page.limit, behind))
 }
 
-/// Reads a [`KnownKeyRow`].
+/// Reads a [`KnownKey`].
 macro_rules! known {
     ($condition:literal) => {
         concat!(
@@ -68,12 +68,12 @@ macro_rules! known {
 }
 
 pub async fn find_key(db: &mut Db, id: KeyId) -> Outcome<Option<KnownKey>> {
-    Ok(db.maybe::<KnownKeyRow>(known!("k.id = $1"), args![id]).await?.map(Into::into))
+    Ok(db.maybe(known!("k.id = $1"), args![id]).await?)
 }
 
 pub async fn find_certificate(db: &mut Db, san: Arc<San>) -> Outcome<Option<KnownKey>> {
     let sql = known!("k.san = $1 ORDER BY k.revoked_at IS NOT NULL, k.revoked_at DESC LIMIT 1");
-    Ok(db.maybe::<KnownKeyRow>(sql, args![san.as_str()]).await?.map(Into::into))
+    Ok(db.maybe(sql, args![san.as_str()]).await?)
 }
 
 pub async fn has_keys(db: &mut Db) -> Outcome<bool> {

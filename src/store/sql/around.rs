@@ -1,6 +1,6 @@
-//! An answer that has a text in it which is stored anyway, as what stands around that text.
+//! An answer that contains a text which is stored anyway, as the parts around that text.
 
-/// What stands in a body before and after a text; `None` where the body does not have it.
+/// Returns the parts of a body before and after a text; `None` if the body does not contain it.
 ///
 /// Answers end with the result of their fit, but for a few brackets; so it is looked for from the
 /// end.

@@ -1,28 +1,27 @@
 //! The entries of the audit, and the rows that they have digests of.
 
 use futures_util::TryStreamExt as _;
-use sqlx::{FromRow, Row};
+use sqlx::FromRow;
 use uuid::Uuid;
 
 use super::{
-    columns::Integer,
     db::{Db, Record},
     error::Outcome,
     growing::NewEntry,
     row::{
-        ChoiceRow, DecisionRow, FoundBlock, FoundFitTold, FoundIteration, FoundJobPurge, FoundNodes, FoundRow,
-        FoundStreamRow, HeadRow, JobRow, RecordRow, figure_columns, job_columns,
+        FoundBlock, FoundFit, FoundIteration, FoundJobPurge, FoundNodes, FoundRow, FoundStreamRow, figure_columns,
+        job_columns,
     },
 };
 use crate::jobs::{
-    Tenant,
+    Choice, DecisionEvent, Job, Record as JobRecord, Tenant,
     audit::{Found, FoundStream, Head, Versioned},
 };
 
 /// Returns the last entry of a chain.
 pub async fn head(db: &mut Db, chain: Uuid) -> Outcome<Option<Head>> {
     let sql = "SELECT number, sha256 FROM audit WHERE chain = $1 ORDER BY number DESC LIMIT 1";
-    Ok(db.maybe::<HeadRow>(sql, args![chain]).await?.map(Into::into))
+    Ok(db.maybe(sql, args![chain]).await?)
 }
 
 /// Stores entries.
@@ -54,7 +53,7 @@ pub async fn store(db: &mut Db, new: &[NewEntry]) -> Result<(), sqlx::Error> {
 /// A row that reads, or none.
 pub struct Readable<T>(pub Option<T>);
 
-impl<'r, R: Row, T: FromRow<'r, R>> FromRow<'r, R> for Readable<T> {
+impl<'r, R: sqlx::Row, T: FromRow<'r, R>> FromRow<'r, R> for Readable<T> {
     fn from_row(row: &'r R) -> Result<Self, sqlx::Error> {
         Ok(Readable(T::from_row(row).ok()))
     }
@@ -64,27 +63,27 @@ row! {
     /// A row of an iteration, as the audit finds it.
     struct Numbered<T> {
         @row: Readable<T>,
-        number: Integer<u64>,
+        number: u64,
     }
 }
 
 /// Returns the rows of a job of a tenant; none of another tenant's job.
 pub async fn found(db: &mut Db, tenant: &Tenant, job: Uuid) -> Outcome<Found> {
     let sql = concat!("SELECT ", job_columns!(), " FROM jobs WHERE id = $1 AND tenant = $2");
-    let row: Option<JobRow> = db.maybe(sql, args![job, tenant]).await?;
+    let row: Option<Job> = db.maybe(sql, args![job, tenant]).await?;
     let Some(row) = row else { return Ok(Found::default()) };
-    let mut found = Found::of_job(Versioned::job(&row.into()));
+    let mut found = Found::of_job(Versioned::job(&row));
     let rows = &mut found;
     all::<FoundIteration>(
         db,
-        "SELECT number, id, flank, tooth, axes, measured_at, instrument, operator, note, created_at
+        "SELECT number, id, flank, tooth, axes, false AS units_accepted, measured_at, instrument, operator, note, created_at
          FROM iterations WHERE job = $1 ORDER BY number",
         job,
         rows,
     )
     .await?;
     all::<FoundNodes>(db, "SELECT number, count, data FROM nodes WHERE job = $1 ORDER BY number", job, rows).await?;
-    all::<FoundFitTold>(
+    all::<FoundFit>(
         db,
         concat!(
             "SELECT number, id, reason, actor, created_at, ",
@@ -96,7 +95,7 @@ pub async fn found(db: &mut Db, tenant: &Tenant, job: Uuid) -> Outcome<Found> {
         rows,
     )
     .await?;
-    all::<ChoiceRow>(
+    all::<Choice>(
         db,
         "SELECT c.number, f.id AS fit_id, c.reason, c.actor, c.created_at
          FROM fit_choices c JOIN fits f ON f.job = c.job AND f.number = c.number AND f.position = c.fit
@@ -105,15 +104,15 @@ pub async fn found(db: &mut Db, tenant: &Tenant, job: Uuid) -> Outcome<Found> {
         rows,
     )
     .await?;
-    all::<DecisionRow>(
+    all::<DecisionEvent>(
         db,
-        "SELECT number, decision, concession, reason, actor, created_at FROM decisions WHERE job = $1
+        "SELECT number, decision, concession IS NOT NULL AS concession, reason, actor, created_at FROM decisions WHERE job = $1
          ORDER BY number, position",
         job,
         rows,
     )
     .await?;
-    all::<RecordRow>(
+    all::<JobRecord>(
         db,
         "SELECT number, id, kind, method, created_at, actor, request, result, gear, class, measurand
          FROM records WHERE job = $1 ORDER BY number, position",
@@ -131,7 +130,8 @@ async fn own(db: &mut Db, job: Uuid, found: &mut Found) -> Outcome<()> {
                FROM jobs j LEFT JOIN purges p ON p.job = j.id WHERE j.id = $1";
     let purge: Option<Readable<FoundJobPurge>> = db.maybe(sql, args![job]).await?;
     found.purge = purge.and_then(|row| row.0.map_or(Some([0; 32]), |found| found.digest(job)));
-    let sql = "SELECT id, spec, forgetting_factor, flank, tooth, axes, created_at, iteration IS NULL AS open
+    let sql = "SELECT id, spec, forgetting_factor, flank, tooth, axes, false AS units_accepted, created_at,
+                      iteration IS NULL AS open
                FROM streams WHERE job = $1";
     let streams: Vec<FoundStreamRow> = db.all(sql, args![job]).await?;
     found.streams.extend(streams.into_iter().map(<(Uuid, FoundStream)>::from));
@@ -152,7 +152,7 @@ where
 {
     let mut rows = db.each::<Numbered<T>>(sql, args![job])?;
     while let Some(Numbered { row: Readable(row), number }) = rows.try_next().await? {
-        found.add(number.0, T::KIND, row.map_or([0; 32], FoundRow::digest));
+        found.add(number, T::KIND, row.map_or([0; 32], FoundRow::digest));
     }
     Ok(())
 }

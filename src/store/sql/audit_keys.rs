@@ -4,10 +4,10 @@ use super::{
     audit::Readable,
     db::Db,
     error::Outcome,
-    row::{FoundPurge, KeptKeyRow, PlantRow, key_columns, plant_columns},
+    row::{FoundPurge, key_columns, plant_columns},
 };
 use crate::jobs::{
-    KeyId, NewKey, Tenant,
+    KeyId, NewKey, Plant, Tenant,
     audit::{Found, Versioned},
 };
 
@@ -21,13 +21,12 @@ macro_rules! kept {
 /// Returns the keys of a tenant, all but one.
 pub async fn keys(db: &mut Db, tenant: &Tenant, but: Option<KeyId>) -> Outcome<Vec<NewKey>> {
     let sql = concat!(kept!(), " AND k.id IS DISTINCT FROM $2");
-    let rows: Vec<KeptKeyRow> = db.all(sql, args![tenant, but]).await?;
-    Ok(rows.into_iter().map(Into::into).collect())
+    Ok(db.all(sql, args![tenant, but]).await?)
 }
 
 row! {
     struct FoundKey {
-        @row: Readable<KeptKeyRow>,
+        @row: Readable<NewKey>,
         id: String,
     }
 }
@@ -37,12 +36,12 @@ row! {
 pub async fn found(db: &mut Db, tenant: &Tenant) -> Outcome<Found> {
     let mut found = Found::default();
     for FoundKey { row, id } in db.all::<FoundKey>(kept!(), args![tenant]).await? {
-        let key = row.0.map_or(Versioned::UNREADABLE, |row| Versioned::key(&row.into()));
+        let key = row.0.map_or(Versioned::UNREADABLE, |key| Versioned::key(&key));
         found.keys.insert(format!("key.{id}"), key);
     }
     let sql = concat!("SELECT ", plant_columns!(), " FROM tenants WHERE name = $1");
-    let plant: Option<Readable<PlantRow>> = db.maybe(sql, args![tenant]).await?;
-    found.tenant = plant.map(|row| row.0.map_or(Versioned::UNREADABLE, |row| Versioned::plant(&row.into())));
+    let plant: Option<Readable<Plant>> = db.maybe(sql, args![tenant]).await?;
+    found.tenant = plant.map(|row| row.0.map_or(Versioned::UNREADABLE, |plant| Versioned::plant(&plant)));
     let sql = "SELECT p.job, p.at, p.reason, p.archive_sha256 FROM jobs j JOIN purges p ON p.job = j.id
                WHERE j.tenant = $1";
     let purges: Vec<FoundPurge> = db.all(sql, args![tenant]).await?;

@@ -11,10 +11,10 @@ use super::{
     db::Db,
     error::Outcome,
     jobs,
-    row::{EntryRow, HeadRow, entries, entry_columns},
+    row::entry_columns,
 };
 use crate::jobs::{
-    Caller, Page, PageRequest, Tenant,
+    Caller, Cursor, Page, PageRequest, Tenant,
     audit::{Chain, Entry, Found, Head, Sha256Digest, Verdict, Verifier},
 };
 
@@ -30,12 +30,12 @@ pub async fn audit(
         " FROM audit WHERE chain = $1 AND tenant = $2 AND number > $3 ORDER BY number LIMIT $4"
     );
     let after = after.map_or(0, |cursor| cursor.number());
-    let rows: Vec<EntryRow> = db.all(sql, args![chain.id(tenant), tenant, after, i64::from(*limit) + 1]).await?;
+    let rows: Vec<Entry> = db.all(sql, args![chain.id(tenant), tenant, after, i64::from(*limit) + 1]).await?;
     if let (Chain::Job(job), true) = (chain, rows.is_empty()) {
         // a job that was deleted has entries
         jobs::located(db, tenant, *job).await?;
     }
-    entries(rows, *limit)
+    Ok(Page::of(rows, *limit, |entry| Cursor::after_number(entry.number)))
 }
 
 pub async fn verify_audit(db: &mut Db, Caller { tenant, .. }: &Caller, chain: &Chain) -> Outcome<Verdict> {
@@ -57,13 +57,13 @@ pub async fn verify(
 ) -> Outcome<Verdict> {
     let id = chain.id(tenant);
     let sql = "SELECT number, sha256 FROM audit_sealed WHERE chain = $1 AND tenant = $2";
-    let own: Vec<HeadRow> = db.all(sql, args![id, tenant]).await?;
-    let own = own.into_iter().map(Head::from).map(|head| (head.number, head.sha256));
+    let own: Vec<Head> = db.all(sql, args![id, tenant]).await?;
+    let own = own.into_iter().map(|head| (head.number, head.sha256));
     let mut verifier = Verifier::of(chain, tenant, own.chain(sealed).collect());
     let sql = concat!("SELECT ", entry_columns!(), " FROM audit WHERE chain = $1 AND tenant = $2 ORDER BY number");
-    let mut rows = db.each::<Readable<EntryRow>>(sql, args![id, tenant])?;
+    let mut rows = db.each::<Readable<Entry>>(sql, args![id, tenant])?;
     while let Some(Readable(row)) = rows.try_next().await? {
-        verifier.entry(row.and_then(EntryRow::entry).as_ref());
+        verifier.entry(row.as_ref());
     }
     drop(rows);
     let found = match chain {
@@ -73,8 +73,8 @@ pub async fn verify(
     Ok(verifier.conclude(&found))
 }
 
-/// Whether the list of jobs has something else of a job than its trace. (The first fit and the
-/// first choice are made with their iteration. The list may have a later time: the clock of another
+/// Tests whether the list of jobs differs from the trace of a job. (The first fit and the first
+/// choice are made with their iteration. The list may have a later time: the clock of another
 /// server was ahead.)
 const LISTED_OTHERWISE: &str = "
     SELECT j.iteration_count <> coalesce((SELECT max(number) FROM iterations WHERE job = j.id), 0)

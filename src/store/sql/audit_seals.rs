@@ -5,12 +5,12 @@ use std::collections::BTreeMap;
 use super::{
     db::{Db, Pool},
     error::Outcome,
-    row::{GrownRow, LastSealRow, NewestSealRow, SealRow, grown, page_of_seals, seal_columns},
+    row::{GrownRow, NewestSealRow, SealRow, grown, seal_columns},
     write::{Tx, Write},
 };
 use crate::jobs::{
-    Caller, Page, PageRequest,
-    audit::{Seal, Sealing, Unsealed, WholeSeal, seals as made_of},
+    Caller, Cursor, Page, PageRequest,
+    audit::{Head, Seal, Sealing, Unsealed, WholeSeal, seals as made_of},
 };
 
 /// Seals the chains that grew; returns the seals, or none where another process does so.
@@ -49,8 +49,8 @@ impl Write for SealAudit {
         let mut last = BTreeMap::new();
         for tenant in grown.keys() {
             let sql = "SELECT number, sha256 FROM audit_seals WHERE tenant = $1 ORDER BY number DESC LIMIT 1";
-            let row: Option<LastSealRow> = db.maybe(sql, args![tenant]).await?;
-            last.extend(row.map(|row| (tenant.clone(), row.into())));
+            let seal: Option<Head> = db.maybe(sql, args![tenant]).await?;
+            last.extend(seal.map(|seal| (tenant.clone(), (seal.number, seal.sha256))));
         }
         let made = made_of(&last, grown, &sealing);
         for seal in &made {
@@ -118,5 +118,5 @@ pub async fn seals(
     );
     let after = after.map_or(0, |cursor| cursor.number());
     let rows: Vec<SealRow> = db.all(sql, args![tenant, after, i64::from(*limit) + 1]).await?;
-    Ok(page_of_seals(rows, *limit))
+    Ok(Page::of(rows.into_iter().map(Seal::from).collect(), *limit, |seal: &Seal| Cursor::after_number(seal.number)))
 }

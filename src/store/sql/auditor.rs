@@ -8,7 +8,7 @@ use super::{
     audit_reads,
     db::Pool,
     error::{Outcome, reported},
-    row::{SealRow, SealedHeadRow, seal_columns},
+    row::{SealRow, seal_columns},
 };
 use crate::jobs::{
     RepositoryFuture, Tenant,
@@ -22,15 +22,13 @@ impl SqlAuditor {
     async fn read_tenants(&self) -> Outcome<BTreeSet<Tenant>> {
         let sql = "SELECT name FROM tenants UNION SELECT tenant FROM jobs UNION SELECT tenant FROM api_keys
                    UNION SELECT tenant FROM audit UNION SELECT tenant FROM audit_seals";
-        let names: Vec<(Tenant,)> = self.0.connection().await?.all(sql, args![]).await?;
-        Ok(names.into_iter().map(|(name,)| name).collect())
+        Ok(self.0.connection().await?.values(sql, args![]).await?.into_iter().collect())
     }
 
     async fn read_chains(&self, tenant: &Tenant) -> Outcome<BTreeSet<Uuid>> {
         let sql = "SELECT id FROM jobs WHERE tenant = $1 UNION SELECT chain FROM audit WHERE tenant = $1
                    UNION SELECT chain FROM audit_sealed WHERE tenant = $1";
-        let chains: Vec<(Uuid,)> = self.0.connection().await?.all(sql, args![tenant]).await?;
-        Ok(chains.into_iter().map(|(chain,)| chain).collect())
+        Ok(self.0.connection().await?.values(sql, args![tenant]).await?.into_iter().collect())
     }
 
     async fn verified(&self, tenant: &Tenant, chain: Chain, sealed: BTreeMap<u64, Sha256Digest>) -> Outcome<Verdict> {
@@ -49,8 +47,8 @@ impl SqlAuditor {
         let mut seals = Vec::with_capacity(rows.len());
         for seal in rows.into_iter().map(Seal::from) {
             let sql = "SELECT chain, number, sha256 FROM audit_sealed WHERE tenant = $1 AND seal = $2 ORDER BY chain";
-            let heads: Vec<SealedHeadRow> = db.all(sql, args![tenant, seal.number]).await?;
-            seals.push(WholeSeal { seal, heads: heads.into_iter().map(Into::into).collect() });
+            let heads = db.all(sql, args![tenant, seal.number]).await?;
+            seals.push(WholeSeal { seal, heads });
         }
         Ok(seals)
     }

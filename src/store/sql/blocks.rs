@@ -3,11 +3,9 @@
 use uuid::Uuid;
 
 use super::{
-    columns::Digest,
     db::Db,
     error::Outcome,
     growing::target,
-    row::{BlockRow, StateRow},
     streams,
     write::{Intent, Subject, Tx, Write},
     writes::InsertBlock,
@@ -28,10 +26,10 @@ pub async fn stream_state(
     id: &Uuid,
 ) -> Outcome<(Stream, Option<StreamState>, Option<[u8; 32]>)> {
     let stream = streams::located(db, &caller.tenant, *id).await?;
-    let state = db.maybe::<StateRow>("SELECT sequence, data FROM stream_states WHERE stream = $1", args![id]).await?;
+    let state = db.maybe("SELECT sequence, data FROM stream_states WHERE stream = $1", args![id]).await?;
     let last = "SELECT sha256 FROM stream_blocks WHERE stream = $1 AND sequence = $2";
-    let last: Option<Digest> = db.first(last, args![id, stream.sequence]).await?;
-    Ok((stream, state.map(Into::into), last.map(|digest| digest.0)))
+    let last = db.first(last, args![id, stream.sequence]).await?;
+    Ok((stream, state, last))
 }
 
 pub async fn blocks(db: &mut Db, caller: &Caller, id: &Uuid, after: &u64) -> Outcome<Vec<Block>> {
@@ -44,15 +42,13 @@ pub async fn blocks(db: &mut Db, caller: &Caller, id: &Uuid, after: &u64) -> Out
                    WHERE s.id = $1 AND j.tenant = $2 AND b.sequence > $3 AND b.sequence <= $4
                ) AS blocks WHERE before < $5 ORDER BY sequence";
     let last = after.saturating_add(BLOCKS_AT_A_TIME);
-    let rows: Vec<BlockRow> = db.all(sql, args![id, &caller.tenant, *after, last, BYTES_AT_A_TIME]).await?;
-    Ok(rows.into_iter().map(Into::into).collect())
+    Ok(db.all(sql, args![id, &caller.tenant, *after, last, BYTES_AT_A_TIME]).await?)
 }
 
 pub async fn block_sha256(db: &mut Db, caller: &Caller, id: &Uuid, sequence: &u64) -> Outcome<Option<[u8; 32]>> {
     let sql = "SELECT b.sha256 FROM stream_blocks b JOIN streams s ON s.id = b.stream JOIN jobs j ON j.id = s.job
                WHERE s.id = $1 AND j.tenant = $2 AND b.sequence = $3";
-    let digest: Option<Digest> = db.first(sql, args![id, &caller.tenant, *sequence]).await?;
-    Ok(digest.map(|digest| digest.0))
+    Ok(db.first(sql, args![id, &caller.tenant, *sequence]).await?)
 }
 
 impl Write for InsertBlock {

@@ -15,7 +15,7 @@ use sqlx::{
 };
 use uuid::Uuid;
 
-use super::value::Value;
+use super::{columns::Cell, value::Value};
 use crate::store::postgres;
 
 /// A row type that both databases can be read into.
@@ -166,28 +166,29 @@ impl Db {
     }
 
     /// Returns the only value of the only row.
-    pub async fn one<T: Send + Unpin + 'static>(
-        &mut self,
-        sql: impl SqlSafeStr,
-        args: &[Value<'_>],
-    ) -> Result<T, sqlx::Error>
+    pub async fn one<T>(&mut self, sql: impl SqlSafeStr, args: &[Value<'_>]) -> Result<T, sqlx::Error>
     where
-        (T,): Record,
+        (Cell<T>,): Record,
     {
-        let (value,) = on!(self, |db: D| sqlx::query_as_with::<D, _, _>(sql, encoded::<D>(args)?).fetch_one(db).await)?;
+        let (Cell(value),) =
+            on!(self, |db: D| sqlx::query_as_with::<D, _, _>(sql, encoded::<D>(args)?).fetch_one(db).await)?;
         Ok(value)
     }
 
     /// Returns the only value of the first row, if there is one.
-    pub async fn first<T: Send + Unpin + 'static>(
-        &mut self,
-        sql: impl SqlSafeStr,
-        args: &[Value<'_>],
-    ) -> Result<Option<T>, sqlx::Error>
+    pub async fn first<T>(&mut self, sql: impl SqlSafeStr, args: &[Value<'_>]) -> Result<Option<T>, sqlx::Error>
     where
-        (T,): Record,
+        (Cell<T>,): Record,
     {
-        Ok(self.maybe::<(T,)>(sql, args).await?.map(|(value,)| value))
+        Ok(self.maybe::<(Cell<T>,)>(sql, args).await?.map(|(Cell(value),)| value))
+    }
+
+    /// Returns the only value of each row.
+    pub async fn values<T>(&mut self, sql: impl SqlSafeStr, args: &[Value<'_>]) -> Result<Vec<T>, sqlx::Error>
+    where
+        (Cell<T>,): Record,
+    {
+        Ok(self.all::<(Cell<T>,)>(sql, args).await?.into_iter().map(|(Cell(value),)| value).collect())
     }
 
     /// Returns whether there is a row.

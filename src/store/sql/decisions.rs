@@ -8,29 +8,28 @@ use super::{
     fits,
     growing::target,
     locate, records,
-    row::{DecisionRow, Latest},
     write::{Intent, Tx, Write},
     writes::{Amend, Decide},
 };
 use crate::jobs::{
-    Amendment, Decision, DecisionEvent, JobGear, Stored,
+    Amendment, DecisionEvent, JobGear, Stored,
     audit::{Action, Contents, choice_digest, decision_digest, record_digest},
 };
 
 /// Returns the latest decision on an iteration.
 pub async fn latest(db: &mut Db, job: Uuid, number: u32) -> Outcome<Option<DecisionEvent>> {
-    let sql = "SELECT decision, concession, reason, actor, created_at FROM decisions WHERE job = $1 AND number = $2
+    let sql = "SELECT decision, concession IS NOT NULL AS concession, reason, actor, created_at
+               FROM decisions WHERE job = $1 AND number = $2
                ORDER BY position DESC LIMIT 1";
-    let row: Option<DecisionRow> = db.maybe(sql, args![job, number]).await?;
-    Ok(row.map(Into::into))
+    Ok(db.maybe(sql, args![job, number]).await?)
 }
 
 /// Returns the last decisions on an iteration, and how many come before them.
 pub async fn last(db: &mut Db, job: Uuid, number: u32) -> Outcome<(Vec<DecisionEvent>, u64)> {
-    let sql = "SELECT decision, concession, reason, actor, created_at,
+    let sql = "SELECT decision, concession IS NOT NULL AS concession, reason, actor, created_at,
                       (SELECT count(*) FROM decisions WHERE job = $1 AND number = $2) AS total
                FROM decisions WHERE job = $1 AND number = $2 ORDER BY position DESC LIMIT $3";
-    locate::last::<DecisionRow, _>(db, sql, job, number).await
+    locate::last(db, sql, job, number).await
 }
 
 async fn insert(db: &mut Db, job: Uuid, number: u32, decision: &DecisionEvent) -> Outcome<()> {
@@ -64,10 +63,11 @@ impl Write for Decide {
         let (Decide { job, number, decision, precondition }, tenant) = (self, tx.tenant());
         let version = locate::version(tx.db(), tenant, *job, *number).await?;
         precondition.check(version)?;
-        let sql = "SELECT decision AS what, reason FROM decisions WHERE job = $1 AND number = $2
-                   ORDER BY position DESC LIMIT 1";
-        let latest: Option<Latest<Decision>> = tx.db().maybe(sql, args![job, *number]).await?;
-        if latest.is_some_and(|latest| latest.is(&decision.decision, &decision.event)) {
+        let latest = latest(tx.db(), *job, *number).await?;
+        let is_same = |latest: DecisionEvent| {
+            (latest.decision, latest.event.reason) == (decision.decision, decision.event.reason.clone())
+        };
+        if latest.is_some_and(is_same) {
             return Ok(Stored { number: *number, version });
         }
         tx.enter(*job, Action::Decide, target::iteration(*job, *number)).await?;
@@ -92,8 +92,8 @@ impl Write for Amend {
         let (Amend { job, number, amendment, precondition }, tenant) = (self, tx.tenant());
         let version = locate::version(tx.db(), tenant, *job, *number).await?;
         precondition.check(version)?;
-        let gear: Option<String> = tx.db().one("SELECT gear FROM jobs WHERE id = $1", args![job]).await?;
-        let teeth = gear.map(JobGear::from).as_ref().and_then(JobGear::teeth);
+        let gear: Option<JobGear> = tx.db().one("SELECT gear FROM jobs WHERE id = $1", args![job]).await?;
+        let teeth = gear.as_ref().and_then(JobGear::teeth);
         amendment.measurand.check_tooth(teeth)?;
         tx.enter(*job, Action::Amend, target::iteration(*job, *number)).await?;
         let db = tx.db();

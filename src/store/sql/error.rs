@@ -19,8 +19,8 @@ pub enum StoreError {
 pub type Outcome<T> = Result<T, StoreError>;
 
 impl From<sqlx::Error> for StoreError {
-    /// A row that does not read is a damaged or foreign database: an error of whoever asked for
-    /// it, not of those who share the transaction.
+    /// A row that does not read is a damaged or foreign database: an error of the write that
+    /// reads it, not of the others in the transaction.
     fn from(error: sqlx::Error) -> Self {
         match error {
             sqlx::Error::ColumnDecode { .. } | sqlx::Error::Decode(_) => {
@@ -38,7 +38,7 @@ impl From<RepositoryError> for StoreError {
 }
 
 impl StoreError {
-    /// The same after a first change: there is no way back but to give up the transaction.
+    /// Returns the error after a first change: the transaction must be given up.
     pub fn too_late(self) -> Self {
         match self {
             StoreError::Refused(error) => StoreError::Broken(sqlx::Error::InvalidArgument(error.to_string())),

@@ -4,7 +4,6 @@ use jiff::{SignedDuration, Timestamp};
 use uuid::Uuid;
 
 use super::{
-    columns::Integer,
     db::Db,
     error::Outcome,
     row::{EventRow, ToldEventRow},
@@ -52,8 +51,8 @@ pub async fn events(db: &mut Db, caller: &Caller, job: &Uuid, after: &u64, limit
 pub async fn last_event(db: &mut Db, caller: &Caller, job: &Uuid) -> Outcome<u64> {
     let sql = "SELECT coalesce((SELECT max(number) FROM events WHERE job = j.id), 0)
                FROM jobs j WHERE j.id = $1 AND j.tenant = $2";
-    let last: Option<Integer<u64>> = db.first(sql, args![job, &caller.tenant]).await?;
-    Ok(last.ok_or(RepositoryError::NotFound(Resource::Job))?.0)
+    let last: Option<u64> = db.first(sql, args![job, &caller.tenant]).await?;
+    Ok(last.ok_or(RepositoryError::NotFound(Resource::Job))?)
 }
 
 /// Reads no further than to the first transaction that has not ended. A job that was deleted has
@@ -75,7 +74,7 @@ pub async fn all_events(db: &mut Db, caller: &Caller, after: &EventPlace, limit:
 }
 
 pub async fn last_place(db: &mut Db, _: &Caller) -> Outcome<EventPlace> {
-    let Integer(next): Integer<u64> = db.one("SELECT told FROM horizon", args![]).await?;
+    let next: u64 = db.one("SELECT told FROM horizon", args![]).await?;
     Ok(EventPlace { change: next.saturating_sub(1), number: i64::MAX.unsigned_abs() })
 }
 

@@ -10,7 +10,7 @@ use super::{
     keys::{FitPlace, StoredFit},
     lists::{self, Counted, Listed, page},
     locate,
-    row::{ChoiceRow, FitRow, FitSummaryRow, Latest, TracedFitRow, figure_columns},
+    row::{TracedFitRow, figure_columns},
     value::Value,
     write::{Intent, Tx, Write},
     writes::{Choose, InsertFit},
@@ -28,7 +28,7 @@ macro_rules! chosen_fit {
     };
 }
 
-/// The columns of a [`FitSummaryRow`].
+/// The columns of a [`FitSummary`].
 macro_rules! summary_columns {
     () => {
         concat!(
@@ -98,7 +98,7 @@ pub async fn last(db: &mut Db, job: Uuid, number: u32) -> Outcome<(Vec<FitSummar
         summary_columns!(),
         " FROM fits WHERE job = $1 AND number = $2 ORDER BY position DESC LIMIT $3"
     );
-    locate::last::<FitSummaryRow, _>(db, sql, job, number).await
+    locate::last(db, sql, job, number).await
 }
 
 /// Returns the last choices of an iteration, and how many come before them.
@@ -107,7 +107,7 @@ pub async fn last_choices(db: &mut Db, job: Uuid, number: u32) -> Outcome<(Vec<C
                       f.id AS fit_id, c.reason, c.actor, c.created_at
                FROM fit_choices c JOIN fits f ON f.job = c.job AND f.number = c.number AND f.position = c.fit
                WHERE c.job = $1 AND c.number = $2 ORDER BY c.position DESC LIMIT $3";
-    locate::last::<ChoiceRow, _>(db, sql, job, number).await
+    locate::last(db, sql, job, number).await
 }
 
 /// Returns the last fits of an iteration with their coefficients, as many as `text` holds the
@@ -131,7 +131,7 @@ pub async fn last_with_coefficients(
          WHERE after <= $4 ORDER BY position DESC"
     );
     let rows = db.each::<Counted<TracedFitRow>>(sql, args![job, number, MAX_LISTED, text])?;
-    Ok(lists::told(rows, text).await?)
+    Ok(lists::within(rows, text).await?)
 }
 
 pub async fn fits(
@@ -148,7 +148,7 @@ pub async fn fits(
         " FROM fits WHERE job = $1 AND number = $2 AND position > $3 ORDER BY position LIMIT $4"
     );
     let after = after.map_or(0, |cursor| cursor.number());
-    let rows: Vec<Listed<FitSummaryRow>> = db.all(sql, args![job, *number, after, i64::from(*limit) + 1]).await?;
+    let rows: Vec<Listed<FitSummary>> = db.all(sql, args![job, *number, after, i64::from(*limit) + 1]).await?;
     Ok(page(rows, *limit))
 }
 
@@ -159,10 +159,10 @@ pub async fn fit(db: &mut Db, caller: &Caller, job: &Uuid, number: &u32, fit: &U
         chosen_fit!(),
         " AS chosen, flank_figures, spec, result FROM fits WHERE job = $1 AND number = $2 AND id = $3"
     );
-    let row: Option<FitRow> = db.maybe(sql, args![job, *number, fit]).await?;
-    match row.ok_or(RepositoryError::NotFound(Resource::Fit))? {
-        row if row.is_gone() => Err(gone::refusal(db, *job).await),
-        row => Ok(row.into()),
+    let fit: Option<FitRecord> = db.maybe(sql, args![job, *number, fit]).await?;
+    match fit.ok_or(RepositoryError::NotFound(Resource::Fit))? {
+        fit if fit.result.is_empty() => Err(gone::refusal(db, *job).await),
+        fit => Ok(fit),
     }
 }
 
@@ -223,10 +223,9 @@ impl Write for Choose {
         let sql = "SELECT position FROM fits WHERE job = $1 AND number = $2 AND id = $3";
         let position: Option<i64> = tx.db().first(sql, args![job, *number, choice.fit_id]).await?;
         let position = position.ok_or(RepositoryError::ForeignFit(choice.fit_id))?;
-        let sql = "SELECT fit AS what, reason FROM fit_choices WHERE job = $1 AND number = $2
-                   ORDER BY position DESC LIMIT 1";
-        let latest: Option<Latest<i64>> = tx.db().maybe(sql, args![job, *number]).await?;
-        if latest.is_some_and(|latest| latest.is(&position, &choice.event)) {
+        let sql = "SELECT fit, reason FROM fit_choices WHERE job = $1 AND number = $2 ORDER BY position DESC LIMIT 1";
+        let latest: Option<(i64, Option<String>)> = tx.db().maybe(sql, args![job, *number]).await?;
+        if latest.is_some_and(|(fit, reason)| (fit, &reason) == (position, &choice.event.reason)) {
             return Ok(Stored { number: *number, version });
         }
         tx.enter(*job, Action::ChooseFit, target::fit(*job, *number, choice.fit_id)).await?;

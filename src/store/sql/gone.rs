@@ -5,15 +5,15 @@ use uuid::Uuid;
 use super::{
     db::Db,
     error::{Outcome, StoreError},
-    row::{JobPurge, PurgeRow},
+    row::{self, JobPurge},
 };
 use crate::jobs::Tenant;
 
 /// Returns the refusal of something of a job that was taken away.
 pub async fn refusal(db: &mut Db, job: Uuid) -> StoreError {
     let sql = "SELECT at, reason, archive_sha256 FROM purges WHERE job = $1";
-    match db.maybe::<PurgeRow>(sql, args![job]).await {
-        Ok(row) => PurgeRow::refusal(row).into(),
+    match db.maybe(sql, args![job]).await {
+        Ok(purge) => row::refusal(purge).into(),
         Err(error) => error.into(),
     }
 }

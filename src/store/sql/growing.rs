@@ -21,10 +21,10 @@ pub struct NewEntry {
 pub struct Growing {
     tenant: Tenant,
     chain: Uuid,
-    /// Whether a purge may take names out of its entries.
+    /// True if a purge may take names out of its entries.
     is_of_job: bool,
     head: Head,
-    /// What is to be stored of it.
+    /// The entries to store.
     pub new: Vec<NewEntry>,
 }
 

@@ -1,15 +1,16 @@
 //! Jobs as rows, to be taken elsewhere, and stored as they were.
 
-use std::{collections::BTreeMap, fs::File};
+use std::{collections::BTreeMap, fs::File, sync::Arc};
 
 use futures_util::{StreamExt as _, TryStreamExt as _, stream::BoxStream};
+use jiff::Timestamp;
 use sqlx::{AssertSqlSafe, ColumnIndex, Decode, Type};
 use tokio::sync::{Mutex, mpsc};
 use uuid::Uuid;
 
 use super::{
     audit_reads,
-    columns::{Document, Moment},
+    columns::Cell,
     db::{Db, Lent, Pool},
     error::{Outcome, reported},
     value::Value as Bound,
@@ -109,8 +110,8 @@ impl SqlHoldings {
 
     async fn read_keys(&self) -> Outcome<Vec<Key>> {
         let sql = "SELECT tenant, id FROM jobs UNION SELECT tenant, chain FROM audit";
-        let keys: Vec<(Tenant, Uuid)> = self.readers.connection().await?.all(sql, args![]).await?;
-        Ok(keys_of(keys))
+        let keys: Vec<(Cell<Tenant>, Uuid)> = self.readers.connection().await?.all(sql, args![]).await?;
+        Ok(keys_of(keys.into_iter().map(|(Cell(tenant), job)| (tenant, job)).collect()))
     }
 
     async fn store(&self, key: &Key, from: mpsc::Receiver<Coming>) -> Outcome<()> {
@@ -226,20 +227,20 @@ where
     Option<i64>: Decode<'r, R::Database> + Type<R::Database>,
     Option<f64>: Decode<'r, R::Database> + Type<R::Database>,
     Option<String>: Decode<'r, R::Database> + Type<R::Database>,
-    Option<Document>: Decode<'r, R::Database> + Type<R::Database>,
+    Cell<Option<Arc<str>>>: Decode<'r, R::Database> + Type<R::Database>,
     Option<Vec<u8>>: Decode<'r, R::Database> + Type<R::Database>,
     Option<Uuid>: Decode<'r, R::Database> + Type<R::Database>,
-    Option<Moment>: Decode<'r, R::Database> + Type<R::Database>,
+    Cell<Option<Timestamp>>: Decode<'r, R::Database> + Type<R::Database>,
 {
     let column = |(k, column): (usize, &Column)| {
         Ok(match column.kind {
             Kind::Integer => row.try_get::<Option<i64>, _>(k)?.map(Value::Integer),
             Kind::Real => row.try_get::<Option<f64>, _>(k)?.map(Value::Real),
             Kind::Text => row.try_get::<Option<String>, _>(k)?.map(Value::Text),
-            Kind::Document => row.try_get::<Option<Document>, _>(k)?.map(|Document(text)| Value::Text(text)),
+            Kind::Document => row.try_get::<Cell<Option<Arc<str>>>, _>(k)?.0.map(|text| Value::Text(text.to_string())),
             Kind::Bytes => row.try_get::<Option<Vec<u8>>, _>(k)?.map(Value::Bytes),
             Kind::Id => row.try_get::<Option<Uuid>, _>(k)?.map(Value::Id),
-            Kind::Time => row.try_get::<Option<Moment>, _>(k)?.map(|Moment(time)| Value::Time(time)),
+            Kind::Time => row.try_get::<Cell<Option<Timestamp>>, _>(k)?.0.map(Value::Time),
         }
         .unwrap_or(Value::Null))
     };

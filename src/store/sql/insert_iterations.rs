@@ -11,7 +11,6 @@ use jiff::Timestamp;
 use uuid::Uuid;
 
 use super::{
-    columns::Integer,
     error::{Outcome, StoreError},
     fits,
     growing::target,
@@ -119,7 +118,7 @@ row! {
         id: Uuid,
         tenant: String,
         gear: Option<String>,
-        last_number: Integer<u32>,
+        last_number: u32,
     }
 }
 
@@ -173,8 +172,8 @@ fn number<'a>(
     job.purge.refuse()?;
     new.iteration.check_gear(job.gear.as_deref())?;
     used.extend(new.key);
-    job.last_number.0 += 1;
-    Ok(job.last_number.0)
+    job.last_number += 1;
+    Ok(job.last_number)
 }
 
 async fn change(session: &mut Session, accepted: &[Numbered<'_>]) -> Outcome<()> {

@@ -9,8 +9,8 @@ use super::{
     fits, gone, jobs,
     lists::{Listed, page},
     locate::{self, iteration_version, which_is_missing},
-    neighbours::{self, CorrectionRow, MeasuredRow, PredecessorRow, SuccessorRow},
-    row::{IterationRow, ListedIterationRow, MeasurandRow, NodesRow, figure_columns},
+    neighbours,
+    row::{IterationRow, NodesRow, SuccessorRow, figure_columns},
 };
 use crate::jobs::{
     Caller, Iteration, ListedIteration, Measurand, Page, PageRequest, Predecessor, Predecessors, RepositoryError,
@@ -55,7 +55,7 @@ pub async fn iterations(
          WHERE i.job = $1 AND i.number > $2 ORDER BY i.number LIMIT $3"
     );
     let after = after.map_or(0, |cursor| cursor.number());
-    let rows: Vec<Listed<ListedIterationRow>> = db.all(sql, args![job, after, i64::from(*limit) + 1]).await?;
+    let rows: Vec<Listed<ListedIteration>> = db.all(sql, args![job, after, i64::from(*limit) + 1]).await?;
     Ok(page(rows, *limit))
 }
 
@@ -86,14 +86,13 @@ pub async fn nodes_up_to(
 pub async fn measurand(db: &mut Db, Caller { tenant, .. }: &Caller, job: &Uuid, number: &u32) -> Outcome<Measurand> {
     let sql = "SELECT i.flank, i.tooth, i.axes, i.units_accepted
                FROM jobs j JOIN measured i ON i.job = j.id WHERE j.id = $1 AND j.tenant = $2 AND i.number = $3";
-    let row: MeasurandRow = locate::row(db, sql, (tenant, *job, *number)).await?;
-    Ok(row.into())
+    locate::row(db, sql, (tenant, *job, *number)).await
 }
 
 /// Returns the first iteration after one, and the first after it that is of the same flank and
 /// tooth.
 pub async fn successors(db: &mut Db, caller: &Caller, job: &Uuid, number: &u32) -> Outcome<Successors> {
-    let sql = "SELECT i.number, i.flank, i.tooth, CAST(NULL AS text) AS axes
+    let sql = "SELECT i.number, i.flank, i.tooth, CAST(NULL AS text) AS axes, i.units_accepted
                FROM jobs j JOIN measured i ON i.job = j.id WHERE j.id = $1 AND j.tenant = $2 AND i.number >= $3
                ORDER BY i.number";
     let rows = db.each::<SuccessorRow>(sql, args![job, &caller.tenant, *number])?;
@@ -107,25 +106,24 @@ pub async fn predecessors(
     wanted: &Predecessors,
 ) -> Outcome<Vec<Predecessor>> {
     gone::refuse(db, &caller.tenant, *job).await?;
-    let sql = "SELECT i.number, i.flank, i.tooth, i.axes,
+    let sql = "SELECT i.number, i.flank, i.tooth, i.axes, i.units_accepted,
                       (SELECT f.id FROM fit_choices c
                             JOIN fits f ON f.job = c.job AND f.number = c.number AND f.position = c.fit
                        WHERE c.job = i.job AND c.number = i.number ORDER BY c.position DESC LIMIT 1) AS fit_id
                FROM jobs j JOIN measured i ON i.job = j.id
                WHERE j.id = $1 AND j.tenant = $2 AND i.number >= $3 AND i.number < $4 ORDER BY i.number DESC";
     let before = wanted.before.map_or(i64::MAX, i64::from);
-    let rows = db.each::<PredecessorRow>(sql, args![job, &caller.tenant, wanted.from, before])?;
+    let rows = db.each::<Predecessor>(sql, args![job, &caller.tenant, wanted.from, before])?;
     Ok(neighbours::predecessors(rows, wanted).await?)
 }
 
 pub async fn rounds(db: &mut Db, Caller { tenant, .. }: &Caller, job: &Uuid) -> Outcome<Rounds> {
     gone::refuse(db, tenant, *job).await?;
-    let sql = "SELECT i.number, i.flank, i.tooth, CAST(NULL AS text) AS axes, i.created_at
+    let sql = "SELECT i.number, i.flank, i.tooth, CAST(NULL AS text) AS axes, i.units_accepted, i.created_at
                FROM jobs j JOIN measured i ON i.job = j.id WHERE j.id = $1 AND j.tenant = $2 ORDER BY i.number";
-    let iterations: Vec<MeasuredRow> = db.all(sql, args![job, tenant]).await?;
+    let iterations = db.all(sql, args![job, tenant]).await?;
     let sql = "SELECT r.number, r.id, r.kind, r.created_at FROM jobs j JOIN records r ON r.job = j.id
                WHERE j.id = $1 AND j.tenant = $2 AND r.kind IN ('correction', 'gear_correction')
                ORDER BY r.created_at, r.number, r.position";
-    let corrections: Vec<CorrectionRow> = db.all(sql, args![job, tenant]).await?;
-    Ok(neighbours::rounds(iterations, corrections))
+    Ok(Rounds { iterations, corrections: db.all(sql, args![job, tenant]).await? })
 }

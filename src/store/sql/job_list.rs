@@ -4,9 +4,10 @@ use jiff::Timestamp;
 use uuid::Uuid;
 
 use super::{
+    columns::Cell,
     db::{Db, Statement},
     error::Outcome,
-    row::{DayRow, ListedJobRow, MachineRow, MachinesRow, StatusRow, counts, job_columns},
+    row::{Count, ListedJobRow, counts, job_columns},
     search::{FEW, Parts},
     value::Value,
 };
@@ -154,22 +155,23 @@ pub async fn jobs(db: &mut Db, caller: &Caller, query: &JobQuery) -> Outcome<Job
 
 pub async fn job_counts(db: &mut Db, caller: &Caller, from: &Timestamp) -> Outcome<JobCounts> {
     let tenant = &caller.tenant;
-    let sql = "SELECT status, count(*) AS jobs FROM jobs WHERE tenant = $1 GROUP BY status";
-    let statuses: Vec<StatusRow> = db.all(sql, args![tenant]).await?;
-    let sql = "SELECT machine, count(*) AS jobs FROM jobs WHERE tenant = $1 AND machine IS NOT NULL
+    let sql = "SELECT status AS of, count(*) AS jobs FROM jobs WHERE tenant = $1 GROUP BY status";
+    let statuses: Vec<Count> = db.all(sql, args![tenant]).await?;
+    let sql = "SELECT machine AS of, count(*) AS jobs FROM jobs WHERE tenant = $1 AND machine IS NOT NULL
                GROUP BY machine ORDER BY jobs DESC, machine LIMIT $2";
-    let machines: Vec<MachineRow> = db.all(sql, args![tenant, MOST_MACHINES]).await?;
-    let sql = "SELECT count(DISTINCT machine) AS machines, count(*) AS jobs FROM jobs
+    let machines: Vec<Count> = db.all(sql, args![tenant, MOST_MACHINES]).await?;
+    let sql = "SELECT count(DISTINCT machine), count(*) FROM jobs
                WHERE tenant = $1 AND machine IS NOT NULL";
-    let all: Vec<MachinesRow> = db.all(sql, args![tenant]).await?;
+    let all: Vec<(Cell<u64>, Cell<u64>)> = db.all(sql, args![tenant]).await?;
     let sql = db.pick(
-        "SELECT substr(changed_at, 1, 10) AS day, count(*) AS jobs FROM jobs WHERE tenant = $1 AND changed_at >= $2
-         GROUP BY day ORDER BY day",
-        "SELECT to_char(changed_at AT TIME ZONE 'UTC', 'YYYY-MM-DD') AS day, count(*) AS jobs FROM jobs
-         WHERE tenant = $1 AND changed_at >= $2 GROUP BY day ORDER BY day",
+        "SELECT substr(changed_at, 1, 10) AS of, count(*) AS jobs FROM jobs WHERE tenant = $1 AND changed_at >= $2
+         GROUP BY 1 ORDER BY 1",
+        "SELECT to_char(changed_at AT TIME ZONE 'UTC', 'YYYY-MM-DD') AS of, count(*) AS jobs FROM jobs
+         WHERE tenant = $1 AND changed_at >= $2 GROUP BY 1 ORDER BY 1",
     );
-    let days: Vec<DayRow> = db.all(sql, args![tenant, *from]).await?;
-    counts(statuses, machines, &all[0], days)
+    let days: Vec<Count> = db.all(sql, args![tenant, *from]).await?;
+    let (Cell(machines_in_all), Cell(with_machine)) = all[0];
+    counts(statuses, machines, (machines_in_all, with_machine), days)
 }
 
 #[cfg(test)]

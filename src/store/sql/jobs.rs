@@ -3,12 +3,12 @@
 use uuid::Uuid;
 
 use super::{
-    columns::{Integer, Tags},
+    columns::tags_text,
     db::Db,
     error::Outcome,
     gone,
     growing::target,
-    row::{JobRow, MeasuredTooth, job_columns},
+    row::{MeasuredTooth, job_columns},
     streams,
     write::{Intent, Tx, Write},
     writes::{DeleteJob, InsertJob, PatchJob},
@@ -21,8 +21,7 @@ use crate::jobs::{
 /// Returns a job of a tenant.
 pub async fn located(db: &mut Db, tenant: &Tenant, id: Uuid) -> Outcome<Job> {
     let sql = concat!("SELECT ", job_columns!(), " FROM jobs WHERE id = $1 AND tenant = $2");
-    let row: Option<JobRow> = db.maybe(sql, args![id, tenant]).await?;
-    Ok(row.ok_or(RepositoryError::NotFound(Resource::Job))?.into())
+    Ok(db.maybe(sql, args![id, tenant]).await?.ok_or(RepositoryError::NotFound(Resource::Job))?)
 }
 
 pub async fn job(db: &mut Db, caller: &Caller, id: &Uuid) -> Outcome<Job> {
@@ -57,7 +56,7 @@ pub async fn insert(db: &mut Db, tenant: &Tenant, job: &Job) -> Outcome<()> {
             job.machine.as_deref(),
             job.gear.as_deref(),
             job.requirements.as_deref(),
-            Tags::write(&job.tags),
+            tags_text(&job.tags),
             job.version,
             job.created_at,
             job.updated_at,
@@ -116,7 +115,7 @@ impl Write for PatchJob {
                         after.machine.as_deref(),
                         after.gear.as_deref(),
                         after.requirements.as_deref(),
-                        Tags::write(&after.tags),
+                        tags_text(&after.tags),
                         after.version,
                         after.updated_at,
                         after.searched(),
@@ -154,7 +153,7 @@ impl Write for DeleteJob {
         refuse_purged(tx.db(), &job).await?;
         self.precondition.check(job.version)?;
         let sql = "SELECT count(*) FROM iterations WHERE job = $1";
-        let Integer(iterations): Integer<u64> = tx.db().one(sql, args![self.id]).await?;
+        let iterations: u64 = tx.db().one(sql, args![self.id]).await?;
         if iterations > 0 {
             return Err(RepositoryError::HasIterations(iterations).into());
         }

@@ -3,7 +3,6 @@
 use uuid::Uuid;
 
 use super::{
-    columns::Integer,
     db::{Db, Record},
     error::{Outcome, StoreError},
     lists::{Counted, in_order},
@@ -43,13 +42,13 @@ pub async fn row<T: Record>(db: &mut Db, sql: &'static str, (tenant, job, number
 pub async fn iteration(db: &mut Db, tenant: &Tenant, job: Uuid, number: u32) -> Outcome<()> {
     let sql = "SELECT i.number FROM jobs j JOIN iterations i ON i.job = j.id
                WHERE j.id = $1 AND j.tenant = $2 AND i.number = $3";
-    let (Integer(_),): (Integer<u32>,) = row(db, sql, (tenant, job, number)).await?;
+    let _found: (i64,) = row(db, sql, (tenant, job, number)).await?;
     Ok(())
 }
 
 /// Returns the last entries of a list of an iteration, and how many come before them. The statement
 /// reads them newest first; its values are job, number and how many.
-pub async fn last<T, U: From<T>>(db: &mut Db, sql: &'static str, job: Uuid, number: u32) -> Outcome<(Vec<U>, u64)>
+pub async fn last<T>(db: &mut Db, sql: &'static str, job: Uuid, number: u32) -> Outcome<(Vec<T>, u64)>
 where
     Counted<T>: Record,
 {
@@ -68,7 +67,7 @@ row! {
     struct VersionRow {
         @purge: JobPurge,
         /// None where the job has no iteration of this number.
-        version: Option<Integer<u64>>,
+        version: Option<u64>,
     }
 }
 
@@ -83,5 +82,5 @@ pub async fn version(db: &mut Db, tenant: &Tenant, job: Uuid, number: u32) -> Ou
     let row: Option<VersionRow> = db.maybe(sql, args![job, tenant, number]).await?;
     let row = row.ok_or(RepositoryError::NotFound(Resource::Job))?;
     row.purge.refuse()?;
-    Ok(row.version.ok_or(RepositoryError::NotFound(Resource::Iteration))?.0)
+    Ok(row.version.ok_or(RepositoryError::NotFound(Resource::Iteration))?)
 }

@@ -1,26 +1,12 @@
-//! What was measured before and after an iteration. Names of teeth may be older than the rule how
-//! they are written, so they are compared here and not by the database; the rows are short.
+//! Iterations measured before and after another. Names of teeth are compared here and not by the
+//! database; the rows are short.
 
 use futures_util::{TryStream, TryStreamExt as _};
-use uuid::Uuid;
 
-use super::{
-    columns::{Integer, Moment},
-    row::MeasurandRow,
-};
-use crate::jobs::{
-    MadeCorrection, Measurand, MeasuredIteration, Predecessor, Predecessors, RecordKind, Rounds, Successors,
-};
+use super::row::SuccessorRow;
+use crate::jobs::{Measurand, Predecessor, Predecessors, Successors};
 
-row! {
-    /// An iteration, without the axes.
-    pub struct SuccessorRow {
-        @measurand: MeasurandRow,
-        number: Integer<u32>,
-    }
-}
-
-/// Of an iteration and those after it, in order: the first after it, and the first that is of the
+/// Returns, from an iteration and those after it in order, the first after it and the first of the
 /// same flank and tooth.
 pub async fn successors(
     mut rows: impl TryStream<Ok = SuccessorRow, Error = sqlx::Error> + Unpin,
@@ -28,8 +14,7 @@ pub async fn successors(
 ) -> Result<Successors, sqlx::Error> {
     let mut found = Successors::default();
     let mut own: Option<Measurand> = None;
-    while let Some(SuccessorRow { number: Integer(at), measurand }) = rows.try_next().await? {
-        let measurand = Measurand::from(measurand);
+    while let Some(SuccessorRow { number: at, measurand }) = rows.try_next().await? {
         match &own {
             None if at == number => own = Some(measurand),
             None => break,
@@ -45,26 +30,16 @@ pub async fn successors(
     Ok(found)
 }
 
-row! {
-    /// An iteration with its chosen fit.
-    pub struct PredecessorRow {
-        @measurand: MeasurandRow,
-        number: Integer<u32>,
-        fit_id: Uuid,
-    }
-}
-
-/// Of iterations with the greatest number first, those that are of the flank and tooth wanted, in
+/// Returns, from iterations with the greatest number first, those of the flank and tooth wanted, in
 /// the order of their numbers.
 pub async fn predecessors(
-    mut rows: impl TryStream<Ok = PredecessorRow, Error = sqlx::Error> + Unpin,
+    mut rows: impl TryStream<Ok = Predecessor, Error = sqlx::Error> + Unpin,
     wanted: &Predecessors,
 ) -> Result<Vec<Predecessor>, sqlx::Error> {
     let mut found = Vec::new();
-    while let Some(PredecessorRow { number: Integer(number), measurand, fit_id }) = rows.try_next().await? {
-        let measurand = Measurand::from(measurand);
-        if measurand.is_alike(&wanted.of) {
-            found.push(Predecessor { number, measurand, fit_id });
+    while let Some(predecessor) = rows.try_next().await? {
+        if predecessor.measurand.is_alike(&wanted.of) {
+            found.push(predecessor);
             if found.len() == wanted.most {
                 break;
             }
@@ -72,42 +47,4 @@ pub async fn predecessors(
     }
     found.reverse();
     Ok(found)
-}
-
-row! {
-    /// An iteration with its time, without the axes.
-    pub struct MeasuredRow {
-        @measurand: MeasurandRow,
-        number: Integer<u32>,
-        created_at: Moment,
-    }
-}
-
-row! {
-    /// A correction without its texts.
-    pub struct CorrectionRow {
-        number: Integer<u32>,
-        id: Uuid,
-        kind: RecordKind,
-        created_at: Moment,
-    }
-}
-
-/// The rounds of a job, of its iterations by number and its corrections by time.
-pub fn rounds(iterations: Vec<MeasuredRow>, corrections: Vec<CorrectionRow>) -> Rounds {
-    let measured = |row: MeasuredRow| MeasuredIteration {
-        number: row.number.0,
-        measurand: row.measurand.into(),
-        created_at: row.created_at.0,
-    };
-    let made = |row: CorrectionRow| MadeCorrection {
-        number: row.number.0,
-        id: row.id,
-        kind: row.kind,
-        created_at: row.created_at.0,
-    };
-    Rounds {
-        iterations: iterations.into_iter().map(measured).collect(),
-        corrections: corrections.into_iter().map(made).collect(),
-    }
 }

@@ -7,7 +7,7 @@ use super::{
     db::Db,
     error::{Outcome, StoreError},
     growing::target,
-    row::{PlantRow, plant_columns},
+    row::plant_columns,
     write::{Intent, Tx, Write},
     writes::{InsertPlant, PatchPlant},
 };
@@ -18,15 +18,14 @@ use crate::jobs::{
 
 pub async fn plant(db: &mut Db, _caller: &Caller, name: &Tenant) -> Outcome<Plant> {
     let sql = concat!("SELECT ", plant_columns!(), " FROM tenants WHERE name = $1");
-    let row: Option<PlantRow> = db.maybe(sql, args![name]).await?;
-    Ok(row.ok_or(RepositoryError::NotFound(Resource::Tenant))?.into())
+    Ok(db.maybe(sql, args![name]).await?.ok_or(RepositoryError::NotFound(Resource::Tenant))?)
 }
 
 pub async fn plants(db: &mut Db, _caller: &Caller, page: &PageRequest) -> Outcome<Page<Plant>> {
     let after = page.after.map_or(Uuid::max(), |Cursor(id)| id);
     let sql = concat!("SELECT ", plant_columns!(), " FROM tenants WHERE id < $1 ORDER BY id DESC LIMIT $2");
-    let rows: Vec<PlantRow> = db.all(sql, args![after, i64::from(page.limit) + 1]).await?;
-    Ok(Page::of(rows.into_iter().map(Plant::from).collect(), page.limit, |plant: &Plant| Cursor(plant.id)))
+    let rows: Vec<Plant> = db.all(sql, args![after, i64::from(page.limit) + 1]).await?;
+    Ok(Page::of(rows, page.limit, |plant| Cursor(plant.id)))
 }
 
 impl Write for InsertPlant {

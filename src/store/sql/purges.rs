@@ -1,25 +1,25 @@
-//! Jobs that are purged: the database takes away what only takes space or is about people, beside
-//! the row in `purges`; rows, numbers and chains stay.
+//! Jobs that are purged: with a row in `purges` the database takes away nodes, results, texts and
+//! names; rows, numbers and chains stay.
 
 use jiff::Timestamp;
 use uuid::Uuid;
 
 use super::{
-    audit,
-    columns::Integer,
+    audit::{self, Readable},
+    columns::Cell,
     db::{Db, Pool},
     error::{Outcome, StoreError},
     gone,
     growing::target,
     jobs,
-    row::{EntryRow, entry_columns, purge_name},
+    row::{entry_columns, purge_name},
     write::{Intent, Tx, Write},
     writes::PurgeJob,
 };
 use crate::jobs::{
     Job, NewPurge, RepositoryError, Seen, Stored, Tenant,
     archive::Key,
-    audit::{Action, Contents, Nameless, purge_digest, purged},
+    audit::{Action, Contents, Entry, Nameless, purge_digest, purged},
 };
 
 impl Write for PurgeJob {
@@ -39,14 +39,14 @@ impl Write for PurgeJob {
         tx.refuse_taken()?;
         gone::refuse(tx.db(), tenant, new.job).await?;
         let sql = "SELECT count(*) FROM operations WHERE job = $1 AND state IN ('queued', 'running')";
-        let Integer(open): Integer<u64> = tx.db().one(sql, args![new.job]).await?;
+        let open: u64 = tx.db().one(sql, args![new.job]).await?;
         if open > 0 {
             return Err(RepositoryError::HasTasks(open).into());
         }
         if Some(seen(tx.db(), new.job).await?) != new.seen {
             return Err(RepositoryError::ArchiveDiffers.into());
         }
-        // whoever changes both locks jobs before tenants
+        // a job is locked before its tenant
         tx.session.lock_tenant(tenant).await?;
         let version = purge(tx, new, job).await.map_err(StoreError::too_late)?;
         let stored = Stored { number: 0, version };
@@ -59,7 +59,7 @@ impl Write for PurgeJob {
 async fn seen(db: &mut Db, job: Uuid) -> Outcome<Seen> {
     let head = audit::head(db, job).await?.map(|head| head.sha256);
     let sql = "SELECT coalesce(max(number), 0) FROM events WHERE job = $1";
-    let Integer(last_event): Integer<u64> = db.one(sql, args![job]).await?;
+    let last_event: u64 = db.one(sql, args![job]).await?;
     Ok(Seen { head, last_event })
 }
 
@@ -93,19 +93,19 @@ async fn purge(tx: &mut Tx<'_>, NewPurge { purge, .. }: &NewPurge, job: Job) -> 
 /// Returns the entries of a job whose names were taken away.
 async fn nameless(db: &mut Db, job: Uuid) -> Outcome<Nameless> {
     let sql = concat!("SELECT ", entry_columns!(), " FROM audit WHERE chain = $1 ORDER BY number");
-    let rows: Vec<EntryRow> = db.all(sql, args![job]).await?;
+    let rows: Vec<Readable<Entry>> = db.all(sql, args![job]).await?;
     let mut nameless = Nameless::default();
-    rows.into_iter().filter_map(EntryRow::entry).for_each(|entry| nameless.entry(&entry));
+    rows.iter().filter_map(|row| row.0.as_ref()).for_each(|entry| nameless.entry(entry));
     Ok(nameless)
 }
 
 /// Forgets answers and operations about the job. (The key without an answer is the purge's own.)
 async fn forget_answers(db: &mut Db, tenant: &Tenant, job: Uuid) -> Outcome<()> {
-    let streams: Vec<(Uuid,)> = db.all("SELECT id FROM streams WHERE job = $1", args![job]).await?;
+    let streams: Vec<Uuid> = db.values("SELECT id FROM streams WHERE job = $1", args![job]).await?;
     db.run("DELETE FROM operations WHERE job = $1", args![job]).await?;
     db.run("DELETE FROM idempotency_keys WHERE tenant = $1 AND job = $2", args![tenant, job]).await?;
     // a scope is method and path
-    for id in streams.into_iter().map(|(id,)| id).chain([job]) {
+    for id in streams.into_iter().chain([job]) {
         let sql = "DELETE FROM idempotency_keys WHERE tenant = $1 AND scope LIKE $2 AND status IS NOT NULL";
         db.run(sql, args![tenant, format!("%{id}%")]).await?;
     }
@@ -119,6 +119,6 @@ pub async fn untouched(from: &Pool, since: Timestamp, most: u32) -> Outcome<Vec<
                      AND NOT EXISTS (SELECT 1 FROM streams s WHERE s.job = j.id AND s.updated_at >= $1)
                      AND NOT EXISTS (SELECT 1 FROM operations o WHERE o.job = j.id AND o.state IN ('queued', 'running'))
                ORDER BY j.changed_at, j.id LIMIT $2";
-    let rows: Vec<(Tenant, Uuid)> = from.connection().await?.all(sql, args![since, most]).await?;
-    Ok(rows.into_iter().map(|(tenant, job)| Key { tenant, job }).collect())
+    let rows: Vec<(Cell<Tenant>, Uuid)> = from.connection().await?.all(sql, args![since, most]).await?;
+    Ok(rows.into_iter().map(|(Cell(tenant), job)| Key { tenant, job }).collect())
 }

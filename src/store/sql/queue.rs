@@ -40,8 +40,8 @@ impl<W: Write> Pending<W> {
         let Pending { asked: _, write, outcome, reply } = self;
         let lost = || Err(RepositoryError::Failed("a write ended without an outcome".into()));
         let outcome = failure.map_or_else(|| outcome.unwrap_or_else(lost), Err);
-        // First of all the idempotency key is given back: whoever hears the outcome may ask again
-        // at once.
+        // First of all the idempotency key is given back: the caller may ask again as soon as the
+        // outcome is known.
         drop(write);
         // Whoever asked may be gone; the write is done.
         let _gone = reply.send(outcome);
@@ -189,7 +189,7 @@ impl Waiting {
         Some(group)
     }
 
-    /// Tells whoever closes that it is done.
+    /// Answers the call of [`Queue::close`].
     pub fn closed(self) {
         if let Some(closing) = self.closing {
             let _gone = closing.send(());

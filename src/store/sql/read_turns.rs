@@ -90,7 +90,7 @@ impl Watch {
         Arc::new(Watch { until: Instant::now() + time, left: AtomicBool::new(false) })
     }
 
-    /// Whether the read must end.
+    /// Returns whether the read must end.
     pub fn is_over(&self) -> bool {
         self.left.load(Ordering::Relaxed) || Instant::now() >= self.until
     }

@@ -3,14 +3,12 @@
 use uuid::Uuid;
 
 use super::{
-    columns::Integer,
     db::Db,
     error::Outcome,
     gone,
     growing::target,
     lists::{Listed, page},
     locate,
-    row::{RecordRow, RecordSummaryRow},
     value::Value,
     write::{Intent, Tx, Write},
     writes::InsertRecord,
@@ -44,7 +42,7 @@ impl Write for InsertRecord {
 /// Adds a record to those of an iteration.
 pub async fn insert_next(db: &mut Db, job: Uuid, number: u32, record: &Record) -> Outcome<()> {
     let sql = "SELECT coalesce(max(position), 0) FROM records WHERE job = $1 AND number = $2";
-    let Integer(last): Integer<u64> = db.one(sql, args![job, number]).await?;
+    let last: u64 = db.one(sql, args![job, number]).await?;
     insert(db, job, number, last, std::slice::from_ref(record)).await
 }
 
@@ -77,7 +75,7 @@ pub async fn insert(db: &mut Db, job: Uuid, number: u32, last: u64, records: &[R
     Ok(())
 }
 
-/// The columns of a [`RecordRow`].
+/// Reads a [`Record`] of an iteration.
 macro_rules! columns {
     () => {
         "SELECT id, kind, method, created_at, actor, request, result, gear, class, measurand FROM records
@@ -87,10 +85,10 @@ macro_rules! columns {
 
 pub async fn record(db: &mut Db, caller: &Caller, job: &Uuid, number: &u32, id: &Uuid) -> Outcome<Record> {
     locate::iteration(db, &caller.tenant, *job, *number).await?;
-    let row: Option<RecordRow> = db.maybe(concat!(columns!(), "id = $3"), args![job, *number, id]).await?;
-    match row.ok_or(RepositoryError::NotFound(Resource::Record))? {
-        row if row.is_gone() => Err(gone::refusal(db, *job).await),
-        row => Ok(row.into()),
+    let record: Option<Record> = db.maybe(concat!(columns!(), "id = $3"), args![job, *number, id]).await?;
+    match record.ok_or(RepositoryError::NotFound(Resource::Record))? {
+        record if record.draft.result.is_empty() => Err(gone::refusal(db, *job).await),
+        record => Ok(record),
     }
 }
 
@@ -105,7 +103,7 @@ pub async fn records(
     let sql = "SELECT position AS place, id, kind, method, created_at, actor, measurand FROM records
                WHERE job = $1 AND number = $2 AND position > $3 ORDER BY position LIMIT $4";
     let after = after.map_or(0, |cursor| cursor.number());
-    let rows: Vec<Listed<RecordSummaryRow>> = db.all(sql, args![job, *number, after, i64::from(*limit) + 1]).await?;
+    let rows: Vec<Listed<RecordSummary>> = db.all(sql, args![job, *number, after, i64::from(*limit) + 1]).await?;
     Ok(page(rows, *limit))
 }
 
@@ -114,7 +112,7 @@ pub async fn last(db: &mut Db, job: Uuid, number: u32) -> Outcome<(Vec<RecordSum
     let sql = "SELECT id, kind, method, created_at, actor, measurand,
                       (SELECT count(*) FROM records WHERE job = $1 AND number = $2) AS total
                FROM records WHERE job = $1 AND number = $2 ORDER BY position DESC LIMIT $3";
-    locate::last::<RecordSummaryRow, _>(db, sql, job, number).await
+    locate::last(db, sql, job, number).await
 }
 
 pub async fn latest_record(
@@ -126,9 +124,8 @@ pub async fn latest_record(
 ) -> Outcome<Option<Record>> {
     locate::iteration(db, &caller.tenant, *job, *number).await?;
     let sql = concat!(columns!(), "kind = $3 ORDER BY position DESC LIMIT 1");
-    let row: Option<RecordRow> = db.maybe(sql, args![job, *number, kind.name()]).await?;
-    match row {
-        Some(row) if row.is_gone() => Err(gone::refusal(db, *job).await),
-        row => Ok(row.map(Into::into)),
+    match db.maybe::<Record>(sql, args![job, *number, kind.name()]).await? {
+        Some(record) if record.draft.result.is_empty() => Err(gone::refusal(db, *job).await),
+        record => Ok(record),
     }
 }

@@ -6,7 +6,6 @@ use uuid::Uuid;
 
 use super::{
     api_keys, audit, audit_keys,
-    columns::{Digest, Integer},
     db::Db,
     error::Outcome,
     growing::{Growing, NewEntry},
@@ -41,8 +40,8 @@ row! {
     /// The last entry of the chain of a job.
     struct JobHead {
         id: Uuid,
-        number: Option<Integer<u64>>,
-        sha256: Option<Digest>,
+        number: Option<u64>,
+        sha256: Option<[u8; 32]>,
     }
 }
 
@@ -75,7 +74,7 @@ impl Session {
                           (SELECT sha256 FROM audit WHERE chain = jobs.id ORDER BY number DESC LIMIT 1) AS sha256
                    FROM jobs WHERE id IN ({ids})";
         let heads: Vec<JobHead> = self.db.of_ids(sql, jobs).await?;
-        let head = |row: JobHead| Some((row.id, Head { number: row.number?.0, sha256: row.sha256?.0 }));
+        let head = |row: JobHead| Some((row.id, Head { number: row.number?, sha256: row.sha256? }));
         self.heads = heads.into_iter().filter_map(head).collect();
         let leases: Vec<_> = asked.iter().filter_map(|asked| asked.lease).collect();
         self.keys.claim(&mut self.db, asked.iter().filter_map(|asked| asked.key.as_ref()).collect(), &leases).await

@@ -49,7 +49,7 @@ pub struct Database {
     pub shared: Option<Shared>,
 }
 
-/// What a database has that several processes use.
+/// The parts of a database that several processes use.
 pub struct Shared {
     pub settings: Arc<PostgresSettings>,
     pub wakes: Arc<Notifications>,

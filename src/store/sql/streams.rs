@@ -3,14 +3,13 @@
 use uuid::Uuid;
 
 use super::{
-    columns::Integer,
     db::Db,
     error::Outcome,
     gone,
     growing::target,
     incoming::Incoming,
     insert_iterations, locate,
-    row::{JobPurge, StreamRow},
+    row::JobPurge,
     value::Value,
     write::{Intent, Subject, Tx, Write},
     writes::{DeleteStream, FinishStream, InsertStream},
@@ -20,12 +19,12 @@ use crate::jobs::{
     audit::{Action, Contents, new_iteration, stream_digest},
 };
 
-/// The columns of [`StreamRow`].
+/// The columns of a [`Stream`].
 macro_rules! stream_columns {
     () => {
         "s.id AS id, s.job AS job_id, s.spec AS spec, s.forgetting_factor AS forgetting_factor,
          s.sequence AS sequence, s.node_count AS node_count, s.input_sha256 AS input_sha256, s.flank AS flank,
-         s.tooth AS tooth, s.axes AS axes, s.iteration AS iteration, s.version AS version, s.created_at AS created_at,
+         s.tooth AS tooth, s.axes AS axes, false AS units_accepted, s.iteration AS iteration, s.version AS version, s.created_at AS created_at,
          s.updated_at AS updated_at"
     };
 }
@@ -37,10 +36,10 @@ pub async fn located(db: &mut Db, tenant: &Tenant, id: Uuid) -> Outcome<Stream> 
         stream_columns!(),
         " FROM streams s JOIN jobs j ON j.id = s.job WHERE s.id = $1 AND j.tenant = $2"
     );
-    let row: StreamRow = db.maybe(sql, args![id, tenant]).await?.ok_or(RepositoryError::NotFound(Resource::Stream))?;
-    match row.is_gone() {
-        Some(job) => Err(gone::refusal(db, job).await),
-        None => Ok(row.into()),
+    let stream: Option<Stream> = db.maybe(sql, args![id, tenant]).await?;
+    match stream.ok_or(RepositoryError::NotFound(Resource::Stream))? {
+        stream if stream.spec.is_empty() => Err(gone::refusal(db, stream.job_id).await),
+        stream => Ok(stream),
     }
 }
 
@@ -54,17 +53,17 @@ pub async fn streams(db: &mut Db, caller: &Caller, job: &Uuid, page: &PageReques
     let sql =
         concat!("SELECT ", stream_columns!(), " FROM streams s WHERE s.job = $1 AND s.id > $2 ORDER BY s.id LIMIT $3");
     let after = after.map_or(Uuid::nil(), |Cursor(id)| id);
-    let rows: Vec<StreamRow> = db.all(sql, args![job, after, i64::from(limit) + 1]).await?;
-    match rows.iter().find_map(StreamRow::is_gone) {
-        Some(job) => Err(gone::refusal(db, job).await),
-        None => Ok(Page::of(rows.into_iter().map(Stream::from).collect(), limit, |stream| Cursor(stream.id))),
+    let streams: Vec<Stream> = db.all(sql, args![job, after, i64::from(limit) + 1]).await?;
+    match streams.iter().any(|stream| stream.spec.is_empty()) {
+        true => Err(gone::refusal(db, *job).await),
+        false => Ok(Page::of(streams, limit, |stream| Cursor(stream.id))),
     }
 }
 
 row! {
     struct JobOfStream {
         @purge: JobPurge,
-        gear: Option<String>,
+        gear: Option<JobGear>,
     }
 }
 
@@ -85,7 +84,7 @@ impl Write for InsertStream {
         let JobOfStream { purge, gear } = job.ok_or(RepositoryError::NotFound(Resource::Job))?;
         purge.refuse()?;
         tx.refuse_taken()?;
-        stream.measurand.check_tooth(gear.map(JobGear::from).as_ref().and_then(JobGear::teeth))?;
+        stream.measurand.check_tooth(gear.as_ref().and_then(JobGear::teeth))?;
         tx.enter(stream.job_id, Action::OpenStream, target::stream(stream.id)).await?;
         tx.db()
             .run(
@@ -180,7 +179,7 @@ async fn delete_blocks(db: &mut Db, stream: Uuid) -> Outcome<()> {
 
 /// Refuses to delete a job with streams; deletes the events of a job that has nothing else.
 pub async fn release_job(db: &mut Db, job: Uuid) -> Outcome<()> {
-    let Integer(streams): Integer<u64> = db.one("SELECT count(*) FROM streams WHERE job = $1", args![job]).await?;
+    let streams: u64 = db.one("SELECT count(*) FROM streams WHERE job = $1", args![job]).await?;
     if streams > 0 {
         return Err(RepositoryError::HasStreams(streams).into());
     }

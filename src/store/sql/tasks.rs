@@ -9,25 +9,23 @@ use uuid::Uuid;
 
 use super::{
     answers,
-    columns::Integer,
     db::Db,
     error::Outcome,
     gone,
     leases::without_request,
-    row::{ClaimedTaskRow, HeldRow, KeyedTaskRow, TaskResultRow, TaskRow, claimed_task_columns, task_columns},
+    row::{ClaimedTaskRow, TaskResultRow, claimed_task_columns, task_columns},
     value::Value,
     write::{Intent, Subject, Tx, Write},
     writes::{CancelTask, InsertTask},
 };
 use crate::jobs::{
-    Caller, ClaimedTask, Cursor, EndedTask, Lease, Page, PageRequest, RepositoryError, Resource, Scopes, Task,
+    Caller, ClaimedTask, Cursor, EndedTask, Held, Lease, Page, PageRequest, RepositoryError, Resource, Scopes, Task,
     TaskResult, TaskState,
 };
 
 pub async fn task(db: &mut Db, caller: &Caller, id: &Uuid) -> Outcome<Task> {
     let sql = concat!("SELECT ", task_columns!(), " FROM operations o WHERE o.id = $1 AND o.tenant = $2");
-    let row: Option<TaskRow> = db.maybe(sql, args![id, &caller.tenant]).await?;
-    Ok(row.ok_or(RepositoryError::NotFound(Resource::Task))?.into())
+    Ok(db.maybe(sql, args![id, &caller.tenant]).await?.ok_or(RepositoryError::NotFound(Resource::Task))?)
 }
 
 pub async fn tasks(
@@ -43,8 +41,8 @@ pub async fn tasks(
           ORDER BY o.id DESC LIMIT $4"
     );
     let after = after.map_or(Uuid::max(), |Cursor(id)| id);
-    let rows: Vec<TaskRow> = db.all(sql, args![&caller.tenant, after, of.to_string(), i64::from(*limit) + 1]).await?;
-    Ok(Page::of(rows.into_iter().map(Task::from).collect(), *limit, |task: &Task| Cursor(task.id)))
+    let rows: Vec<Task> = db.all(sql, args![&caller.tenant, after, of.to_string(), i64::from(*limit) + 1]).await?;
+    Ok(Page::of(rows, *limit, |task| Cursor(task.id)))
 }
 
 /// An answer that is kept under a key stays as it is, so both statements see the same.
@@ -68,6 +66,14 @@ pub async fn task_result(db: &mut Db, caller: &Caller, id: &Uuid) -> Outcome<(Ta
     })
 }
 
+row! {
+    /// A task with the digest of its request.
+    struct KeyedTask {
+        @task: Task,
+        request_sha256: [u8; 32],
+    }
+}
+
 pub async fn task_of_key(
     db: &mut Db,
     caller: &Caller,
@@ -80,8 +86,8 @@ pub async fn task_of_key(
         ", o.request_sha256 AS request_sha256
          FROM operations o WHERE o.tenant = $1 AND o.key = $2 AND o.key_scope = $3"
     );
-    let row: Option<KeyedTaskRow> = db.maybe(sql, args![&caller.tenant, key, scope]).await?;
-    Ok(row.map(Into::into))
+    let row: Option<KeyedTask> = db.maybe(sql, args![&caller.tenant, key, scope]).await?;
+    Ok(row.map(|row| (row.task, row.request_sha256)))
 }
 
 fn of_job(job: Option<Uuid>, bytes: usize) -> Intent<'static> {
@@ -111,8 +117,8 @@ impl Write for InsertTask {
         let sql = "SELECT CAST(coalesce(sum(bytes), 0) AS bigint) AS bytes, count(*) AS tasks,
                           count(*) FILTER (WHERE state IN ('queued', 'running')) AS open
                    FROM operations WHERE tenant = $1";
-        let held: Option<HeldRow> = db.maybe(sql, args![&caller.tenant]).await?;
-        task.fits(held.map(Into::into).unwrap_or_default(), self.most)?;
+        let held: Option<Held> = db.maybe(sql, args![&caller.tenant]).await?;
+        task.fits(held.unwrap_or_default(), self.most)?;
         let sql =
             "INSERT INTO operations (id, tenant, actor, request_id, peer, scope, scopes, request, job, key, key_scope,
                                      request_sha256, headers, body, state, attempts, progress, bytes, created_at)
@@ -276,7 +282,7 @@ impl Write for EndTask {
         let (ended, db) = (&self.ended, tx.db());
         let sql = "SELECT CAST(coalesce(sum(bytes), 0) AS bigint) FROM operations
                    WHERE tenant = (SELECT tenant FROM operations WHERE id = $1) AND id <> $1";
-        let Integer(held): Integer<u64> = db.one(sql, args![ended.lease.task]).await?;
+        let held: u64 = db.one(sql, args![ended.lease.task]).await?;
         ended.fits(held)?;
         let sql = concat!(
             "UPDATE operations SET state = $3, status = $4, result_headers = $5, result = $6, ended_at = $7,
@@ -298,7 +304,7 @@ impl Write for EndTask {
     }
 }
 
-/// Gives a task back to whoever takes it after a time.
+/// Gives a task back, to be taken after a time.
 pub struct GiveTaskBack {
     pub lease: Lease,
     pub until: Timestamp,

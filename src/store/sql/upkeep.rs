@@ -3,7 +3,6 @@
 use jiff::{SignedDuration, Timestamp};
 
 use super::{
-    columns::Moment,
     db::{Db, Pool},
     error::Outcome,
     failure,
@@ -20,7 +19,7 @@ use crate::{
 const WARNED: SignedDuration = SignedDuration::from_secs(1);
 const SERVED: SignedDuration = SignedDuration::from_secs(10);
 
-/// The lock of whoever forgets.
+/// The lock of the process that forgets.
 const FORGETTING: i64 = 0x666c_616e_6b66_6974;
 
 /// Refuses a server that must not be written to, a schema that this version does not work on, and a
@@ -47,7 +46,7 @@ async fn unfit(from: &Pool, clock: &dyn Clock) -> Result<Option<Unfit>, sqlx::Er
     }
     // our clock is read before and after that of the database
     let before = clock.now();
-    let Moment(there) = db.one("SELECT clock_timestamp()", args![]).await?;
+    let there: Timestamp = db.one("SELECT clock_timestamp()", args![]).await?;
     let after = clock.now();
     let skew = there.duration_since(before + after.duration_since(before) / 2);
     metrics::gauge!(telemetry::CLOCK_SKEW).set(skew.as_secs_f64());

@@ -27,7 +27,7 @@ pub enum Subject {
     Nothing,
 }
 
-/// What a write is about, known before it runs.
+/// The description of a write, known before it runs.
 #[derive(Default)]
 pub struct Intent<'a> {
     pub subject: Subject,
@@ -36,7 +36,7 @@ pub struct Intent<'a> {
     pub receipt: Option<&'a Receipt>,
     /// The contents of its entries in the audit, as far as they are known before.
     pub entries: Vec<Contents>,
-    /// Whether what it takes away must be nowhere afterwards.
+    /// True if nothing that it takes away may be left in a file afterwards.
     pub erases: bool,
 }
 

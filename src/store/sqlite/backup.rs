@@ -30,7 +30,7 @@ pub enum BackupError {
     Damaged { path: PathBuf, finding: String },
 }
 
-/// Where a copy is while it is made.
+/// Returns the path of a copy while it is made.
 pub fn unfinished(target: &Path) -> PathBuf {
     let mut partial = target.as_os_str().to_owned();
     partial.push(".partial");

@@ -2,7 +2,7 @@
 //!
 //! SQLite would let two processes write in turns, and what is stored is checked against the
 //! database. But which idempotency keys are being worked on, and who is to be woken when a job goes
-//! on, each process knows of itself only. So the writer holds a lock on a file beside the database
+//! on, each process knows of itself only. So the writer holds a lock on a file next to the database
 //! (`jobs.db.lock`), which the operating system takes back when the process dies. The lock
 //! is not on the database itself: closing a second handle of that file would drop SQLite's own
 //! locks. Who only reads (a backup, a shell) needs no lock.
@@ -56,8 +56,8 @@ fn refuse_linked(database: &Path) -> Result<(), OpenError> {
     Ok(())
 }
 
-/// `jobs.db.lock`, beside the file that the path leads to in the end: two names of one database are
-/// one database.
+/// Returns `jobs.db.lock`, next to the file that the path leads to in the end: two names of one
+/// database are one database.
 fn lock_file(database: &Path) -> PathBuf {
     let real = fs::canonicalize(database).or_else(|error| match (database.parent(), database.file_name()) {
         (Some(parent), Some(name)) if !parent.as_os_str().is_empty() => Ok(fs::canonicalize(parent)?.join(name)),

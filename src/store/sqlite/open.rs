@@ -48,8 +48,8 @@ const ASIDE: u32 = 4;
 /// Instructions of SQLite's virtual machine between two checks of the clock: about a millisecond.
 const STEPS: i32 = 20_000;
 
-/// Rows that are read ahead of whoever takes them. Rows of nodes are large, and the library's 50 of
-/// them would be held beside every archive.
+/// Rows that are read before they are taken. Rows of nodes are large, and the library's 50 of them
+/// would be in memory for every archive.
 const ROWS_AHEAD: usize = 4;
 /// How long a connection waits while another program (a backup tool, a shell) holds the database.
 const BUSY_TIMEOUT: Duration = Duration::from_secs(10);
@@ -103,7 +103,7 @@ impl StoreSettings {
     fn must_exist(&self) -> Result<(), OpenError> {
         match self.path().try_exists() {
             Ok(false) => Err(OpenError::Missing { path: self.path() }),
-            // what is wrong otherwise is told where it is opened
+            // opening it reports any other error
             _ => Ok(()),
         }
     }
@@ -253,8 +253,8 @@ async fn watch(db: &mut SqliteConnection) -> Result<(), sqlx::Error> {
     Ok(())
 }
 
-/// Whether a URL has a user with a password where the other store has them: whatever is wrong with
-/// such a file would be told with the password.
+/// Returns whether a URL has a user with a password where the other store has them: an error about
+/// such a file would show the password.
 fn names_a_user(url: &str) -> bool {
     let rest = url.trim_start_matches("sqlite:").trim_start_matches('/');
     let user = rest.split(['/', '?']).next().and_then(|place| place.rsplit_once('@'));

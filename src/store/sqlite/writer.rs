@@ -40,7 +40,7 @@ pub struct Writer {
     waiting: Waiting,
     commit_seconds: metrics::Histogram,
     files: InPlace,
-    /// Whether one of the files was found removed or replaced.
+    /// True if one of the files was found removed or replaced.
     misplaced: bool,
     /// Since when the log has what shall be nowhere any more.
     to_erase: Option<Instant>,

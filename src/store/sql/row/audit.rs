@@ -1,80 +1,98 @@
-//! Entries of the audit.
+//! Entries and seals of the audit.
 
-use uuid::Uuid;
+use std::collections::BTreeMap;
 
-use crate::{
-    jobs::{
-        Cursor, Page, RepositoryError,
-        audit::{Contents, Entry, Head},
-    },
-    store::sql::{
-        columns::{Digest, Integer, Moment},
-        error::{Outcome, damaged},
-    },
+use jiff::{Timestamp, ToSpan as _};
+
+use crate::jobs::{
+    Tenant,
+    audit::{Entry, Head, Seal, SealedHead, Sealing, Signed},
 };
 
-/// The columns of [`EntryRow`].
+/// The columns of an [`Entry`].
 macro_rules! entry_columns {
     () => {
         "number, id, at, actor, action, target, request_id, peer, contents, outcome, previous, sha256"
     };
 }
-pub(in crate::store) use entry_columns;
+pub(in crate::store::sql) use entry_columns;
 
-row! {
-    pub struct EntryRow {
-        number: Integer<u64>,
-        id: Uuid,
-        at: Moment,
-        actor: String,
-        action: String,
-        target: String,
-        request_id: Option<String>,
-        peer: Option<String>,
-        contents: Vec<u8>,
-        outcome: String,
-        previous: Digest,
-        sha256: Digest,
-    }
+/// The columns of a [`SealRow`].
+macro_rules! seal_columns {
+    () => {
+        "tenant, number, at, heads, root, previous, sha256, signature, public_key"
+    };
 }
+pub(in crate::store::sql) use seal_columns;
 
-impl EntryRow {
-    /// The entry; `None` where its contents do not read.
-    pub fn entry(self) -> Option<Entry> {
-        Some(Entry {
-            number: self.number.0,
-            id: self.id,
-            at: self.at.0,
-            actor: self.actor.into(),
-            action: self.action.into(),
-            target: self.target,
-            request_id: self.request_id.map(Into::into),
-            peer: self.peer.map(Into::into),
-            contents: Contents::read(&self.contents)?,
-            outcome: self.outcome.into(),
-            previous: self.previous.0,
-            sha256: self.sha256.0,
-        })
-    }
-}
-
-/// A page of so many entries. One row more than that tells whether there is a next page.
-pub fn entries(rows: Vec<EntryRow>, limit: u32) -> Outcome<Page<Entry>> {
-    let read = |row: EntryRow| row.entry().ok_or_else(|| RepositoryError::Failed(damaged("an entry", "of the audit")));
-    let rows: Vec<Entry> = rows.into_iter().map(read).collect::<Result<_, _>>()?;
-    Ok(Page::of(rows, limit, |entry| Cursor::after_number(entry.number)))
+from_row! {
+    Entry { number, id, at, actor, action, target, request_id, peer, contents, outcome, previous, sha256 }
+    Head { number, sha256 }
+    SealedHead { chain, number, sha256 }
 }
 
 row! {
-    /// The last entry of a chain.
-    pub struct HeadRow {
-        number: Integer<u64>,
-        sha256: Digest,
+    pub struct SealRow {
+        tenant: Tenant,
+        number: u64,
+        at: Timestamp,
+        heads: u64,
+        root: [u8; 32],
+        previous: [u8; 32],
+        sha256: [u8; 32],
+        signature: Option<Vec<u8>>,
+        public_key: Option<Vec<u8>>,
     }
 }
 
-impl From<HeadRow> for Head {
-    fn from(HeadRow { number, sha256 }: HeadRow) -> Self {
-        Head { number: number.0, sha256: sha256.0 }
+/// Returns the bytes of a column; zeros where there are not as many.
+fn exactly<const N: usize>(bytes: Option<Vec<u8>>) -> [u8; N] {
+    bytes.and_then(|bytes| bytes.try_into().ok()).unwrap_or([0; N])
+}
+
+impl From<SealRow> for Seal {
+    fn from(row: SealRow) -> Self {
+        let SealRow { tenant, number, at, heads, root, previous, sha256, signature, public_key } = row;
+        let is_signed = signature.is_some() || public_key.is_some();
+        let signed = Signed { public_key: exactly(public_key), signature: exactly(signature) };
+        Seal { tenant, number, at, heads, root, previous, sha256, signed: is_signed.then_some(signed) }
+    }
+}
+
+row! {
+    /// The last entry of a chain that grew.
+    pub struct GrownRow {
+        @head: SealedHead,
+        tenant: Tenant,
+    }
+}
+
+/// Returns chains that grew, by their tenants.
+pub fn grown(rows: Vec<GrownRow>) -> BTreeMap<Tenant, Vec<SealedHead>> {
+    let mut grown: BTreeMap<Tenant, Vec<SealedHead>> = BTreeMap::new();
+    for GrownRow { tenant, head } in rows {
+        grown.entry(tenant).or_default().push(head);
+    }
+    grown
+}
+
+row! {
+    /// The seal of any tenant that was made last.
+    pub struct NewestSealRow {
+        at: Timestamp,
+        /// How far the audit was looked at for it.
+        pub upto: i64,
+    }
+}
+
+impl NewestSealRow {
+    /// Returns whether it is enough.
+    pub fn suffices(&self, sealing: &Sealing) -> bool {
+        self.at > sealing.unless_since
+    }
+
+    /// Returns the time of the next seals, which are younger whatever the clock says.
+    pub fn behind(&self, at: Timestamp) -> Timestamp {
+        at.max(self.at.checked_add(1.microsecond()).unwrap_or(Timestamp::MAX))
     }
 }

@@ -1,22 +1,17 @@
 //! Rows of a job as the audit finds them: each with the number of its iteration, and read for its
 //! digest alone.
 
+use std::sync::Arc;
+
+use jiff::Timestamp;
 use uuid::Uuid;
 
-use super::{
-    fit::{ChoiceRow, DecisionRow, FigureRow, ReasonRow},
-    iteration::{DetailsRow, MeasurandRow},
-    record::RecordRow,
-};
-use crate::{
-    jobs::{
-        Told,
-        audit::{
-            FoundStream, Kind, Sha256Digest, block_digest, choice_digest, decision_digest, fit_digest,
-            iteration_digest, nodes_digest, record_digest, stream_digest,
-        },
+use crate::jobs::{
+    Choice, DecisionEvent, Event, Figures, Measurand, MeasurementDetails, Record, Told,
+    audit::{
+        FoundStream, Kind, Sha256Digest, block_digest, choice_digest, decision_digest, fit_digest, iteration_digest,
+        nodes_digest, record_digest, stream_digest,
     },
-    store::sql::columns::{Digest, Document, Integer, Moment},
 };
 
 /// A row of some kind.
@@ -28,10 +23,10 @@ pub trait FoundRow {
 
 row! {
     pub struct FoundIteration {
-        @measurand: MeasurandRow,
-        @details: DetailsRow,
+        @measurand: Measurand,
+        @details: MeasurementDetails,
         id: Uuid,
-        created_at: Moment,
+        created_at: Timestamp,
     }
 }
 
@@ -39,13 +34,13 @@ impl FoundRow for FoundIteration {
     const KIND: Kind = Kind::Iteration;
 
     fn digest(self) -> Sha256Digest {
-        iteration_digest(self.id, &self.measurand.into(), &self.details.into(), self.created_at.0)
+        iteration_digest(self.id, &self.measurand, &self.details, self.created_at)
     }
 }
 
 row! {
     pub struct FoundNodes {
-        count: Integer<u64>,
+        count: u64,
         data: Vec<u8>,
     }
 }
@@ -54,89 +49,76 @@ impl FoundRow for FoundNodes {
     const KIND: Kind = Kind::Nodes;
 
     fn digest(self) -> Sha256Digest {
-        nodes_digest(self.count.0, &self.data)
+        nodes_digest(self.count, &self.data)
     }
 }
 
 row! {
-    struct FoundFit {
-        @event: ReasonRow,
-        @figures: FigureRow,
+    /// A fit with the parts of its result that columns of their own have as well.
+    pub struct FoundFit {
+        @event: Event,
+        @figures: Figures,
         id: Uuid,
-        spec: Document,
-        result: Document,
+        spec: Arc<str>,
+        result: Arc<str>,
         flank_figures: Option<String>,
+        coefficients: Option<Arc<str>>,
+        prior: Option<Arc<str>>,
     }
 }
 
-row! {
-    /// A fit with what the trace tells of it, where columns of their own have what is in its result
-    /// as well.
-    pub struct FoundFitTold {
-        @fit: FoundFit,
-        coefficients: Option<Document>,
-        prior: Option<Document>,
-    }
-}
-
-fn text(document: &Option<Document>) -> Option<&str> {
-    document.as_ref().map(|Document(text)| text.as_str())
-}
-
-impl FoundRow for FoundFitTold {
+impl FoundRow for FoundFit {
     const KIND: Kind = Kind::Fit;
 
     fn digest(self) -> Sha256Digest {
-        let FoundFitTold { fit, coefficients, prior } = self;
-        let kept = Told { coefficients: text(&coefficients), prior: text(&prior) };
-        // where nothing is kept the trace reads the result itself
-        if kept != Told::default() && kept != Told::of(&fit.result.0) {
+        let FoundFit { event, figures, id, spec, result, flank_figures, coefficients, prior } = self;
+        let kept = Told { coefficients: coefficients.as_deref(), prior: prior.as_deref() };
+        // where nothing is stored separately the trace reads the result itself
+        if kept != Told::default() && kept != Told::of(&result) {
             return [0; 32];
         }
-        let FoundFit { id, event, figures, spec, result, flank_figures } = fit;
-        fit_digest(id, &event.into(), &figures.into(), &spec.0, &result.0, flank_figures.as_deref())
+        fit_digest(id, &event, &figures, &spec, &result, flank_figures.as_deref())
     }
 }
 
-impl FoundRow for ChoiceRow {
+impl FoundRow for Choice {
     const KIND: Kind = Kind::Choice;
 
     fn digest(self) -> Sha256Digest {
-        choice_digest(&self.into())
+        choice_digest(&self)
     }
 }
 
-impl FoundRow for DecisionRow {
+impl FoundRow for DecisionEvent {
     const KIND: Kind = Kind::Decision;
 
     fn digest(self) -> Sha256Digest {
-        decision_digest(&self.into())
+        decision_digest(&self)
     }
 }
 
-impl FoundRow for RecordRow {
+impl FoundRow for Record {
     const KIND: Kind = Kind::Record;
 
     fn digest(self) -> Sha256Digest {
-        record_digest(&self.into())
+        record_digest(&self)
     }
 }
 
 row! {
     pub struct FoundStreamRow {
-        @measurand: MeasurandRow,
+        @measurand: Measurand,
         id: Uuid,
-        spec: Document,
+        spec: Arc<str>,
         forgetting_factor: f64,
-        created_at: Moment,
+        created_at: Timestamp,
         open: bool,
     }
 }
 
 impl From<FoundStreamRow> for (Uuid, FoundStream) {
     fn from(row: FoundStreamRow) -> Self {
-        let measurand = row.measurand.into();
-        let digest = stream_digest(row.id, &row.spec.0, row.forgetting_factor, &measurand, row.created_at.0);
+        let digest = stream_digest(row.id, &row.spec, row.forgetting_factor, &row.measurand, row.created_at);
         (row.id, FoundStream { digest, open: row.open })
     }
 }
@@ -144,16 +126,15 @@ impl From<FoundStreamRow> for (Uuid, FoundStream) {
 row! {
     pub struct FoundBlock {
         stream: Uuid,
-        sequence: Integer<u64>,
-        sha256: Digest,
-        count: Integer<u64>,
+        sequence: u64,
+        sha256: [u8; 32],
+        count: u64,
         data: Vec<u8>,
     }
 }
 
 impl From<FoundBlock> for ((Uuid, u64), Sha256Digest) {
     fn from(row: FoundBlock) -> Self {
-        let digest = block_digest(row.sequence.0, &row.sha256.0, row.count.0, &row.data);
-        ((row.stream, row.sequence.0), digest)
+        ((row.stream, row.sequence), block_digest(row.sequence, &row.sha256, row.count, &row.data))
     }
 }

@@ -1,103 +1,81 @@
 //! Jobs as they are listed and counted.
 
-use jiff::civil::Date;
+use std::sync::Arc;
 
-use super::job::JobRow;
+use jiff::{Timestamp, civil::Date};
+
 use crate::{
-    jobs::{Decision, JobCounts, JobStatus, ListedJob, RepositoryError},
-    store::sql::{
-        columns::{Flank, Integer, Moment},
-        error::{Outcome, damaged},
-    },
+    jobs::{Decision, Job, JobCounts, JobStatus, ListedJob, RepositoryError},
+    store::sql::error::{Outcome, damaged},
 };
+use flankfit_engine::gear::Side;
 
 row! {
     pub struct ListedJobRow {
-        @job: JobRow,
+        @job: Job,
         status: JobStatus,
-        iteration_count: Integer<u32>,
-        changed_at: Moment,
-        last_measured_at: Option<Moment>,
-        flank: Option<Flank>,
-        left_rank: Option<Integer<u8>>,
-        right_rank: Option<Integer<u8>>,
+        iteration_count: u32,
+        changed_at: Timestamp,
+        last_measured_at: Option<Timestamp>,
+        flank: Option<Side>,
+        left_rank: Option<u8>,
+        right_rank: Option<u8>,
         decision: Option<Decision>,
         rms: Option<f64>,
         condition: Option<f64>,
-        flank_figures: Option<String>,
-        class: Option<Integer<u8>>,
+        flank_figures: Option<Arc<str>>,
+        class: Option<u8>,
         sort_name: String,
     }
 }
 
 impl From<ListedJobRow> for (ListedJob, String) {
-    /// With what the job stands at by name.
+    /// Returns the job and its place in the order by name.
     fn from(row: ListedJobRow) -> Self {
         let job = ListedJob {
-            job: row.job.into(),
+            job: row.job,
             status: row.status,
-            iteration_count: row.iteration_count.0,
-            changed_at: row.changed_at.0,
-            last_measured_at: row.last_measured_at.map(|at| at.0),
-            flank: row.flank.map(|Flank(side)| side),
-            left: row.left_rank.and_then(|Integer(rank)| JobStatus::of_rank(rank)),
-            right: row.right_rank.and_then(|Integer(rank)| JobStatus::of_rank(rank)),
+            iteration_count: row.iteration_count,
+            changed_at: row.changed_at,
+            last_measured_at: row.last_measured_at,
+            flank: row.flank,
+            left: row.left_rank.and_then(JobStatus::of_rank),
+            right: row.right_rank.and_then(JobStatus::of_rank),
             decision: row.decision,
             rms: row.rms,
             condition: row.condition,
-            figures: row.flank_figures.map(Into::into),
-            class: row.class.map(|class| class.0),
+            figures: row.flank_figures,
+            class: row.class,
         };
         (job, row.sort_name)
     }
 }
 
 row! {
-    pub struct StatusRow {
-        status: JobStatus,
-        jobs: Integer<u64>,
+    /// How many jobs have something.
+    pub struct Count {
+        of: String,
+        jobs: u64,
     }
 }
 
-row! {
-    pub struct MachineRow {
-        machine: String,
-        jobs: Integer<u64>,
-    }
-}
-
-row! {
-    /// How many machines there are, and how many jobs have one.
-    pub struct MachinesRow {
-        machines: Integer<u64>,
-        jobs: Integer<u64>,
-    }
-}
-
-row! {
-    /// A day as `2026-11-21`.
-    pub struct DayRow {
-        day: String,
-        jobs: Integer<u64>,
-    }
-}
-
-/// What was counted.
-pub fn counts(
-    statuses: Vec<StatusRow>,
-    machines: Vec<MachineRow>,
-    all: &MachinesRow,
-    days: Vec<DayRow>,
-) -> Outcome<JobCounts> {
-    let day = |row: DayRow| match row.day.parse::<Date>() {
-        Ok(day) => Ok((day, row.jobs.0)),
-        Err(_) => Err(RepositoryError::Failed(damaged("a day", &row.day))),
+/// Returns the counts by status, machine and day; `all` are how many machines there are, and how
+/// many jobs have one.
+pub fn counts(statuses: Vec<Count>, machines: Vec<Count>, all: (u64, u64), days: Vec<Count>) -> Outcome<JobCounts> {
+    let unreadable = |what, of: &str| RepositoryError::Failed(damaged(what, of));
+    let status = |Count { of, jobs }: Count| match JobStatus::named(&of) {
+        Some(status) => Ok((status, jobs)),
+        None => Err(unreadable("a status", &of)),
+    };
+    let day = |Count { of, jobs }: Count| match of.parse::<Date>() {
+        Ok(day) => Ok((day, jobs)),
+        Err(_) => Err(unreadable("a day", &of)),
     };
     Ok(JobCounts {
-        statuses: statuses.into_iter().map(|row| (row.status, row.jobs.0)).collect(),
-        machines: machines.into_iter().map(|row| (row.machine, row.jobs.0)).collect(),
-        machine_count: all.machines.0,
-        with_machine: all.jobs.0,
+        statuses: statuses.into_iter().map(status).collect::<Result<_, _>>()?,
+        machines: machines.into_iter().map(|Count { of, jobs }| (of, jobs)).collect(),
+        machine_count: all.0,
+        with_machine: all.1,
         days: days.into_iter().map(day).collect::<Result<_, _>>()?,
     })
 }

@@ -1,5 +1,5 @@
-//! Rows by the names of their columns, and the domain values that they become. A store's SQL gives
-//! its columns these names; a row struct reads no column that it does not name.
+//! Rows by the names of their columns: types of the domain that are read as they are, and rows that
+//! become one.
 
 mod audit;
 mod fit;
@@ -10,27 +10,22 @@ mod key;
 mod listing;
 mod purge;
 mod record;
-mod seal;
 mod stream;
 mod task;
 
-pub(in crate::store) use audit::entry_columns;
-pub use audit::{EntryRow, HeadRow, entries};
-pub use fit::{ChoiceRow, DecisionRow, FitRow, FitSummaryRow, Latest, TracedFitRow};
-pub use found::{FoundBlock, FoundFitTold, FoundIteration, FoundNodes, FoundRow, FoundStreamRow};
-pub use iteration::{IterationRow, ListedIterationRow, MeasurandRow, MeasuredTooth, NodesRow, TracedIterationRow};
-pub use job::{AnswerRow, JobRow};
-pub use key::{KeptKeyRow, KeyRow, KnownKeyRow, PlantRow};
-pub use listing::{DayRow, ListedJobRow, MachineRow, MachinesRow, StatusRow, counts};
-pub use purge::{FoundJobPurge, FoundPurge, JobPurge, PurgeRow, purge_name};
-pub use record::{RecordRow, RecordSummaryRow};
-pub use seal::{GrownRow, LastSealRow, NewestSealRow, SealRow, SealedHeadRow, grown, page_of_seals};
-pub use stream::{BlockRow, EventRow, StateRow, StreamRow, ToldEventRow};
-pub use task::{ClaimedTaskRow, HeldRow, KeyedTaskRow, TaskResultRow, TaskRow};
-pub(in crate::store) use {
+pub use audit::{GrownRow, NewestSealRow, SealRow, grown};
+pub use fit::TracedFitRow;
+pub use found::{FoundBlock, FoundFit, FoundIteration, FoundNodes, FoundRow, FoundStreamRow};
+pub use iteration::{IterationRow, MeasuredTooth, NodesRow, SuccessorRow, TracedIterationRow};
+pub use job::AnswerRow;
+pub use listing::{Count, ListedJobRow, counts};
+pub use purge::{FoundJobPurge, FoundPurge, JobPurge, purge_name, refusal};
+pub use stream::{EventRow, ToldEventRow};
+pub use task::{ClaimedTaskRow, TaskResultRow};
+pub(super) use {
+    audit::{entry_columns, seal_columns},
     fit::figure_columns,
     job::job_columns,
     key::{key_columns, plant_columns},
-    seal::seal_columns,
     task::{claimed_task_columns, task_columns},
 };

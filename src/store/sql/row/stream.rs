@@ -1,97 +1,34 @@
 //! Streams, their blocks, and the events of a job.
 
+use jiff::Timestamp;
 use uuid::Uuid;
 
-use super::iteration::MeasurandRow;
 use crate::{
     jobs::{
         Block, Decision, EventKind, EventPlace, JobChange, JobEvent, RecordKind, RepositoryError, Stream, StreamEvent,
         StreamState, TaskState, ToldEvent,
     },
-    store::sql::{
-        columns::{Digest, Document, Integer, Moment, NodesColumn},
-        error::{StoreError, damaged},
-    },
+    store::sql::error::{StoreError, damaged},
 };
 
-row! {
-    pub struct StreamRow {
-        @measurand: MeasurandRow,
-        id: Uuid,
-        job_id: Uuid,
-        spec: Document,
-        forgetting_factor: f64,
-        sequence: Integer<u64>,
-        node_count: Integer<u64>,
-        input_sha256: Digest,
-        iteration: Option<Integer<u32>>,
-        version: Integer<u64>,
-        created_at: Moment,
-        updated_at: Moment,
+from_row! {
+    Stream {
+        @measurand,
+        id, job_id, spec, forgetting_factor, sequence, node_count, input_sha256, iteration, version, created_at,
+        updated_at,
     }
-}
-
-impl StreamRow {
-    /// Whether the stream was purged, with the job that it is of.
-    pub fn is_gone(&self) -> Option<Uuid> {
-        self.spec.0.is_empty().then_some(self.job_id)
-    }
-}
-
-impl From<StreamRow> for Stream {
-    fn from(row: StreamRow) -> Self {
-        Stream {
-            id: row.id,
-            job_id: row.job_id,
-            spec: row.spec.into(),
-            forgetting_factor: row.forgetting_factor,
-            sequence: row.sequence.0,
-            node_count: row.node_count.0,
-            input_sha256: row.input_sha256.0,
-            measurand: row.measurand.into(),
-            iteration: row.iteration.map(|number| number.0),
-            version: row.version.0,
-            created_at: row.created_at.0,
-            updated_at: row.updated_at.0,
-        }
-    }
+    Block { sequence, sha256, nodes = "data" }
+    StreamState { sequence, data }
+    EventPlace { change = "changed_by", number = "place" }
 }
 
 row! {
-    pub struct BlockRow {
-        sequence: Integer<u64>,
-        sha256: Digest,
-        data: NodesColumn,
-    }
-}
-
-impl From<BlockRow> for Block {
-    fn from(BlockRow { sequence, sha256, data }: BlockRow) -> Self {
-        Block { sequence: sequence.0, sha256: sha256.0, nodes: data.0 }
-    }
-}
-
-row! {
-    /// The numbers of an estimate.
-    pub struct StateRow {
-        sequence: Integer<u64>,
-        data: Vec<u8>,
-    }
-}
-
-impl From<StateRow> for StreamState {
-    fn from(StateRow { sequence, data }: StateRow) -> Self {
-        StreamState { sequence: sequence.0, data }
-    }
-}
-
-row! {
-    /// An event with what it names; which columns hold something depends on its kind.
+    /// An event with the columns of other tables; its kind says which hold something.
     pub struct EventRow {
-        number: Integer<u64>,
-        created_at: Moment,
+        number: u64,
+        created_at: Timestamp,
         kind: String,
-        iteration: Option<Integer<u32>>,
+        iteration: Option<u32>,
         iteration_id: Option<Uuid>,
         fit_id: Option<Uuid>,
         choice: Option<i64>,
@@ -100,8 +37,8 @@ row! {
         decision_reason: Option<String>,
         stream_id: Option<Uuid>,
         state: Option<StreamEvent>,
-        sequence: Option<Integer<u64>>,
-        node_count: Option<Integer<u64>>,
+        sequence: Option<u64>,
+        node_count: Option<u64>,
         operation: Option<Uuid>,
         operation_state: Option<TaskState>,
         purge_reason: Option<String>,
@@ -112,11 +49,10 @@ row! {
 }
 
 row! {
-    /// The same among those of all jobs.
+    /// An event among those of all jobs.
     pub struct ToldEventRow {
+        @place: EventPlace,
         @event: EventRow,
-        changed_by: Integer<u64>,
-        place: Integer<u64>,
         job_id: Uuid,
     }
 }
@@ -125,8 +61,7 @@ impl TryFrom<ToldEventRow> for ToldEvent {
     type Error = StoreError;
 
     fn try_from(row: ToldEventRow) -> Result<Self, StoreError> {
-        let place = EventPlace { change: row.changed_by.0, number: row.place.0 };
-        Ok(ToldEvent { place, job: row.job_id, event: row.event.try_into()? })
+        Ok(ToldEvent { place: row.place, job: row.job_id, event: row.event.try_into()? })
     }
 }
 
@@ -135,8 +70,8 @@ impl TryFrom<EventRow> for JobEvent {
 
     fn try_from(row: EventRow) -> Result<Self, StoreError> {
         let damaged = || StoreError::from(RepositoryError::Failed(damaged("an event", &row.kind)));
-        let iteration = row.iteration.map(|number| number.0);
-        let whole = |count: Option<Integer<u64>>| count.map(|count| count.0).ok_or_else(damaged);
+        let iteration = row.iteration;
+        let whole = |count: Option<u64>| count.ok_or_else(damaged);
         let kind = match row.kind.as_str() {
             "iteration" => EventKind::Iteration {
                 number: iteration.ok_or_else(damaged)?,
@@ -174,6 +109,6 @@ impl TryFrom<EventRow> for JobEvent {
             "purged" => EventKind::Purged { reason: row.purge_reason.ok_or_else(damaged)? },
             _ => return Err(damaged()),
         };
-        Ok(JobEvent { number: row.number.0, created_at: row.created_at.0, kind })
+        Ok(JobEvent { number: row.number, created_at: row.created_at, kind })
     }
 }

@@ -4,12 +4,9 @@ use std::sync::Arc;
 
 use uuid::Uuid;
 
-use crate::{
-    jobs::{Caller, ClaimedTask, Held, Lease, Origin, Scope, Scopes, Task, TaskAnswer, TaskState, Tenant},
-    store::sql::columns::{Digest, Integer, Moment},
-};
+use crate::jobs::{Caller, ClaimedTask, Held, Lease, Origin, Scopes, Task, TaskAnswer, Tenant};
 
-/// The columns of [`TaskRow`].
+/// The columns of a [`Task`].
 macro_rules! task_columns {
     () => {
         "o.id AS id, o.scope AS scope, o.request AS request, o.job AS job, o.state AS state, o.attempts AS attempts, \
@@ -17,79 +14,19 @@ macro_rules! task_columns {
          o.ended_at AS ended_at, o.status AS status, o.bytes AS bytes"
     };
 }
-pub(in crate::store) use task_columns;
+pub(in crate::store::sql) use task_columns;
 
-row! {
-    pub struct TaskRow {
-        id: Uuid,
-        scope: Scope,
-        request: String,
-        job: Option<Uuid>,
-        state: TaskState,
-        attempts: Integer<u32>,
-        progress: f64,
-        told_at: Option<Moment>,
-        created_at: Moment,
-        begun_at: Option<Moment>,
-        ended_at: Option<Moment>,
-        status: Option<Integer<u16>>,
-        bytes: Integer<u64>,
+from_row! {
+    Task {
+        id, scope, request, job, state, attempts, progress, told_at, created_at, begun_at, ended_at, status, bytes,
     }
-}
-
-impl From<TaskRow> for Task {
-    fn from(row: TaskRow) -> Self {
-        Task {
-            id: row.id,
-            scope: row.scope,
-            request: row.request,
-            job: row.job,
-            state: row.state,
-            attempts: row.attempts.0,
-            progress: row.progress,
-            told_at: row.told_at.map(|time| time.0),
-            created_at: row.created_at.0,
-            begun_at: row.begun_at.map(|time| time.0),
-            ended_at: row.ended_at.map(|time| time.0),
-            status: row.status.map(|status| status.0),
-            bytes: row.bytes.0,
-        }
-    }
+    Held { bytes, tasks, open }
 }
 
 row! {
-    /// What the tasks of a tenant are and take.
-    pub struct HeldRow {
-        bytes: Integer<u64>,
-        tasks: Integer<u64>,
-        open: Integer<u64>,
-    }
-}
-
-impl From<HeldRow> for Held {
-    fn from(row: HeldRow) -> Self {
-        Held { bytes: row.bytes.0, tasks: row.tasks.0, open: row.open.0 }
-    }
-}
-
-row! {
-    /// A task with the digest of its request.
-    pub struct KeyedTaskRow {
-        @task: TaskRow,
-        request_sha256: Digest,
-    }
-}
-
-impl From<KeyedTaskRow> for (Task, [u8; 32]) {
-    fn from(KeyedTaskRow { task, request_sha256 }: KeyedTaskRow) -> Self {
-        (task.into(), request_sha256.0)
-    }
-}
-
-row! {
-    /// A task with what is written down of its answer, and the key under which the rest is kept.
+    /// A task with its stored answer, and the key under which the rest is kept.
     pub struct TaskResultRow {
-        @task: TaskRow,
+        @task: Task,
         pub key: String,
         pub key_scope: String,
         result_headers: Option<String>,
@@ -98,12 +35,11 @@ row! {
 }
 
 impl TaskResultRow {
-    /// The task, and its own answer where it has one.
+    /// Returns the task, and its own answer where it has one.
     pub fn into_parts(self) -> (Task, Option<TaskAnswer>) {
-        let status = self.task.status.map(|status| status.0);
-        let answer = status.zip(self.result_headers).zip(self.result);
+        let answer = self.task.status.zip(self.result_headers).zip(self.result);
         let answer = answer.map(|((status, headers), body)| TaskAnswer { status, headers, body });
-        (self.task.into(), answer)
+        (self.task, answer)
     }
 }
 
@@ -113,7 +49,7 @@ macro_rules! claimed_task_columns {
         "id, tenant, actor, request_id, peer, scopes, request, job, key, attempts, headers, body"
     };
 }
-pub(in crate::store) use claimed_task_columns;
+pub(in crate::store::sql) use claimed_task_columns;
 
 row! {
     pub struct ClaimedTaskRow {
@@ -126,7 +62,7 @@ row! {
         request: String,
         job: Option<Uuid>,
         key: String,
-        attempts: Integer<u32>,
+        attempts: u32,
         headers: String,
         body: Vec<u8>,
     }
@@ -143,7 +79,7 @@ impl ClaimedTaskRow {
             request: self.request,
             job: self.job,
             key: self.key,
-            attempts: self.attempts.0,
+            attempts: self.attempts,
             headers: self.headers,
             body: self.body,
         }
