@@ -206,8 +206,8 @@ fn statements(url: &str, sample: &str) -> String {
     let values: Vec<String> = fit.iter().map(|column| text(column, "fits")).collect();
     format!(
         "BEGIN;
-         INSERT INTO jobs (id, tenant, name, tags, version, created_at, updated_at)
-             VALUES ({job}, 'default', 'pgbench', '{{}}', 1, now(), now()) ON CONFLICT DO NOTHING;
+         INSERT INTO jobs (id, tenant, name, tags, version, created_at, updated_at, folded)
+             VALUES ({job}, 'default', 'pgbench', '{{}}', 1, now(), now(), 'pgbench') ON CONFLICT DO NOTHING;
          SELECT id FROM jobs WHERE id = {job} FOR NO KEY UPDATE;
          UPDATE jobs SET iteration_count = :last::bigint + :group::bigint, status = 'open',
                          changed_at = greatest(changed_at, now()) WHERE id = {job};

@@ -14,13 +14,10 @@ macro_rules! from_row {
     };
     (@of $Row:ty, $Of:ident $(<$T:ident>)? { $($inner:ident,)* } { $($field:ident $(= $column:literal)?),* }) => {
         impl<'r $(, $T: sqlx::FromRow<'r, $Row>)?> sqlx::FromRow<'r, $Row> for $Of $(<$T>)? {
-            #[allow(unused_imports, reason = "some types have no columns of their own")]
             fn from_row(row: &'r $Row) -> Result<Self, sqlx::Error> {
-                use sqlx::Row as _;
-                use $crate::store::sql::Cell;
                 Ok($Of {
                     $($inner: sqlx::FromRow::from_row(row)?,)*
-                    $($field: row.try_get::<Cell<_>, _>(from_row!(@name $field $(= $column)?))?.0,)*
+                    $($field: $crate::store::sql::column(row, from_row!(@name $field $(= $column)?))?,)*
                 })
             }
         }

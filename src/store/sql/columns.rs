@@ -3,7 +3,7 @@
 use std::{borrow::Cow, collections::BTreeMap, sync::Arc};
 
 use jiff::{Timestamp, fmt::temporal::DateTimePrinter};
-use sqlx::{Database, Decode, Postgres, Sqlite, Type, error::BoxDynError};
+use sqlx::{ColumnIndex, Database, Decode, Postgres, Row, Sqlite, Type, error::BoxDynError};
 use uuid::Uuid;
 
 use super::error::damaged;
@@ -36,6 +36,15 @@ pub trait Column: Sized {
 
 /// A column.
 pub struct Cell<T>(pub T);
+
+/// Returns a column of a row by its name.
+pub fn column<'r, R: Row, T: Column>(row: &'r R, name: &'static str) -> Result<T, sqlx::Error>
+where
+    &'static str: ColumnIndex<R>,
+    Cell<T>: Decode<'r, R::Database> + Type<R::Database>,
+{
+    row.try_get::<Cell<T>, _>(name).map(|cell| cell.0)
+}
 
 impl<DB: Database, T: Column<Read: Type<DB>>> Type<DB> for Cell<T> {
     fn type_info() -> DB::TypeInfo {

@@ -21,14 +21,8 @@ use super::{
 };
 use crate::{
     jobs::{
-        Amendment, Answer, ApiKey, Block, Caller, Choice, ClaimedTask, Credentials, DecisionEvent, EndedTask,
-        EventPlace, FinishedStream, FitRecord, FitSummary, Iteration, Job, JobCounts, JobEvent, JobPage, JobPatch,
-        JobQuery, KeptMapping, KeyId, KeyPatch, Keys, KnownKey, Lease, ListedIteration, Measurand, NewBlock, NewFit,
-        NewIteration, NewKey, NewPlant, NewPurge, NewRun, NewStream, NewTask, Page, PageRequest, Plant, PlantPatch,
-        Precondition, Predecessor, Predecessors, Receipt, Record, RecordKind, RecordSummary, Repository,
-        RepositoryError, RepositoryFuture, Rotation, Rounds, San, Stored, Stream, StreamState, Successors, Task,
-        TaskQuery, TaskResult, Tasks, Tenant, ToldEvent, Trace,
         audit::{Chain, Entry, Seal, Verdict},
+        *,
     },
     key_operations, repository_operations, telemetry,
 };

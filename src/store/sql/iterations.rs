@@ -41,18 +41,21 @@ pub async fn iterations(
 ) -> Outcome<Page<ListedIteration>> {
     jobs::located(db, &caller.tenant, *job).await?;
     let sql = concat!(
-        "SELECT i.number AS place, i.number, i.id AS iteration_id, i.flank, i.tooth, i.axes, i.units_accepted,
+        "WITH listed AS MATERIALIZED (
+             SELECT i.*, (SELECT max(position) FROM fit_choices WHERE job = i.job AND number = i.number) AS choice,
+                    (SELECT max(position) FROM decisions WHERE job = i.job AND number = i.number) AS latest
+             FROM measured i WHERE i.job = $1 AND i.number > $2 ORDER BY i.number LIMIT $3
+         )
+         SELECT i.number AS place, i.number, i.id AS iteration_id, i.flank, i.tooth, i.axes, i.units_accepted,
                 i.measured_at, i.instrument, i.operator, i.created_at AS stored_at,
                 d.decision, d.actor AS decided_by,
                 f.id, f.reason, f.actor, f.created_at, true AS chosen, c.actor AS chosen_by, f.flank_figures, ",
         figure_columns!(),
-        " FROM measured i
-              JOIN fit_choices c ON c.job = i.job AND c.number = i.number AND c.position =
-                   (SELECT max(position) FROM fit_choices WHERE job = i.job AND number = i.number)
+        " FROM listed i
+              JOIN fit_choices c ON c.job = i.job AND c.number = i.number AND c.position = i.choice
               JOIN fits f ON f.job = i.job AND f.number = i.number AND f.position = c.fit
-              LEFT JOIN decisions d ON d.job = i.job AND d.number = i.number AND d.position =
-                   (SELECT max(position) FROM decisions WHERE job = i.job AND number = i.number)
-         WHERE i.job = $1 AND i.number > $2 ORDER BY i.number LIMIT $3"
+              LEFT JOIN decisions d ON d.job = i.job AND d.number = i.number AND d.position = i.latest
+         ORDER BY i.number"
     );
     let after = after.map_or(0, |cursor| cursor.number());
     let rows: Vec<Listed<ListedIteration>> = db.all(sql, args![job, after, i64::from(*limit) + 1]).await?;

@@ -60,7 +60,7 @@ mod write;
 mod writes;
 
 pub use auditor::SqlAuditor;
-pub use columns::Cell;
+pub use columns::{Cell, column};
 pub use db::{Db, Pool};
 pub use error::failure;
 pub use group::run_group;

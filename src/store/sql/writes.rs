@@ -5,14 +5,7 @@ use std::sync::Arc;
 use jiff::Timestamp;
 use uuid::Uuid;
 
-use crate::{
-    jobs::{
-        Amendment, Choice, DecisionEvent, FinishedStream, Job, JobPatch, KeptMapping, KeyId, KeyPatch, NewBlock,
-        NewFit, NewIteration, NewKey, NewPlant, NewPurge, NewRun, NewStream, NewTask, PlantPatch, Precondition,
-        Receipt, Record, Rotation, Tenant,
-    },
-    key_operations, repository_operations,
-};
+use crate::{jobs::*, key_operations, repository_operations};
 
 /// Makes a struct of each write.
 macro_rules! declare {
