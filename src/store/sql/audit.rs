@@ -8,10 +8,7 @@ use super::{
     db::{Db, Record},
     error::Outcome,
     growing::NewEntry,
-    row::{
-        FoundBlock, FoundFit, FoundIteration, FoundJobPurge, FoundNodes, FoundRow, FoundStreamRow, figure_columns,
-        job_columns,
-    },
+    row::{FoundBlock, FoundFit, FoundIteration, FoundJobPurge, FoundNodes, FoundRow, FoundStreamRow, job_columns},
 };
 use crate::jobs::{
     Choice, DecisionEvent, Job, Record as JobRecord, Tenant,
@@ -73,53 +70,12 @@ pub async fn found(db: &mut Db, tenant: &Tenant, job: Uuid) -> Outcome<Found> {
     let row: Option<Job> = db.maybe(sql, args![job, tenant]).await?;
     let Some(row) = row else { return Ok(Found::default()) };
     let mut found = Found::of_job(Versioned::job(&row));
-    let rows = &mut found;
-    all::<FoundIteration>(
-        db,
-        "SELECT number, id, flank, tooth, axes, false AS units_accepted, measured_at, instrument, operator, note, created_at
-         FROM iterations WHERE job = $1 ORDER BY number",
-        job,
-        rows,
-    )
-    .await?;
-    all::<FoundNodes>(db, "SELECT number, count, data FROM nodes WHERE job = $1 ORDER BY number", job, rows).await?;
-    all::<FoundFit>(
-        db,
-        concat!(
-            "SELECT number, id, reason, actor, created_at, ",
-            figure_columns!(),
-            ", spec, result, flank_figures, coefficients, prior
-             FROM fits WHERE job = $1 ORDER BY number, position"
-        ),
-        job,
-        rows,
-    )
-    .await?;
-    all::<Choice>(
-        db,
-        "SELECT c.number, f.id AS fit_id, c.reason, c.actor, c.created_at
-         FROM fit_choices c JOIN fits f ON f.job = c.job AND f.number = c.number AND f.position = c.fit
-         WHERE c.job = $1 ORDER BY c.number, c.position",
-        job,
-        rows,
-    )
-    .await?;
-    all::<DecisionEvent>(
-        db,
-        "SELECT number, decision, concession IS NOT NULL AS concession, reason, actor, created_at FROM decisions WHERE job = $1
-         ORDER BY number, position",
-        job,
-        rows,
-    )
-    .await?;
-    all::<JobRecord>(
-        db,
-        "SELECT number, id, kind, method, created_at, actor, request, result, gear, class, measurand
-         FROM records WHERE job = $1 ORDER BY number, position",
-        job,
-        rows,
-    )
-    .await?;
+    all::<FoundIteration>(db, job, &mut found).await?;
+    all::<FoundNodes>(db, job, &mut found).await?;
+    all::<FoundFit>(db, job, &mut found).await?;
+    all::<Choice>(db, job, &mut found).await?;
+    all::<DecisionEvent>(db, job, &mut found).await?;
+    all::<JobRecord>(db, job, &mut found).await?;
     own(db, job, &mut found).await?;
     Ok(found)
 }
@@ -146,11 +102,11 @@ async fn own(db: &mut Db, job: Uuid, found: &mut Found) -> Outcome<()> {
 }
 
 /// Adds the rows of a kind, in order. A row that does not read is none that an entry is about.
-async fn all<T: FoundRow>(db: &mut Db, sql: &'static str, job: Uuid, found: &mut Found) -> Outcome<()>
+async fn all<T: FoundRow>(db: &mut Db, job: Uuid, found: &mut Found) -> Outcome<()>
 where
     Numbered<T>: Record,
 {
-    let mut rows = db.each::<Numbered<T>>(sql, args![job])?;
+    let mut rows = db.each::<Numbered<T>>(T::SQL, args![job])?;
     while let Some(Numbered { row: Readable(row), number }) = rows.try_next().await? {
         found.add(number, T::KIND, row.map_or([0; 32], FoundRow::digest));
     }

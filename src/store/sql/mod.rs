@@ -4,10 +4,10 @@
 //! statement, and `row/` has the rows that are read. The schemas have the same tables and keys, and
 //! views and triggers of the same names where the databases differ (`migrations/`).
 //!
-//! A read is a function with the name of the repository's method; a write is an [`Write`] of its
-//! struct in `writes`. Each table or two have a file with both. [`Handle`] is the store as one
-//! caller sees it: reads go to the readers, and writes wait in a [`queue`] for a transaction that
-//! they share (`group`, [`Session`]).
+//! A read is a function with the name of the repository's method; a write is an `impl Write` of its
+//! struct in `writes`. Each table or two have a file with both. A `Handle` is the store as one caller
+//! sees it: reads go to the readers, and writes wait in a queue for a transaction that they share
+//! (`group`, [`Session`]).
 
 #[macro_use]
 mod value;

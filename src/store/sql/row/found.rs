@@ -6,6 +6,8 @@ use std::sync::Arc;
 use jiff::Timestamp;
 use uuid::Uuid;
 
+use super::fit::figure_columns;
+
 use crate::jobs::{
     Choice, DecisionEvent, Event, Figures, Measurand, MeasurementDetails, Record, Told,
     audit::{
@@ -17,6 +19,8 @@ use crate::jobs::{
 /// A row of some kind.
 pub trait FoundRow {
     const KIND: Kind;
+    /// Reads the rows of a job in order, each with the number of its iteration.
+    const SQL: &'static str;
 
     fn digest(self) -> Sha256Digest;
 }
@@ -32,6 +36,10 @@ row! {
 
 impl FoundRow for FoundIteration {
     const KIND: Kind = Kind::Iteration;
+    const SQL: &'static str = "
+        SELECT number, id, flank, tooth, axes, false AS units_accepted, measured_at, instrument, operator, note,
+               created_at
+        FROM iterations WHERE job = $1 ORDER BY number";
 
     fn digest(self) -> Sha256Digest {
         iteration_digest(self.id, &self.measurand, &self.details, self.created_at)
@@ -47,6 +55,7 @@ row! {
 
 impl FoundRow for FoundNodes {
     const KIND: Kind = Kind::Nodes;
+    const SQL: &'static str = "SELECT number, count, data FROM nodes WHERE job = $1 ORDER BY number";
 
     fn digest(self) -> Sha256Digest {
         nodes_digest(self.count, &self.data)
@@ -69,6 +78,11 @@ row! {
 
 impl FoundRow for FoundFit {
     const KIND: Kind = Kind::Fit;
+    const SQL: &'static str = concat!(
+        "SELECT number, id, reason, actor, created_at, ",
+        figure_columns!(),
+        ", spec, result, flank_figures, coefficients, prior FROM fits WHERE job = $1 ORDER BY number, position"
+    );
 
     fn digest(self) -> Sha256Digest {
         let FoundFit { event, figures, id, spec, result, flank_figures, coefficients, prior } = self;
@@ -83,6 +97,10 @@ impl FoundRow for FoundFit {
 
 impl FoundRow for Choice {
     const KIND: Kind = Kind::Choice;
+    const SQL: &'static str = "
+        SELECT c.number, f.id AS fit_id, c.reason, c.actor, c.created_at
+        FROM fit_choices c JOIN fits f ON f.job = c.job AND f.number = c.number AND f.position = c.fit
+        WHERE c.job = $1 ORDER BY c.number, c.position";
 
     fn digest(self) -> Sha256Digest {
         choice_digest(&self)
@@ -91,6 +109,9 @@ impl FoundRow for Choice {
 
 impl FoundRow for DecisionEvent {
     const KIND: Kind = Kind::Decision;
+    const SQL: &'static str = "
+        SELECT number, decision, concession IS NOT NULL AS concession, reason, actor, created_at
+        FROM decisions WHERE job = $1 ORDER BY number, position";
 
     fn digest(self) -> Sha256Digest {
         decision_digest(&self)
@@ -99,6 +120,9 @@ impl FoundRow for DecisionEvent {
 
 impl FoundRow for Record {
     const KIND: Kind = Kind::Record;
+    const SQL: &'static str = "
+        SELECT number, id, kind, method, created_at, actor, request, result, gear, class, measurand
+        FROM records WHERE job = $1 ORDER BY number, position";
 
     fn digest(self) -> Sha256Digest {
         record_digest(&self)
