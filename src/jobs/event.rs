@@ -100,8 +100,7 @@ impl JobChange {
 /// A place in the order of all that happens to the jobs of a tenant.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct EventPlace {
-    /// Number of the transaction; 0 where the store has one writer, whose order is that of its
-    /// numbers.
+    /// Number of the transaction; of a store with one writer the number of the event.
     pub change: u64,
     pub number: u64,
 }

@@ -78,6 +78,8 @@ pub fn class(error: &sqlx::Error) -> Class {
             sqlx::Error::Io(_) | sqlx::Error::Tls(_) | sqlx::Error::PoolTimedOut => Class::Lost,
             // what came is no answer to what was asked: the connection is not to be used any more
             sqlx::Error::Protocol(_) | sqlx::Error::BeginFailed => Class::Lost,
+            // a write that was refused after its first change
+            sqlx::Error::InvalidArgument(_) => Class::Refused,
             _ => Class::Other,
         };
     };

@@ -120,8 +120,7 @@ impl Write for ForgetTold {
             .run(
                 "DELETE FROM told WHERE (tenant, changed_by, place) IN
                  (SELECT tenant, changed_by, place FROM told
-                  WHERE changed_by <= (SELECT max(changed_by) FROM told_until WHERE gone)
-                  ORDER BY changed_by, place LIMIT $1)",
+                  WHERE changed_by <= (SELECT max(changed_by) FROM told_until WHERE gone) LIMIT $1)",
                 args![self.most],
             )
             .await?;

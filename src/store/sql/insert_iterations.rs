@@ -145,6 +145,10 @@ pub async fn insert(session: &mut Session, incoming: &[Incoming<'_>]) -> Outcome
             Stored { number, version: 1 }
         }));
     }
+    // a chain that is refused leaves no entry in the others
+    for Numbered { new, .. } in &accepted {
+        session.chain(new.by, new.iteration.job_id).await?;
+    }
     for Numbered { new, number } in &accepted {
         let (action, target) = new.deed(*number);
         let chain = session.chain(new.by, new.iteration.job_id).await?;

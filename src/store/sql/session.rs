@@ -132,7 +132,8 @@ impl Session {
         self.keys.write(&mut self.db).await?;
         let new: Vec<NewEntry> = self.chains.drain().flat_map(|(_, chain)| chain.new).collect();
         audit::store(&mut self.db, &new).await?;
-        Ok(new.first().map(|new| Proof { chain: new.chain, number: new.entry.number, id: new.entry.id }))
+        // the first entry of a chain may be its beginning, which others write alike
+        Ok(new.last().map(|new| Proof { chain: new.chain, number: new.entry.number, id: new.entry.id }))
     }
 
     /// Returns whether a transaction was committed that is proved by an entry.

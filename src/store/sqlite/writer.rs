@@ -24,6 +24,12 @@ use crate::{
 /// SQLite's primary codes for data it will not have: constraint, mismatch, too big.
 const REFUSING_CODES: [i32; 3] = [19, 20, 18];
 
+/// Returns whether an error may be that of one write of a group: each is then tried alone.
+fn refuses(error: &sqlx::Error) -> bool {
+    // a write that was refused after its first change
+    matches!(error, sqlx::Error::InvalidArgument(_)) || code(error).is_some_and(|code| REFUSING_CODES.contains(&code))
+}
+
 /// How long the log waits for readers to be emptied, and when it is tried again.
 const ERASE_PATIENCE: &str = "PRAGMA busy_timeout = 1000";
 const PATIENCE: &str = "PRAGMA busy_timeout = 10000";
@@ -123,7 +129,7 @@ impl Writer {
         }
         match stored {
             Ok(()) => group.into_iter().for_each(|write| write.end(None)),
-            Err(error) if group.len() > 1 && code(&error).is_some_and(|code| REFUSING_CODES.contains(&code)) => {
+            Err(error) if group.len() > 1 && refuses(&error) => {
                 tracing::error!(%error, requests = group.len(), "a group of writes failed; trying each alone");
                 for mut write in group {
                     let failed = self.transact(slice::from_mut(&mut write)).await.err();
