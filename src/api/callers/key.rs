@@ -136,16 +136,10 @@ impl NewKeyBody {
     pub fn draft(self, now: Timestamp) -> Result<KeyDraft, Faults> {
         let mut faults = Faults::default();
         let role = self.role.map(Role::from);
-        if role == Some(Role::Root) {
-            faults.push("/role", "a key of no tenant is made on the database, by `flankfit keys create --role root`");
-        }
         let scopes = match (role, &self.scopes) {
             (Some(role), None) => role.scopes(),
             (None, Some(named)) => {
                 let named: Vec<Scope> = named.iter().map(|scope| Scope::from(*scope)).collect();
-                for (i, _) in named.iter().enumerate().filter(|(_, scope)| **scope == Scope::Tenants) {
-                    faults.push(format!("/scopes/{i}"), "a key of a tenant does not allow `tenants`");
-                }
                 if named.is_empty() {
                     faults.push("/scopes", "name at least one scope");
                 }
@@ -247,10 +241,8 @@ mod tests {
             (r#"{"name":"n","scopes":["read","read"],"expires_at":"2026-11-23T12:00:01Z"}"#, &[]),
             (r#"{"name":"n","role":"admin","kind":"certificate","san":"press7.example"}"#, &[]),
             (r#"{"name":"n"}"#, &["/role"]),
-            (r#"{"name":"n","role":"root"}"#, &["/role"]),
             (r#"{"name":"n","role":"reader","scopes":["read"]}"#, &["/scopes"]),
             (r#"{"name":"n","scopes":[]}"#, &["/scopes"]),
-            (r#"{"name":"n","scopes":["read","tenants"]}"#, &["/scopes/1"]),
             (r#"{"name":"n","role":"reader","san":"x"}"#, &["/san"]),
             (r#"{"name":"n","role":"reader","kind":"certificate"}"#, &["/san"]),
             (

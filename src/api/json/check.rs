@@ -5,7 +5,7 @@
 
 use std::{
     any::type_name,
-    collections::HashMap,
+    collections::{BTreeSet, HashMap},
     sync::{Arc, LazyLock, PoisonError, RwLock},
 };
 
@@ -30,6 +30,8 @@ use flankfit_engine::{
     words::{Shown, counted},
 };
 
+/// Characters of an id with hyphens.
+const UUID_LENGTH: usize = 36;
 /// The form of ids.
 const UUID: &str = "a UUID such as 0190b0de-0000-7000-8000-000000000000, in quotes";
 
@@ -122,7 +124,7 @@ impl<'a> Check<'a> {
             (Some("number" | "integer"), Token::Number) => self.number(cursor, schema, at),
             (Some("string"), Token::String) => {
                 let text = cursor.string()?;
-                if schema["format"] == "uuid" && Uuid::try_parse(&text).is_err() {
+                if schema["format"] == "uuid" && (text.len() != UUID_LENGTH || Uuid::try_parse(&text).is_err()) {
                     self.fault(at, format!("expected {UUID}"));
                 }
                 self.length(text.chars().count(), schema, ["minLength", "maxLength"], ["a string", "character"], at);
@@ -253,21 +255,20 @@ impl<'a> Check<'a> {
     fn object(&mut self, cursor: &mut Cursor, schema: &'a Value, at: &Location) -> Result<(), Syntax> {
         let known: Vec<(&'a str, &'a Value)> =
             schema["properties"].as_object().into_iter().flatten().map(|(name, value)| (&**name, value)).collect();
-        let mut seen: Vec<String> = Vec::new();
+        let mut seen: BTreeSet<String> = BTreeSet::new();
         cursor.object(|cursor, name| {
             let at = Location::Member(at, &name);
             let property = known.iter().find(|(known, _)| *known == name).map(|(_, property)| *property);
             let is_null = cursor.token()? == Token::Null;
-            if seen.iter().any(|seen| *seen == name) {
-                self.fault(&at, "the field occurs twice; give it once".to_owned());
-                return cursor.skip_value().map(drop);
-            }
             match (property, &schema["additionalProperties"]) {
                 // counts as absent
                 (Some(_), _) | (None, Value::Object(_)) if is_null => cursor.skip_value().map(drop),
                 (Some(property), _) | (None, property @ Value::Object(_)) => {
-                    seen.push(name.clone().into_owned());
-                    self.value(cursor, property, &at)
+                    if seen.insert(name.clone().into_owned()) {
+                        return self.value(cursor, property, &at);
+                    }
+                    self.fault(&at, "the field occurs twice; give it once".to_owned());
+                    cursor.skip_value().map(drop)
                 }
                 _ => {
                     let names: Vec<&str> = known.iter().map(|(name, _)| *name).collect();
@@ -278,7 +279,7 @@ impl<'a> Check<'a> {
             }
         })?;
         for name in schema["required"].as_array().into_iter().flatten().filter_map(Value::as_str) {
-            if !seen.iter().any(|seen| seen == name) {
+            if !seen.contains(name) {
                 self.faults.push_missing(Location::Member(at, name).pointer(), "missing");
             }
         }

@@ -13,6 +13,7 @@ use super::{
     location::Location,
     refusal::Refusal,
     slice::Slice,
+    wording::BEYOND,
 };
 use flankfit_engine::numerics::cancel;
 
@@ -54,6 +55,9 @@ impl<'de> Reader<'_, 'de> {
     /// A number; −0 is 0.
     fn number<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Refusal> {
         let (value, text) = self.cursor.number_and_text()?;
+        if value.is_infinite() {
+            return Err(Refusal::custom(BEYOND));
+        }
         let text = std::str::from_utf8(text).unwrap_or_default();
         if let Ok(value) = text.parse() {
             visitor.visit_u64(value)

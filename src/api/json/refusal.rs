@@ -3,7 +3,7 @@
 
 use std::fmt;
 
-use serde::de;
+use serde::de::{self, Expected, Unexpected};
 
 use super::{
     cursor::Syntax,
@@ -67,6 +67,20 @@ impl de::Error for Refusal {
             Some((path, message)) => Refusal::new(pointer_of(path), message, false),
             None => Refusal::new(String::new(), message, false),
         }
+    }
+
+    fn invalid_type(found: Unexpected, expected: &dyn Expected) -> Self {
+        let found = match found {
+            Unexpected::Str(_) => "a string".to_owned(),
+            Unexpected::Seq => "an array".to_owned(),
+            Unexpected::Map => "an object".to_owned(),
+            other => other.to_string(),
+        };
+        let expected = match &*expected.to_string() {
+            "a sequence" => "an array".to_owned(),
+            expected => expected.to_owned(),
+        };
+        Refusal::new(String::new(), format!("expected {expected}, found {found}"), false)
     }
 
     fn unknown_variant(name: &str, known: &'static [&'static str]) -> Self {

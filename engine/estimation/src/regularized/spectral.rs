@@ -23,7 +23,7 @@ use crate::{
         Filtered, Rule, Spectral,
         filters::{self, SelectedFilter},
     },
-    spec::{Piece, Scheme},
+    spec::{Domain, Piece, Scheme},
     spectrum::Directions,
 };
 
@@ -164,13 +164,15 @@ impl AppliedFilter<'_> {
             warnings.push(Warning::NoPieceToGive);
             return None;
         };
+        // −0 is 0: specifications that contain the piece have one text
+        let end = |ends: [f64; 2]| ends.map(|x| x + 0.0);
         Some(Piece {
             model: spec.model.clone(),
-            domain: linear.design.domain,
+            domain: linear.design.domain.map(|Domain { u, v }| Domain { u: u.map(end), v: v.map(end) }),
             scheme,
             lambda_star: chosen.lambda_star,
             eigenvalues: spectrum.lambda[..count].to_vec(),
-            directions: (0..count).map(|i| spectrum.v.column(i).iter().copied().collect()).collect(),
+            directions: (0..count).map(|i| spectrum.v.column(i).iter().map(|x| x + 0.0).collect()).collect(),
             scale: columns.scale.iter().map(|s| s.to_f64()).collect(),
         })
     }

@@ -187,7 +187,7 @@ flankfit_numerics::alternatives!(
     "`previous`, all earlier iterations of the same flank and tooth (the last 100 of them); or their numbers, \
      ascending. Flanks and teeth that are not given count as equal.",
     name("previous"),
-    list(whole(1), Some((1, Which::MOST))),
+    list(whole(1).maximum(Some(u32::MAX)), Some((1, Which::MOST))),
 );
 
 #[cfg(feature = "contract")]

@@ -40,6 +40,7 @@ impl TryFrom<Parameter> for super::super::Parameter {
         match (Criterion::every().find(|known| known.name() == criterion), value) {
             (Some(criterion), None) => Ok(Self::Criterion(criterion)),
             (Some(_), Some(_)) => Err(fault("value", "only the criterion `fixed` takes a value")),
+            (None, _) if criterion != FIXED => Err(fault("criterion", "the criterion is not known")),
             (None, Some(value)) => Ok(Self::Fixed(value)),
             (None, None) => Err(fault("value", "missing; the criterion `fixed` needs it")),
         }

@@ -200,6 +200,8 @@ impl TryFrom<Regularization> for super::super::Regularization {
                 return Err(fault("", "give `iteration` or `piece`"));
             }
             Regularization::Representative { iteration, fit_id, piece } => {
+                // ids have one spelling
+                let fit_id = fit_id.map(|id| id.to_ascii_lowercase());
                 Self::Representative(Representative { of: PieceOf { iteration, fit_id }, piece })
             }
         })
