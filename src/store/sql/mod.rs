@@ -5,9 +5,9 @@
 //! views and triggers of the same names where the databases differ (`migrations/`).
 //!
 //! A read is a function with the name of the repository's method; a write is an `impl Write` of its
-//! struct in `writes`. Each table or two have a file with both. A `Handle` is the store as one caller
-//! sees it: reads go to the readers, and writes wait in a queue for a transaction that they share
-//! (`group`, [`Session`]).
+//! struct in `writes`. Each table or two have a file with both. A `Handle` is the store as one
+//! caller sees it: reads go to the readers, and writes wait in a queue for a transaction that they
+//! share (`group`, [`Session`]).
 
 #[macro_use]
 mod value;
