@@ -48,7 +48,7 @@ async fn check(kind: &str, store: Arc<dyn Store>, values: &Values) {
         .for_each(async |stored| _ = stored.unwrap())
         .await;
     let quiet = median(&other, values).await;
-    for (text, tag) in [("zzzz", None), ("zz", None), ("pitch drive zz", None), ("", Some("shift:night"))] {
+    for (text, tag) in [("zzzz", None), ("zz", None), ("pitch drive zz", None), ("", Some("shift:never"))] {
         let filter = JobFilter {
             text: Some(text.to_owned()).filter(|text| !text.is_empty()),
             tag: tag.map(str::to_owned),
