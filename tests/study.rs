@@ -21,12 +21,12 @@ fn the_committed_figures_are_what_the_command_makes() {
     assert!(output.stderr.is_empty(), "where there is no terminal there is no progress bar");
     for name in ["fig4.svg", "fig5.svg"] {
         let made = std::fs::read_to_string(folder.path().join(name)).unwrap();
-        let committed = std::fs::read_to_string(root.join("docs/figures").join(name)).unwrap();
-        assert!(made == committed, "docs/figures/{name} differs; run flankfit study --svg docs/figures");
+        let committed = std::fs::read_to_string(root.join("docs/explanation/figures").join(name)).unwrap();
+        assert!(made == committed, "{name} differs; run flankfit study --svg docs/explanation/figures");
         assert!(!made.contains("NaN") && !made.contains("inf"), "{name}");
     }
     // what the tables say stands in the document
-    let document = std::fs::read_to_string(root.join("docs/paper-figures.md")).unwrap();
+    let document = std::fs::read_to_string(root.join("docs/explanation/paper-figures.md")).unwrap();
     let mut said = 0;
     for line in text.lines().skip_while(|line| !line.contains("B of level k")).filter(|line| !line.contains("─")) {
         assert!(document.contains(line.trim()), "{line}");

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""How often intervals, bands and decisions hold, asked over HTTP: tables of docs/intervals.md and docs/prior.md.
+"""How often intervals, bands and decisions hold, asked over HTTP: tables of docs/explanation/intervals.md and docs/explanation/prior.md.
 
 Nodes are drawn about a truth that is known, sent to a server, and what it answers is held against the truth. Nothing
 of the engine is used, so this is a proof from outside of what the tables made by its examples say.

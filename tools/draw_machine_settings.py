@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Draws docs/figures/setting-*.svg: what each machine setting does to both flanks of a tooth.
+"""Draws docs/reference/figures/setting-*.svg: what each machine setting does to both flanks of a tooth.
 
     python3 tools/draw_machine_settings.py [folder]
 
-Needs nothing but Python. The deviations follow from the definitions in docs/machine-settings.md for the gear named below; they share no
+Needs nothing but Python. The deviations follow from the definitions in docs/reference/machine-settings.md for the gear named below; they share no
 code with the service. The same command makes the same bytes.
 """
 import sys
@@ -209,7 +209,7 @@ def draw(name, machine, amount, unit, of, action, arrow):
 
 
 def main():
-    folder = Path(sys.argv[1] if len(sys.argv) > 1 else Path(__file__).parent.parent / "docs" / "figures")
+    folder = Path(sys.argv[1] if len(sys.argv) > 1 else Path(__file__).parent.parent / "docs" / "reference" / "figures")
     for setting in SETTINGS:
         name, machine = setting[0].replace("_", "-"), setting[1]
         file = folder / f"setting-{name}{'-' + machine if machine else ''}.svg"

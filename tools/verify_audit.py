@@ -2,7 +2,7 @@
 """Verifies a chain of the audit: entries as GET /v1/jobs/{job_id}/audit answers them (pages one after the other).
 
 Prints the number of entries and the head, or the first number at fault. SEALS is a file of seals, kept elsewhere, as
---audit-seal-file has them; what it has of the chain must agree. docs/audit.md has the layout. (Signatures are checked
+--audit-seal-file has them; what it has of the chain must agree. docs/reference/audit.md has the layout. (Signatures are checked
 by `flankfit audit verify`.)
 """
 import argparse

@@ -1,6 +1,6 @@
 //! One row for each kind of work: a digest of every digit answered and, where it may take seconds,
 //! the median of its time. `cargo xtask portability` compares the digests of a build with the
-//! workspace's flags and of one without; docs/performance.md has a table of both times.
+//! workspace's flags and of one without; docs/reference/performance.md has a table of both times.
 //!
 //! Run: `cargo run --release -p engine-benches --example portable [SECONDS]`
 

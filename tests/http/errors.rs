@@ -156,8 +156,8 @@ async fn they_are_stored_and_replayed() {
     }
 }
 
-/// What the table of docs/errors.md says of selections, constraints and criteria that leave nodes
-/// out.
+/// What the table of docs/explanation/errors.md says of selections, constraints and criteria that
+/// leave nodes out.
 #[tokio::test]
 async fn what_does_not_go_together_with_a_model_of_the_errors_is_refused() {
     let app = TestApp::start().await;

@@ -22,7 +22,7 @@ const KEEP_LOG: &str = "mkdir log-kept && grep -v replication data/pg_hba.conf >
     echo 'local replication flankfit_backup,flankfit_owner trust' >>hba && cp hba data/pg_hba.conf && \
     printf \"archive_mode=on\\narchive_command='cp %%p $PWD/log-kept/%%f'\\n\" >>data/postgresql.conf && \
     $BIN/pg_ctl -D data -l log -m fast -w restart";
-/// As docs/postgresql.md says.
+/// As docs/how-to/postgresql.md says.
 const ROLE: &str = "CREATE ROLE flankfit_backup LOGIN REPLICATION";
 const BACKUP: &str = "$BIN/pg_basebackup -h \"$PWD\" -U flankfit_backup -D copy -X none -c fast --no-sync";
 /// Ends the server as the loss of its machine would, and brings the copy up to the end of the log.
@@ -79,7 +79,7 @@ async fn a_base_backup_and_the_log_since_bring_everything_back() {
         |at| flankfit::jobs::audit::Sealing { at, key: None, unless_since: at - SignedDuration::from_hours(1) };
     store.seal_audit(sealing(place.now())).await.unwrap();
     // its rights are enough, and no others than that
-    assert!(include_str!("../../docs/postgresql.md").contains(&format!("    {ROLE};\n")));
+    assert!(include_str!("../../docs/how-to/postgresql.md").contains(&format!("    {ROLE};\n")));
     let mut own = PgConnection::connect(&server.url("postgres")).await.unwrap();
     sqlx::query("CREATE ROLE flankfit_owner LOGIN").execute(&mut own).await.unwrap();
     sqlx::query(ROLE).execute(&mut own).await.unwrap();

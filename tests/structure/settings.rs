@@ -1,4 +1,4 @@
-//! The table of settings in `docs/operation.md` against those of the program.
+//! The table of settings in `docs/reference/operation.md` against those of the program.
 
 use std::{collections::BTreeMap, fs};
 
@@ -33,7 +33,7 @@ fn of_program() -> Settings {
 }
 
 fn of_document() -> Settings {
-    let text = fs::read_to_string(root().join("docs/operation.md")).expect("the document");
+    let text = fs::read_to_string(root().join("docs/reference/operation.md")).expect("the document");
     let section = text.split("\n## ").find(|section| section.starts_with("Settings\n")).expect("the section");
     let names =
         |cell: &str| -> Vec<String> { cell.split(", ").map(|name| name.trim().trim_matches('`').to_owned()).collect() };

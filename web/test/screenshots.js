@@ -1,4 +1,4 @@
-// The pictures of docs/dashboard.md, of the job that `flankfit demo` tells: measured, corrected,
+// The pictures of docs/how-to/dashboard.md, of the job that `flankfit demo` tells: measured, corrected,
 // machined again, accepted. Run by web/screenshots.
 
 import assert from "node:assert/strict";
@@ -12,7 +12,7 @@ import { palettePng } from "./palette_png.js";
 /** @typedef {import("./browser/harness.js").World} World */
 /** @typedef {{ name: string, place: string, height?: number, ready?: string, at?: string, look?: "tablet" }} Picture */
 
-const folder = fileURLToPath(new URL("../../docs/dashboard", import.meta.url));
+const folder = fileURLToPath(new URL("../../docs/how-to/dashboard", import.meta.url));
 const MOST_BYTES = 150_000;
 const LOOKS = {
   desktop: { settings: { theme: "light" }, context: { viewport: { width: 1280, height: 800 } } },

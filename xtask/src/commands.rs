@@ -13,7 +13,7 @@ const COMMANDS: &[Entry] = &[
     ("bench", "[NAME] [OPTION…]", "benches whose name contains NAME; `service` is those over HTTP", bench),
     ("fuzz", "TARGET [OPTION…]", "a reader of gear files under a fuzzer (fuzz/README.md)", fuzz),
     ("schemathesis", "[OPTION…]", "the service against its own contract", schemathesis),
-    ("clients", "", "clients generated, compiled and run (docs/clients.md)", clients),
+    ("clients", "", "clients generated, compiled and run (docs/how-to/clients.md)", clients),
     ("cad", "", "exported IGES and STEP files, opened with OpenCASCADE", cad),
     ("scipy", "", "surfaces beside scipy's: numbers and time", scipy),
     ("figures", "", "draw the figures of docs/ anew", figures),
@@ -82,7 +82,8 @@ fn scipy(_: &[String]) -> Outcome {
 }
 
 fn figures(_: &[String]) -> Outcome {
-    run(cargo().args(["run", "--locked", "--release", "--bin", "flankfit", "--", "study", "--svg", "docs/figures"]))?;
+    let study = ["run", "--locked", "--release", "--bin", "flankfit", "--", "study", "--svg"];
+    run(cargo().args(study).arg("docs/explanation/figures"))?;
     run(program("python3").arg("tools/draw_machine_settings.py"))
 }
 

@@ -1,4 +1,4 @@
-//! What each criterion for λ* wins and loses: the tables of docs/choosing-lambda.md.
+//! What each criterion for λ* wins and loses: the tables of docs/explanation/choosing-lambda.md.
 //!
 //! For each design the true coefficients have norm 1 (in columns of unit length), along the worst
 //! determined direction, the best, or all alike; the noise is a tenth, once and ten times what

@@ -1,4 +1,4 @@
-//! How often intervals hold where errors are not white: the tables of docs/errors.md.
+//! How often intervals hold where errors are not white: the tables of docs/explanation/errors.md.
 //!
 //! A cubic at 60 nodes whose coefficients are all 0. `cargo run --release -p engine-benches
 //! --example errors_coverage -- 2000` draws 2,000 times each; `-- 2000 powers` makes the last table

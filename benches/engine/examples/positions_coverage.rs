@@ -1,4 +1,5 @@
-//! How often intervals hold where the positions of the nodes are off: the table of docs/errors.md.
+//! How often intervals hold where the positions of the nodes are off: the table of
+//! docs/explanation/errors.md.
 //!
 //! Sixty nodes over 10 mm, cubics in µm by Legendre polynomials, positions off by a given standard
 //! deviation. `cargo run --release -p engine-benches --example positions_coverage -- 1000` draws

@@ -1,5 +1,5 @@
 //! How good the chain of earlier iterations is, and how often its intervals hold: the table of
-//! docs/prior.md.
+//! docs/explanation/prior.md.
 //!
 //! Sets of iterations over the same nodes, between which the coefficients move at random by so many
 //! standard errors (of least squares of one iteration): all of them alike, the first third alone,

@@ -1,4 +1,5 @@
-//! How often the 95 % intervals of robust estimators hold: the table of docs/intervals.md.
+//! How often the 95 % intervals of robust estimators hold: the table of
+//! docs/explanation/intervals.md.
 //!
 //! A cubic on 45 nodes, errors of four distributions with the same middle; the mean over the four
 //! coefficients, that of the worst one, the width, and how often the band of a further measurement

@@ -1,5 +1,5 @@
 //! What choosing a model by the nodes costs, and how often each criterion finds the true one: the
-//! tables of docs/selection.md.
+//! tables of docs/explanation/selection.md.
 //!
 //! A flank on a grid of 9 × 7 nodes has the terms 1, T₁(u), T₁(v), T₁(u)T₁(v), all large, and
 //! T₂(u), which is as large as so many of its standard errors. Looked at are all degrees up to (4,

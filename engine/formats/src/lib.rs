@@ -6,8 +6,8 @@
 //! Writers are pure functions from shapes and a [`Label`] to text or bytes, which large files give
 //! piece by piece ([`Pieces`]): no clock, no file system, the same bytes for the same input.
 //! Lengths are millimetres where a format has a unit. A double is written with the digits that
-//! bring back its very bits, and a number that is not finite is never written. docs/export.md tells
-//! users what to expect of each format.
+//! bring back its very bits, and a number that is not finite is never written.
+//! docs/reference/export.md tells users what to expect of each format.
 
 #![warn(missing_docs, unnameable_types, unreachable_pub)]
 

@@ -1,6 +1,6 @@
 //! Coverage of standard errors and accuracy of predicted errors when λ* is selected from the same
-//! nodes: the figures quoted in README, docs/mathematics-notes.md and the contract. `std_error` is
-//! then that of least squares and is valid; the conditional one is not.
+//! nodes: the figures quoted in README, docs/explanation/mathematics.md and the contract.
+//! `std_error` is then that of least squares and is valid; the conditional one is not.
 //!
 //! `cargo test --test laws chosen_errors -- --nocapture` prints them.
 

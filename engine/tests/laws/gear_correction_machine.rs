@@ -164,8 +164,8 @@ fn figures(deviations: &[f64], side: Side) -> [f64; 6] {
     [c[0], 2.0 * c[1], s * 2.0 * c[2], -c[3], -c[4], 4.0 * c[5]]
 }
 
-/// docs/machine-settings.md: what a positive change of every setting of both machines is called on
-/// either flank, hand and kind of gear, by flanks that are made anew where they can be.
+/// docs/reference/machine-settings.md: what a positive change of every setting of both machines is
+/// called on either flank, hand and kind of gear, by flanks that are made anew where they can be.
 #[test]
 fn every_setting_has_the_sense_that_its_page_says() {
     for gear in gears() {

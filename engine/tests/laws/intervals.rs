@@ -95,7 +95,8 @@ fn students_intervals_of_a_line() {
     }
 }
 
-/// What docs/intervals.md says of a norm that deviations of size 1 allow, over √m: 1/√λ₁.
+/// What docs/explanation/intervals.md says of a norm that deviations of size 1 allow, over √m:
+/// 1/√λ₁.
 #[test]
 fn safe_norm_limits_of_usual_grids() {
     for (rows, columns) in [(5, 7), (5, 9), (9, 5), (9, 15), (20, 30)] {

@@ -178,7 +178,7 @@ impl Tally {
     }
 }
 
-/// The table of docs/gear-files.md.
+/// The table of docs/reference/gear-files.md.
 #[test]
 fn every_printed_deviation_comes_back() {
     let mut tallies: BTreeMap<String, Tally> = BTreeMap::new();

@@ -1,5 +1,5 @@
 //! What generators of clients make wrong code of, taken out of their copy of the document
-//! (`docs/clients.md`).
+//! (`docs/how-to/clients.md`).
 //!
 //! - A union of numbers and arrays, or of arrays of different depth, becomes a value of any form:
 //!   C# and C++ get two constructors of the same signature otherwise. Its description says which

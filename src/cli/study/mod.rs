@@ -20,7 +20,7 @@ use crate::api::{
     studies::result::{self, RandomizationResult},
 };
 
-/// An involute section, described in docs/paper-figures.md.
+/// An involute section, described in docs/explanation/paper-figures.md.
 const DEFAULT: &str = include_str!("../../../examples/requests/study_flank.json");
 
 #[derive(Debug, Args)]

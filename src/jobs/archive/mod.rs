@@ -1,5 +1,5 @@
 //! What there is of a job, as text that is the same from every store: to take it elsewhere, and to
-//! compare. The format is in `docs/data-life.md`.
+//! compare. The format is in `docs/how-to/data-life.md`.
 //!
 //! Each job is a section: a line for each row, then a line with the digest of those before it. A
 //! store reads and writes rows; it stores a section as a whole or not at all.

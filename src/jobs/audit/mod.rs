@@ -4,7 +4,7 @@
 //! rows that its change wrote. So whoever changes, removes or exchanges a row later is found, and
 //! so is whoever changes an entry. The chain of a tenant tells of its keys. Seals have the ends of
 //! chains, to be kept elsewhere: they convict who writes chains anew. The layout of every digest is
-//! in `docs/audit.md`.
+//! in `docs/reference/audit.md`.
 
 mod auditor;
 mod changing;

@@ -87,8 +87,8 @@ async fn the_first_key_over_http_is_an_administrators_and_shuts_nobody_out() {
     app.stop().await;
 }
 
-/// The recovery described in docs/security.md, and the effect of the command line on a running
-/// server.
+/// The recovery described in docs/how-to/security.md, and the effect of the command line on a
+/// running server.
 #[tokio::test]
 async fn the_command_line_makes_a_key_for_whoever_is_locked_out() {
     let folder = tempfile::tempdir().unwrap();

@@ -25,7 +25,7 @@ async fn record(app: &TestApp, job: &str, kind: &str) -> Value {
 }
 
 /// Pinion 95911-neu: f_Ko, R_p, R_s, W_k and M_dK as printed, the lengths by the places of contact,
-/// which lie up to 2.1 and 4.8 µm below (docs/gear-files.md).
+/// which lie up to 2.1 and 4.8 µm below (docs/reference/gear-files.md).
 #[tokio::test]
 async fn tip_relief_thickness_and_ranges_of_pitch_come_from_a_file() {
     let app = TestApp::start().await;

@@ -1,4 +1,4 @@
-//! `docs/plant.md` is run: every command, in the order in which they stand there.
+//! `docs/how-to/plant.md` is run: every command, in the order in which they stand there.
 
 use std::{
     fs,
@@ -32,7 +32,7 @@ fn commands(document: &str) -> String {
     ignore = "there is no PostgreSQL server, no haproxy or no openssl"
 )]
 fn the_commands_of_the_document_lead_to_a_plant() {
-    let document = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/plant.md")).unwrap();
+    let document = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/how-to/plant.md")).unwrap();
     let commands = commands(&document);
     let folder = tempfile::Builder::new().prefix("ff").tempdir().unwrap();
     // the user of the commands may read these, wherever the project is

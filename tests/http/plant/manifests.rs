@@ -56,9 +56,9 @@ fn every_setting_that_is_named_exists() {
     let there = settings("serve");
     let mut named = 0;
     for path in [
-        "docs/plant.md",
-        "docs/runbook.md",
-        "docs/scale.md",
+        "docs/how-to/plant.md",
+        "docs/how-to/runbook.md",
+        "docs/how-to/scale.md",
         "deploy/README.md",
         "deploy/haproxy.cfg",
         "deploy/kubernetes/deployment.yaml",
@@ -83,7 +83,7 @@ fn every_setting_that_is_named_exists() {
 #[test]
 fn every_metric_of_an_alert_exists_and_every_alert_is_told() {
     let telemetry = read("src/telemetry.rs");
-    let runbook = read("docs/runbook.md");
+    let runbook = read("docs/how-to/runbook.md");
     let rules = yaml::documents(&read("deploy/alerts.yaml")).remove(0);
     let mut alerts = Vec::new();
     for rule in at(&rules, "/groups/0/rules").as_array().unwrap() {

@@ -20,7 +20,7 @@ import { parseNumber } from "./format.js";
  * @property {Record<string, LimitDraft>} limits
  */
 
-/** Settings of the machines that are known by name, with their units; docs/machine-settings.md shows each. */
+/** Settings of the machines that are known by name, with their units; docs/reference/machine-settings.md shows each. */
 export const MACHINES = /** @type {const} */ ({
   form_grinding: {
     profile_angle: "arcmin",

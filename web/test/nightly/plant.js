@@ -1,4 +1,4 @@
-// A plant, as docs/plant.md has it: PostgreSQL, two servers on it, and before them haproxy by
+// A plant, as docs/how-to/plant.md has it: PostgreSQL, two servers on it, and before them haproxy by
 // deploy/haproxy.cfg, with TLS by a certificate of an authority of its own. The browser comes through
 // the proxy alone; who else there is asks a server itself.
 

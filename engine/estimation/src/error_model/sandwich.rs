@@ -16,7 +16,7 @@
 //! which are those by the residuals (`E r⁴ = 3 σ⁴` of normal errors), and those that errors of one
 //! variance would leave, their correlations left out (Bell and McCaffrey, Survey Methodology 28,
 //! 2002). With m − n for every form, 95 % intervals of a cubic would hold in 0.82 to 0.92 where two
-//! to five nodes at an end are ten times as noisy as the others (docs/errors.md).
+//! to five nodes at an end are ten times as noisy as the others (docs/explanation/errors.md).
 
 use nalgebra::DMatrix;
 

@@ -13,7 +13,7 @@
 //!
 //! which is about (σ/r)² for u → 0 and grows with u from there on (at low levels after a fall by
 //! half). Nothing in it depends on the heights but σ̂; what that costs in coverage is in the last
-//! column of the table of docs/intervals.md, next to nothing.
+//! column of the table of docs/explanation/intervals.md, next to nothing.
 
 use super::{
     noise::Noise,

@@ -3,8 +3,8 @@
 //! `eᵀS⁻¹e/n` against F(n, ν), with the moves as large as the jumps **before** say: the jump that
 //! is judged has no part in it. Few jumps leave much open, so the probability is the mean over all
 //! sizes of the moves, not that at the likeliest: of flanks that always move evenly two in 5,000 at
-//! most are let go after six iterations (docs/prior.md), by the likeliest size it would be several
-//! times as many.
+//! most are let go after six iterations (docs/explanation/prior.md), by the likeliest size it would
+//! be several times as many.
 
 use super::chain::{Branch, weights};
 use crate::result::PriorConflict;

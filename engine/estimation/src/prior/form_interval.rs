@@ -1,5 +1,5 @@
 //! Intervals of single forms of the coefficients that hold whatever the flank did, for a known σ
-//! (docs/prior.md).
+//! (docs/explanation/prior.md).
 //!
 //! Before least squares y of a form is seen, the earlier iterations and what the nodes of now tell
 //! of all that lies at right angles to it predict the form, by a mixture of normal distributions:

@@ -4,8 +4,8 @@ use crate::spec::PositionKind;
 
 /// Share of the information that is scatter of the positions, shift by the bend within it in
 /// standard errors, and relative error of the weights, up to which intervals hold: in the cases of
-/// docs/errors.md that are not warned of in 0.93 or more for the worst coefficient, in those that
-/// are down to 0.81.
+/// docs/explanation/errors.md that are not warned of in 0.93 or more for the worst coefficient, in
+/// those that are down to 0.81.
 pub(crate) const HOLDING: [f64; 3] = [0.5, 0.6, 0.3];
 
 /// Nodes whose positions are off.

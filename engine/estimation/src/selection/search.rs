@@ -77,8 +77,8 @@ pub(crate) fn range(problem: &Spectral, rule: Rule) -> [f64; 2] {
     }
 }
 
-/// λ* by least condition, closed form (mathematics in docs/mathematics-notes.md): for `1 ≤ L < n`
-/// the low end of the plateau [b, a], or a.
+/// λ* by least condition, closed form (mathematics in docs/explanation/mathematics.md): for `1 ≤ L
+/// < n` the low end of the plateau [b, a], or a.
 pub(super) fn least_condition(lambda: &[f64], scheme: Scheme, count: usize) -> Chosen {
     let largest = lambda[lambda.len() - 1];
     let (low, high) = match scheme {

@@ -7,7 +7,7 @@
 //! velocity w at the node stands out by `w · n`, and a flank of other gear data turns about the
 //! axis by what ψ, inv and r_b change.
 //!
-//! docs/machine-settings.md shows each setting on both flanks.
+//! docs/reference/machine-settings.md shows each setting on both flanks.
 //!
 //! With `u = −1…1` over the evaluated roll lengths and `v = −1…1` over the evaluated z, s = ±1 on
 //! left and right flanks:

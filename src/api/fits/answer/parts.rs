@@ -39,10 +39,10 @@ answer! {
         /// Standard error of `value` where λ* was given or the fit is not regularised, and of
         /// `least_squares` where λ* was chosen from the nodes. In simulations of one flank the
         /// truth lay within one standard error of least squares in 66 to 70 % of the cases
-        /// (docs/mathematics-notes.md). Absent without degrees of freedom. With a `prior` the
+        /// (docs/explanation/mathematics.md). Absent without degrees of freedom. With a `prior` the
         /// standard deviation of the posterior, by `prior.sigma`. With `constraints` that of least
         /// squares with the derivatives at the active places held at 0, as if these places had been
-        /// known beforehand: too small (docs/constraints.md).
+        /// known beforehand: too small (docs/explanation/constraints.md).
         std_error?: f64 = std_error,
         /// Standard error of `value` for the λ* used, as if λ* had not been chosen from the same
         /// nodes; present where it was. It is too small and excludes the bias: the truth lay within
@@ -58,10 +58,11 @@ answer! {
         /// least squares, which bound the bias for every truth that meets the constraints.
         bias_bound: f64 = bias_bound,
         /// Confidence interval of the true coefficient at `level`, `[low, high]`. Coverage at 0.95
-        /// is 0.94 to 0.96 on average for independent normal errors (docs/intervals.md); for other
-        /// cases see docs/errors.md, docs/prior.md and docs/selection.md. The regularised `value`
-        /// may lie outside. Absent without an estimate of the noise, and where the coefficient is
-        /// not bounded.
+        /// is 0.94 to 0.96 on average for independent normal errors
+        /// (docs/explanation/intervals.md); for other cases see docs/explanation/errors.md,
+        /// docs/explanation/prior.md and docs/explanation/selection.md. The regularised `value` may
+        /// lie outside. Absent without an estimate of the noise, and where the coefficient is not
+        /// bounded.
         #[schema(min_items = 2, max_items = 2)]
         interval?: [f64; 2] = interval.as_ref().map(|interval| &interval.ends),
         interval_kind?: IntervalKindName = interval.as_ref().map(|interval| &interval.kind),
@@ -84,7 +85,7 @@ names! {
     /// coefficients within the given norm limit, and for no others. `posterior`: Student's t about
     /// the mean of the posterior, if the prior is given; if moves are estimated, an interval that
     /// is shorter where the earlier iterations predict well. With a known σ its coverage holds for
-    /// any flank, and it is the same after a prior is dropped (docs/prior.md).
+    /// any flank, and it is the same after a prior is dropped (docs/explanation/prior.md).
     #[schema(as = IntervalKind)]
     pub enum IntervalKindName from IntervalKind {
         Student = "student",

@@ -68,9 +68,9 @@ answer! {
         /// applied choice, corrected by simulation for having been chosen from the same nodes. With
         /// `min_mse` of the matrix B and ridge its mean is 0.78 to 1.22 times the true error in 144
         /// simulated cases with three degrees of freedom or more; the uncorrected figure is 0.28 to
-        /// 1.03 times it (docs/choosing-lambda.md). A single figure scatters by once to twice its
-        /// size; other criteria, and Tikhonov, were not simulated. Present with `include` of
-        /// `predicted_mse`; not with `press`, `blocked_cv`, truncated SVD, James–Stein and
+        /// 1.03 times it (docs/explanation/choosing-lambda.md). A single figure scatters by once to
+        /// twice its size; other criteria, and Tikhonov, were not simulated. Present with `include`
+        /// of `predicted_mse`; not with `press`, `blocked_cv`, truncated SVD, James–Stein and
         /// attraction.
         predicted_mse_corrected?: f64 = predicted_mse_corrected,
         /// Present for `representative`.
@@ -96,8 +96,8 @@ answer! {
         bias_norm: f64 = bias_norm,
         /// Predicted mean squared error of the coefficients in the scaled columns: good for
         /// comparing criteria on the same nodes. That of the chosen one is mostly too small: 0.42
-        /// of the true error in simulations of one flank (docs/mathematics-notes.md), 0.28 to 1.03
-        /// over other cases (docs/choosing-lambda.md).
+        /// of the true error in simulations of one flank (docs/explanation/mathematics.md), 0.28 to 1.03
+        /// over other cases (docs/explanation/choosing-lambda.md).
         predicted_mse?: f64 = predicted_mse,
         /// Root mean square of the residuals, in the unit of the heights.
         rms: f64 = rms,

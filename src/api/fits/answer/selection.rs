@@ -19,8 +19,8 @@ answer! {
         /// Which of `candidates` was fitted, from 0.
         chosen: usize = chosen,
         /// The model was chosen from the nodes it is fitted to: intervals and standard errors
-        /// ignore this choice, and their coverage is lower than stated (docs/selection.md). Always
-        /// true.
+        /// ignore this choice, and their coverage is lower than stated
+        /// (docs/explanation/selection.md). Always true.
         post_selection: bool = true,
     }
 }

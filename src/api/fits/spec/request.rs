@@ -86,7 +86,7 @@ request! {
         optional estimator: Estimator,
         /// Norm limit r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bias bounds and intervals;
         /// they are valid only if it holds. Take it from a source other than these nodes
-        /// (docs/intervals.md). By default r is estimated, and used for bounds only.
+        /// (docs/explanation/intervals.md). By default r is estimated, and used for bounds only.
         #[schema(exclusive_minimum = 0)]
         optional coefficient_norm_limit: f64,
         /// Standard deviation of a height of weight 1, in the unit of the heights; by default

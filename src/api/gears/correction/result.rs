@@ -126,7 +126,7 @@ pub struct SettingChangeBody {
     /// lies from what this regularised correction is on average, once in three times further. What
     /// regularisation takes away on average is not in it but in `bias_bound`: what is wanted lies
     /// within the sum of both two times in three or more, where its norm is within that of the
-    /// bound (docs/mathematics-notes.md). Left out at a limit and without degrees of freedom.
+    /// bound (docs/explanation/mathematics.md). Left out at a limit and without degrees of freedom.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub std_error: Option<f64>,
     /// The part of errors of the sensitivity in it.

@@ -109,7 +109,7 @@ pub struct MachineAnswerBody {
     pub response_ratio_std_error: Option<f64>,
     /// `[low, high]` of the share that came, at 0.95 by that standard error (Student's t where the
     /// noise was estimated). It is rather too wide: it held in 0.97 and more of simulated
-    /// corrections (docs/intervals.md).
+    /// corrections (docs/explanation/intervals.md).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 2, max_items = 2)]
     pub response_ratio_interval: Option<[f64; 2]>,
@@ -154,7 +154,7 @@ pub struct SidedChangesBody {
 pub enum VerdictName {
     /// As far as noise and the uncertainty of the sensitivity allow. With white noise 20 of 28,000
     /// simulated machines that were so were called anything else but `undecided`; waviness that
-    /// does not repeat raises that rate (docs/gears.md).
+    /// does not repeat raises that rate (docs/reference/gears.md).
     AsPredicted,
     /// A part of the predicted change came.
     Weaker,

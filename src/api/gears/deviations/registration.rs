@@ -64,9 +64,9 @@ pub struct MotionBody {
     /// `um` or `urad`.
     pub unit: String,
     /// By the scatter of the points, each by itself: what moves all points of a flank together, as
-    /// a pitch deviation does, is not in it (docs/gears.md). Left out where the points do not
-    /// determine the motion. Where a regularisation chose its λ* by these points it is too small,
-    /// as in any fit.
+    /// a pitch deviation does, is not in it (docs/reference/gears.md). Left out where the points do
+    /// not determine the motion. Where a regularisation chose its λ* by these points it is too
+    /// small, as in any fit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub std_error: Option<f64>,
     /// Sharp bound on what regularisation moved.

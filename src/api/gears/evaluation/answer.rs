@@ -57,7 +57,7 @@ pub struct EvaluatedTraceBody {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub slope_std_error_um: Option<f64>,
     /// Confidence interval of the true slope at `level`, `[low, high]`, for the noise that the
-    /// standard error knows of (docs/intervals.md); left out as its standard error is.
+    /// standard error knows of (docs/explanation/intervals.md); left out as its standard error is.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 2, max_items = 2)]
     pub slope_interval_um: Option<[f64; 2]>,

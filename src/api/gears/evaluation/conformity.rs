@@ -227,8 +227,8 @@ pub fn check_ascending(told: &[(&str, Option<[f64; 2]>)], at: &str, faults: &mut
 /// A figure against its limits, by its standard error (ISO 14253-1): the limits are drawn in by a
 /// guard band, so that a part at a limit is found to conform in about one measurement of twenty,
 /// and one that lies within not to in one of twenty at most, where errors are as the fit takes them
-/// (docs/intervals.md). It counts noise only: what is the same all over a flank (alignment,
-/// temperature, calibration) is in no residual.
+/// (docs/explanation/intervals.md). It counts noise only: what is the same all over a flank
+/// (alignment, temperature, calibration) is in no residual.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Conformity)]
 pub struct ConformityBody {

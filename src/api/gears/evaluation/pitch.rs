@@ -223,8 +223,8 @@ pub struct PitchBody {
     pub single_pitch_within: Option<bool>,
     /// Of the single pitch with the least room. A gear with a pitch at its limit is found to
     /// conform in at most one measurement of twenty, and not to conform more often, the more
-    /// pitches lie at theirs (docs/intervals.md). There where there are limits and an uncertainty,
-    /// and no tooth is missing.
+    /// pitches lie at theirs (docs/explanation/intervals.md). There where there are limits and an
+    /// uncertainty, and no tooth is missing.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub single_pitch_conformity: Option<ConformityBody>,
     /// What F_p was held against.

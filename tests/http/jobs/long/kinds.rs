@@ -156,7 +156,7 @@ async fn the_answer_is_the_one_that_the_plain_request_has() {
     }
 }
 
-/// The requests of which docs/operations.md says so.
+/// The requests of which docs/how-to/operations.md says so.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn what_takes_no_computing_is_answered_at_once() {
     let app = TestApp::start().await;

@@ -19,7 +19,8 @@ pub(in crate::spec) enum Errors {
     /// Autoregression of first order in steps of the line; missing nodes are steps. With ρ
     /// estimated, 95 % intervals of a cubic at 60 nodes hold in 0.95 to 0.97 on average and in 0.93
     /// for the worst coefficient up to ρ = 0.9. Where the correlation reaches over the whole line
-    /// they do not: with ρ = 0.95 in 0.92 on average and in 0.88 for the worst (docs/errors.md).
+    /// they do not: with ρ = 0.95 in 0.92 on average and in 0.88 for the worst
+    /// (docs/explanation/errors.md).
     Ar1 {
         /// Direction of scan lines. Required for a grid.
         #[serde(default)]
@@ -151,7 +152,7 @@ pub(in crate::spec) enum Variance {
 /// `constant`: one variance for all nodes, divided by their weights. `hc3`: any variances; standard
 /// errors are those of the sandwich HC3 about least squares, each with its own degrees of freedom.
 /// With few noisy nodes 95 % intervals have a coverage of 0.94 or more for 60 nodes, and of 0.90 or
-/// more for 20 (docs/errors.md).
+/// more for 20 (docs/explanation/errors.md).
 #[derive(Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub(in crate::spec) enum VarianceName {

@@ -2,7 +2,8 @@
 //!
 //! Before the correction d was measured, `p = d + JΔ` predicted, and afterwards d' is measured,
 //! with independent noise of both (σ at weight 1). A machine answers with β JΔ, and J itself is
-//! uncertain by η. Two questions are asked; docs/mathematics-notes.md derives what stands here.
+//! uncertain by η. Two questions are asked; docs/explanation/mathematics.md derives what stands
+//! here.
 //!
 //! **How much of it came?** With `c = JΔ` and sums over nodes weighted with w, `β̂ = (⟨c, d' − d⟩ −
 //! σ² h)/⟨c, c⟩`. Δ was computed from d, so c follows the noise of d: `∂c/∂d = −H`, and `⟨c, d' −
