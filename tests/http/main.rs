@@ -16,6 +16,7 @@ mod cors;
 mod criteria;
 mod degenerate;
 mod document;
+mod documents;
 mod doors;
 mod errors;
 mod estimators;

@@ -2,6 +2,7 @@
 //! needs. Between the crates the compiler keeps the directions.
 
 mod dependencies;
+mod links;
 mod secrets;
 mod settings;
 mod sizes;
