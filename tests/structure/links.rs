@@ -1,10 +1,13 @@
 //! Links between the documents.
 
-use std::{fs, path::Path};
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
 
 use crate::root;
 
-fn documents(folder: &Path, found: &mut Vec<std::path::PathBuf>) {
+fn documents(folder: &Path, found: &mut Vec<PathBuf>) {
     for path in fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("an entry").path()) {
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         if path.is_dir() && !name.starts_with('.') && !["target", "node_modules", "vendor"].contains(&name.as_str()) {
