@@ -96,8 +96,8 @@ answer! {
         bias_norm: f64 = bias_norm,
         /// Predicted mean squared error of the coefficients in the scaled columns: good for
         /// comparing criteria on the same nodes. That of the chosen one is mostly too small: 0.42
-        /// of the true error in simulations of one flank (docs/explanation/mathematics.md), 0.28 to 1.03
-        /// over other cases (docs/explanation/choosing-lambda.md).
+        /// of the true error in simulations of one flank (docs/explanation/mathematics.md), 0.28 to
+        /// 1.03 over other cases (docs/explanation/choosing-lambda.md).
         predicted_mse?: f64 = predicted_mse,
         /// Root mean square of the residuals, in the unit of the heights.
         rms: f64 = rms,
