@@ -48,8 +48,7 @@ USER 65532:65532
 WORKDIR /data
 ENV FLANKFIT_BIND=0.0.0.0:8080 \
     FLANKFIT_LOG_FORMAT=json \
-    SQLITE_TMPDIR=/data \
-    TMPDIR=/data
+    SQLITE_TMPDIR=/data
 VOLUME /data
 EXPOSE 8080
 HEALTHCHECK --interval=30s --timeout=5s --retries=3 CMD ["/usr/local/bin/flankfit", "healthcheck"]

@@ -1,14 +1,11 @@
 //! Wiring: settings in, a running server out.
 
-mod retention;
-mod seal_age;
 mod seals;
 
 use std::{io, net::SocketAddr, sync::Arc, time::Duration};
 
 use tokio::{net::TcpListener, sync::oneshot, task::JoinSet, time::Instant};
 
-pub use retention::{NoArchives, Retention};
 use seals::{SealError, SealKeeper};
 
 use crate::{
@@ -51,7 +48,6 @@ pub struct App {
     state: AppState,
     store: Arc<dyn Store>,
     seals: Arc<SealKeeper>,
-    retention: Option<Retention>,
 }
 
 /// Why the server did not start.
@@ -73,8 +69,6 @@ pub enum StartError {
     Dashboard(#[from] MissingFiles),
     #[error(transparent)]
     Seals(#[from] SealError),
-    #[error(transparent)]
-    Archives(#[from] NoArchives),
     #[error("--oidc-ca: {0}")]
     Provider(#[from] OutgoingError),
     #[error(transparent)]
@@ -85,7 +79,6 @@ impl App {
     /// Binds the address and opens what the handlers need.
     pub async fn start(settings: ServeSettings) -> Result<Self, StartError> {
         let seals = Arc::new(SealKeeper::load(&settings.audit)?);
-        let retention = Retention::of(&settings.retention)?;
         let tls = Tls::load(&settings.tls, Arc::new(SystemClock))?;
         let listener = bind(settings.bind, "--bind or FLANKFIT_BIND").await?;
         if settings.ops_bind.is_some_and(|address| address == settings.bind && address.port() != 0) {
@@ -102,7 +95,7 @@ impl App {
         let state = AppState::new(settings, jobs, tokens).await?;
         state.dashboard.as_ref().map_or(Ok(()), Files::check)?;
         warn_if_open(&state);
-        Ok(App { listener, operation, tls, state, store, seals, retention })
+        Ok(App { listener, operation, tls, state, store, seals })
     }
 
     /// The address that was bound (its port is known even when 0 was asked for).
@@ -138,7 +131,7 @@ impl App {
         };
         let state = self.state.clone();
         // ends with this function
-        let _background = background(&state, self.tls.clone(), self.seals, self.retention);
+        let _background = background(&state, self.tls.clone(), self.seals);
         // ends by itself when the server stops
         let operations = tokio::spawn(http::run_operations(state.clone()));
         let (operation_ends, operation_ended) = oneshot::channel::<()>();
@@ -194,10 +187,24 @@ fn warn_if_open(state: &AppState) {
 pub async fn open_store(settings: &ServeSettings, ids: Arc<OrderedIds>) -> Result<Arc<dyn Store>, StartError> {
     let url = &settings.database_url;
     if !PostgresSettings::takes(url) {
-        return Ok(Arc::new(open_sqlite(StoreSettings::of_url(url)?, ids, Arc::new(SystemClock)).await?));
+        return Ok(Arc::new(open_sqlite(StoreSettings::of_url(url)?, Arc::new(SystemClock)).await?));
     }
     let store = postgres_settings(url, &settings.postgres)?;
     Ok(Arc::new(open_postgres(store, ids, Arc::new(SystemClock)).await?))
+}
+
+/// The store that the URL names, also while a server has it open.
+pub async fn open_beside(url: &str, ids: Arc<OrderedIds>) -> Result<Arc<dyn Store>, StartError> {
+    if PostgresSettings::takes(url) {
+        let mut settings = PostgresSettings::of_url(url)?;
+        settings.migrate = Migrate::Check;
+        // the servers refuse settings that may lose data
+        (settings.writers, settings.readers, settings.unsafe_store) = (1, 1, true);
+        return Ok(Arc::new(open_postgres(settings, ids, Arc::new(SystemClock)).await?));
+    }
+    let mut settings = StoreSettings::of_url(url)?;
+    settings.beside = true;
+    Ok(Arc::new(open_sqlite(settings, Arc::new(SystemClock)).await?))
 }
 
 /// The audit in the database that the URL names, which a server may use meanwhile.
@@ -242,12 +249,7 @@ async fn bind(address: SocketAddr, setting: &'static str) -> Result<TcpListener,
 }
 
 /// What goes on beside the requests, until it is dropped.
-fn background(
-    state: &AppState,
-    tls: Option<Arc<Tls>>,
-    seals: Arc<SealKeeper>,
-    retention: Option<Retention>,
-) -> JoinSet<()> {
+fn background(state: &AppState, tls: Option<Arc<Tls>>, seals: Arc<SealKeeper>) -> JoinSet<()> {
     let mut all = JoinSet::new();
     all.spawn(telemetry::upkeep());
     let jobs = state.clone();
@@ -256,10 +258,6 @@ fn background(
     all.spawn(async move { seals.run(&jobs.jobs).await });
     let jobs = state.clone();
     all.spawn(async move { jobs.jobs.follow_others().await });
-    if let Some(retention) = retention {
-        let jobs = state.clone();
-        all.spawn(async move { retention.run(&jobs.jobs, UPKEEP).await });
-    }
     let keys = state.clone();
     all.spawn(async move { keys.callers.kept().write_uses().await });
     let callers = state.clone();

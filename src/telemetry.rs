@@ -71,8 +71,7 @@ pub const AUTHENTICATIONS: &str = "flankfit_auth_total";
 pub const DRAINING: &str = "flankfit_draining";
 /// Seconds until the server's certificate ends.
 pub const TLS_EXPIRY: &str = "flankfit_tls_expiry_seconds";
-/// Age in seconds of the oldest entry of the audit that no seal held at the last turn of sealing,
-/// or none in the file of seals; 0 where there was none.
+/// Seconds since the last turn that sealed all entries of the audit and wrote all seals.
 pub const AUDIT_SEAL_AGE: &str = "flankfit_audit_seal_age_seconds";
 /// Seconds between two turns of sealing, as they are set.
 pub const AUDIT_SEAL_INTERVAL: &str = "flankfit_audit_seal_interval_seconds";
@@ -185,7 +184,7 @@ pub fn metrics() -> &'static PrometheusHandle {
         metrics::describe_gauge!(
             AUDIT_SEAL_AGE,
             metrics::Unit::Seconds,
-            "Age of the oldest entry of the audit that no seal held when seals were due last, 0 where there was none"
+            "Time since the last turn that sealed all entries of the audit and wrote all seals"
         );
         metrics::describe_gauge!(AUDIT_SEAL_INTERVAL, metrics::Unit::Seconds, "Time between seals, as it is set");
         metrics::describe_counter!(SPANS_DROPPED, "Spans that no collector has got, by reason");
@@ -231,7 +230,7 @@ pub fn record_catch_up() {
     metrics::counter!(STREAM_CATCH_UPS).increment(1);
 }
 
-/// Notes for how long something of the audit has been in no seal.
+/// Notes the time since the audit was sealed.
 pub fn record_seal_age(age: Duration) {
     metrics::gauge!(AUDIT_SEAL_AGE).set(age.as_secs_f64());
 }

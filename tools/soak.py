@@ -124,7 +124,7 @@ class Client(threading.Thread):
             self.draw.choice([self.stream, self.operation, self.listen, self.leave, self.refused])(job)
             if self.draw.random() < 0.5:
                 self.purge(job)
-            verdict = json.loads(self.ask("GET", f"{job}/audit/verify", keep=keep, expected=(200,))[2])
+            verdict = json.loads(self.ask("GET", f"/v1/audit/verify?job={job.rsplit('/', 1)[1]}", keep=keep, expected=(200,))[2])
             if not verdict["intact"]:
                 raise RuntimeError(f"{job}: {verdict}")
         finally:
@@ -171,9 +171,8 @@ class Client(threading.Thread):
 
     def purge(self, job):
         while True:
-            _, head, _ = self.ask("POST", f"{job}/archive", expected=(200,))
-            body = {"reason": "soak", "archive_sha256": head["archive-sha256"]}
-            status, _, _ = self.ask("POST", f"{job}/purge", body, expected=(200, 409, 422))
+            self.ask("GET", f"{job}/archive", expected=(200,))
+            status, _, _ = self.ask("POST", f"{job}/purge", {"reason": "soak"}, expected=(200, 409))
             if status == 200:
                 return
             time.sleep(0.1)  # an operation of it goes on

@@ -219,11 +219,11 @@ fn statements(url: &str, sample: &str) -> String {
              SELECT {job}, :last::bigint + i, 1, gen_random_uuid(), now(), {} {rows};
          INSERT INTO fit_choices (job, number, position, fit, created_at)
              SELECT {job}, :last::bigint + i, 1, 1, now() {rows};
-         INSERT INTO audit (tenant, chain, number, id, at, actor, action, target, request_id, peer, contents, outcome,
-                            previous, sha256)
-             SELECT tenant, {job}, :last::bigint + i, gen_random_uuid(), now(), actor, action, target, request_id, peer,
-                    contents, outcome, previous, sha256
-             FROM audit CROSS JOIN generate_series(1, :group::bigint) AS i WHERE chain = '{sample}' AND number = 2;
+         INSERT INTO audit (id, tenant, job, at, actor, action, subject, request_id, peer, contents, salt, who)
+             SELECT gen_random_uuid(), tenant, {job}, now(), actor, action, subject, request_id, peer, contents, salt,
+                    who
+             FROM (SELECT * FROM audit WHERE job = '{sample}' AND action = 'iteration.add' LIMIT 1) AS sample
+                  CROSS JOIN generate_series(1, :group::bigint) AS i;
          COMMIT;
          \\set last :last + :group\n",
         text("count", "nodes"),

@@ -282,13 +282,12 @@ CREATE TABLE flanks (
 -- by digests, since an index takes no text of any length
 CREATE UNIQUE INDEX flanks_by_tooth ON flanks (job, flank, md5(tooth));
 
--- Jobs whose nodes, results, texts and names were taken away, with the reason and the digest of the archive that has them. A row of the
--- trace loses these only together with such a row; it keeps its numbers and times.
+-- Jobs whose nodes, results, texts and names were removed, with the reason. A row of the trace loses these only together with such a row;
+-- it keeps its numbers and times.
 CREATE TABLE purges (
-    job            uuid        PRIMARY KEY REFERENCES jobs (id),
-    at             timestamptz NOT NULL,
-    reason         text        NOT NULL,
-    archive_sha256 bytea       NOT NULL CHECK (length(archive_sha256) = 32)
+    job    uuid        PRIMARY KEY REFERENCES jobs (id),
+    at     timestamptz NOT NULL,
+    reason text        NOT NULL
 );
 
 -- Answers kept for clients that ask again with the same Idempotency-Key; scope is method and path. A row without an answer is a claim:
@@ -353,61 +352,55 @@ CREATE INDEX api_keys_by_san ON api_keys (san) WHERE san IS NOT NULL;
 -- One caller has a certificate.
 CREATE UNIQUE INDEX api_keys_one_for_each_san ON api_keys (san) WHERE san IS NOT NULL AND revoked_at IS NULL;
 
--- Who changed what: one entry for each change, in the transaction of the change. The entries of a chain (that of a job has its id; that
--- of a tenant, for what is of no job, an id made of its name) are numbered 1, 2, 3 …, and each holds the digest of the one before it.
--- contents: for each row that the change wrote, one byte for the length of its name, the name, and its SHA-256. Entries of jobs have a
--- salt in them: a byte 5, `_salt`, 32 bytes, before all else; a purge takes it away together with the name of who made the entry, so
--- that nobody can try names against the digests that stay. A job may be deleted; its entries stay. changed_by: the transaction, by whose
--- number seals know what is new.
+-- Who changed what: one entry for each change, in the transaction of the change. contents: for each row that the change wrote, one byte
+-- for the length of its name, the name, and its SHA-256. salt: random bytes that these begin with; who: the digest of salt and actor. A
+-- purge removes actor and salt, so that nobody can try names against the digests that stay. A job may be deleted; its entries stay.
+-- changed_by: the transaction, by whose number the sealer knows what is new.
 CREATE TABLE audit (
+    id         uuid        PRIMARY KEY,
     tenant     text        NOT NULL CHECK (length(tenant) BETWEEN 1 AND 63),
-    chain      uuid        NOT NULL,
-    number     bigint      NOT NULL CHECK (number >= 1),
-    id         uuid        NOT NULL,
+    job        uuid,
     at         timestamptz NOT NULL,
-    actor      text        NOT NULL,
+    actor      text,
     action     text        NOT NULL,
-    target     text        NOT NULL,
+    subject    text        NOT NULL,
     request_id text,
     peer       text,
     contents   bytea       NOT NULL,
-    outcome    text        NOT NULL,
-    previous   bytea       NOT NULL CHECK (length(previous) = 32),
-    sha256     bytea       NOT NULL CHECK (length(sha256) = 32),
-    changed_by bigint      NOT NULL DEFAULT (pg_current_xact_id()::text::bigint),
-    PRIMARY KEY (chain, number)
+    salt       bytea       CHECK (length(salt) = 32),
+    who        bytea       NOT NULL CHECK (length(who) = 32),
+    changed_by bigint      NOT NULL DEFAULT (pg_current_xact_id()::text::bigint)
 );
+CREATE INDEX audit_of_tenant ON audit (tenant, id);
+CREATE INDEX audit_of_job ON audit (job, id) WHERE job IS NOT NULL;
 CREATE INDEX audit_by_transaction ON audit USING brin (changed_by);
 
--- Seals: one for each tenant whose chains grew since the last, over the heads of these. upto: the transaction before which all were ended
--- that it looked at.
+-- The entries of a tenant in the order in which they were found committed; each place holds the digest of the one before it and of its
+-- entry. Writers do not write here, so that they do not wait for each other.
+CREATE TABLE audit_chain (
+    tenant text   NOT NULL CHECK (length(tenant) BETWEEN 1 AND 63),
+    number bigint NOT NULL CHECK (number >= 1),
+    entry  uuid   NOT NULL UNIQUE REFERENCES audit (id),
+    sha256 bytea  NOT NULL CHECK (length(sha256) = 32),
+    PRIMARY KEY (tenant, number)
+);
+
+-- Seals: how far the chain of a tenant had come. upto: all transactions before this one had ended.
 CREATE TABLE audit_seals (
-    tenant     text        NOT NULL CHECK (length(tenant) BETWEEN 1 AND 63),
-    number     bigint      NOT NULL CHECK (number >= 1),
-    at         timestamptz NOT NULL,
-    heads      bigint      NOT NULL CHECK (heads >= 1),
-    root       bytea       NOT NULL CHECK (length(root) = 32),
-    previous   bytea       NOT NULL CHECK (length(previous) = 32),
-    sha256     bytea       NOT NULL CHECK (length(sha256) = 32),
-    signature  bytea       CHECK (length(signature) = 64),
-    public_key bytea       CHECK (length(public_key) = 32),
-    upto       bigint      NOT NULL,
+    tenant      text        NOT NULL CHECK (length(tenant) BETWEEN 1 AND 63),
+    number      bigint      NOT NULL CHECK (number >= 1),
+    at          timestamptz NOT NULL,
+    last_entry  bigint      NOT NULL CHECK (last_entry >= 1),
+    last_sha256 bytea       NOT NULL CHECK (length(last_sha256) = 32),
+    previous    bytea       NOT NULL CHECK (length(previous) = 32),
+    sha256      bytea       NOT NULL CHECK (length(sha256) = 32),
+    signature   bytea       CHECK (length(signature) = 64),
+    public_key  bytea       CHECK (length(public_key) = 32),
+    upto        bigint      NOT NULL,
     PRIMARY KEY (tenant, number)
 );
 -- The newest seal of any tenant says how far the audit is sealed.
 CREATE INDEX audit_seals_by_time ON audit_seals (at);
-
--- The heads of a seal: the leaves of its tree, in the order of the chains' keys.
-CREATE TABLE audit_sealed (
-    tenant text   NOT NULL,
-    seal   bigint NOT NULL,
-    chain  uuid   NOT NULL,
-    number bigint NOT NULL CHECK (number >= 1),
-    sha256 bytea  NOT NULL CHECK (length(sha256) = 32),
-    PRIMARY KEY (tenant, seal, chain),
-    FOREIGN KEY (tenant, seal) REFERENCES audit_seals (tenant, number)
-);
-CREATE INDEX audit_sealed_of_chain ON audit_sealed (chain);
 
 -- Requests that are answered later. headers and result_headers are JSON documents; body and result are frames of zstd. key: the client's
 -- idempotency key, or one of the operation's own; key_scope: method and path. Of an operation that runs, lease names who does it and until
@@ -491,7 +484,7 @@ FROM (SELECT m.job, coalesce(m.flank, '') AS flank, coalesce(m.tooth, '') AS too
 -- The first transaction that may not have ended; a later one may have written already. next: the next one to begin.
 CREATE VIEW horizon AS
 SELECT pg_snapshot_xmin(pg_current_snapshot())::text::bigint AS told, pg_snapshot_xmin(pg_current_snapshot())::text::bigint AS audit,
-       pg_snapshot_xmax(pg_current_snapshot())::text::bigint AS audit_next;
+       pg_snapshot_xmax(pg_current_snapshot())::text::bigint AS next;
 
 -- What must not be changed or deleted
 
@@ -501,24 +494,10 @@ BEGIN
 END
 $$;
 
-CREATE FUNCTION without_salt(contents bytea) RETURNS bytea LANGUAGE sql IMMUTABLE AS $$
-    SELECT CASE WHEN substring(contents FROM 1 FOR 6) = '\x055f73616c74' THEN substring(contents FROM 39) ELSE contents END
-$$;
-
 -- Refuses to change a row, except to take away what the argument names, of a purged job. Images are compared, so that −0.0 is not 0.0.
 CREATE FUNCTION refuse_all_but_purge() RETURNS trigger LANGUAGE plpgsql AS $$
-DECLARE
-    of uuid;
 BEGIN
-    IF TG_TABLE_NAME = 'audit' THEN
-        of := OLD.chain;
-        IF NEW.contents = without_salt(OLD.contents) THEN
-            OLD.contents := NEW.contents;
-        END IF;
-    ELSE
-        of := OLD.job;
-    END IF;
-    IF NEW *<> jsonb_populate_record(OLD, TG_ARGV[0]::jsonb) OR NOT EXISTS (SELECT FROM purges WHERE job = of) THEN
+    IF NEW *<> jsonb_populate_record(OLD, TG_ARGV[0]::jsonb) OR NOT EXISTS (SELECT FROM purges WHERE job = OLD.job) THEN
         RAISE EXCEPTION '% is append-only', TG_TABLE_NAME USING ERRCODE = 'restrict_violation';
     END IF;
     RETURN NEW;
@@ -545,13 +524,13 @@ CREATE TRIGGER records_append_only BEFORE DELETE OR TRUNCATE ON records FOR EACH
 CREATE TRIGGER records_not_changed BEFORE UPDATE ON records FOR EACH ROW
 EXECUTE FUNCTION refuse_all_but_purge('{"request": "", "result": "", "gear": null, "actor": null}');
 CREATE TRIGGER audit_append_only BEFORE DELETE OR TRUNCATE ON audit FOR EACH STATEMENT EXECUTE FUNCTION refuse_change();
-CREATE TRIGGER audit_not_changed BEFORE UPDATE ON audit FOR EACH ROW EXECUTE FUNCTION refuse_all_but_purge('{"actor": ""}');
+CREATE TRIGGER audit_not_changed BEFORE UPDATE ON audit FOR EACH ROW EXECUTE FUNCTION refuse_all_but_purge('{"actor": null, "salt": null}');
 
 CREATE TRIGGER events_not_changed BEFORE UPDATE OR TRUNCATE ON events FOR EACH STATEMENT EXECUTE FUNCTION refuse_change();
 CREATE TRIGGER purges_append_only BEFORE UPDATE OR DELETE OR TRUNCATE ON purges FOR EACH STATEMENT EXECUTE FUNCTION refuse_change();
 CREATE TRIGGER audit_seals_append_only BEFORE UPDATE OR DELETE OR TRUNCATE ON audit_seals
 FOR EACH STATEMENT EXECUTE FUNCTION refuse_change();
-CREATE TRIGGER audit_sealed_append_only BEFORE UPDATE OR DELETE OR TRUNCATE ON audit_sealed
+CREATE TRIGGER audit_chain_append_only BEFORE UPDATE OR DELETE OR TRUNCATE ON audit_chain
 FOR EACH STATEMENT EXECUTE FUNCTION refuse_change();
 
 -- Only a job that has nothing else takes its events along.
@@ -597,8 +576,8 @@ BEGIN
     DELETE FROM stream_states WHERE stream IN (SELECT id FROM streams WHERE job = NEW.job);
     DELETE FROM stream_blocks WHERE stream IN (SELECT id FROM streams WHERE job = NEW.job);
     UPDATE streams SET spec = '' WHERE job = NEW.job;
-    -- the entry of the purge itself stays as it is
-    UPDATE audit SET actor = '', contents = without_salt(contents) WHERE chain = NEW.job AND action <> 'job.purge';
+    -- the entry of the purge itself comes later
+    UPDATE audit SET actor = NULL, salt = NULL WHERE job = NEW.job;
     RETURN NULL;
 END
 $$;

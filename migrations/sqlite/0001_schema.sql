@@ -226,10 +226,9 @@ CREATE TABLE flanks (
 ) STRICT, WITHOUT ROWID;
 
 CREATE TABLE purges (
-    job            BLOB NOT NULL PRIMARY KEY REFERENCES jobs (id),
-    at             TEXT NOT NULL CHECK (length(at) = 27),
-    reason         TEXT NOT NULL,
-    archive_sha256 BLOB NOT NULL CHECK (length(archive_sha256) = 32)
+    job    BLOB NOT NULL PRIMARY KEY REFERENCES jobs (id),
+    at     TEXT NOT NULL CHECK (length(at) = 27),
+    reason TEXT NOT NULL
 ) STRICT;
 
 CREATE TABLE idempotency_keys (
@@ -285,51 +284,46 @@ CREATE INDEX api_keys_of_tenant ON api_keys (tenant, created_at, id);
 CREATE INDEX api_keys_by_san ON api_keys (san) WHERE san IS NOT NULL;
 CREATE UNIQUE INDEX api_keys_one_for_each_san ON api_keys (san) WHERE san IS NOT NULL AND revoked_at IS NULL;
 
--- As in told, changed_by is the number of the entry.
 CREATE TABLE audit (
     changed_by INTEGER PRIMARY KEY,
+    id         BLOB    NOT NULL UNIQUE CHECK (length(id) = 16),
     tenant     TEXT    NOT NULL CHECK (length(tenant) BETWEEN 1 AND 63),
-    chain      BLOB    NOT NULL CHECK (length(chain) = 16),
-    number     INTEGER NOT NULL CHECK (number >= 1),
-    id         BLOB    NOT NULL CHECK (length(id) = 16),
+    job        BLOB    CHECK (length(job) = 16),
     at         TEXT    NOT NULL CHECK (length(at) = 27),
-    actor      TEXT    NOT NULL,
+    actor      TEXT,
     action     TEXT    NOT NULL,
-    target     TEXT    NOT NULL,
+    subject    TEXT    NOT NULL,
     request_id TEXT,
     peer       TEXT,
     contents   BLOB    NOT NULL,
-    outcome    TEXT    NOT NULL,
-    previous   BLOB    NOT NULL CHECK (length(previous) = 32),
-    sha256     BLOB    NOT NULL CHECK (length(sha256) = 32),
-    UNIQUE (chain, number)
+    salt       BLOB    CHECK (length(salt) = 32),
+    who        BLOB    NOT NULL CHECK (length(who) = 32)
 ) STRICT;
+CREATE INDEX audit_of_tenant ON audit (tenant, id);
+CREATE INDEX audit_of_job ON audit (job, id) WHERE job NOTNULL;
+
+CREATE TABLE audit_chain (
+    tenant TEXT    NOT NULL CHECK (length(tenant) BETWEEN 1 AND 63),
+    number INTEGER NOT NULL CHECK (number >= 1),
+    entry  BLOB    NOT NULL UNIQUE REFERENCES audit (id),
+    sha256 BLOB    NOT NULL CHECK (length(sha256) = 32),
+    PRIMARY KEY (tenant, number)
+) STRICT, WITHOUT ROWID;
 
 CREATE TABLE audit_seals (
-    tenant     TEXT    NOT NULL CHECK (length(tenant) BETWEEN 1 AND 63),
-    number     INTEGER NOT NULL CHECK (number >= 1),
-    at         TEXT    NOT NULL CHECK (length(at) = 27),
-    heads      INTEGER NOT NULL CHECK (heads >= 1),
-    root       BLOB    NOT NULL CHECK (length(root) = 32),
-    previous   BLOB    NOT NULL CHECK (length(previous) = 32),
-    sha256     BLOB    NOT NULL CHECK (length(sha256) = 32),
-    signature  BLOB    CHECK (length(signature) = 64),
-    public_key BLOB    CHECK (length(public_key) = 32),
-    upto       INTEGER NOT NULL,
+    tenant      TEXT    NOT NULL CHECK (length(tenant) BETWEEN 1 AND 63),
+    number      INTEGER NOT NULL CHECK (number >= 1),
+    at          TEXT    NOT NULL CHECK (length(at) = 27),
+    last_entry  INTEGER NOT NULL CHECK (last_entry >= 1),
+    last_sha256 BLOB    NOT NULL CHECK (length(last_sha256) = 32),
+    previous    BLOB    NOT NULL CHECK (length(previous) = 32),
+    sha256      BLOB    NOT NULL CHECK (length(sha256) = 32),
+    signature   BLOB    CHECK (length(signature) = 64),
+    public_key  BLOB    CHECK (length(public_key) = 32),
+    upto        INTEGER NOT NULL,
     PRIMARY KEY (tenant, number)
 ) STRICT, WITHOUT ROWID;
 CREATE INDEX audit_seals_by_time ON audit_seals (at);
-
-CREATE TABLE audit_sealed (
-    tenant TEXT    NOT NULL,
-    seal   INTEGER NOT NULL,
-    chain  BLOB    NOT NULL CHECK (length(chain) = 16),
-    number INTEGER NOT NULL CHECK (number >= 1),
-    sha256 BLOB    NOT NULL CHECK (length(sha256) = 32),
-    PRIMARY KEY (tenant, seal, chain),
-    FOREIGN KEY (tenant, seal) REFERENCES audit_seals (tenant, number)
-) STRICT, WITHOUT ROWID;
-CREATE INDEX audit_sealed_of_chain ON audit_sealed (chain);
 
 -- Short columns come first: a row is read up to the last column that is asked for.
 CREATE TABLE operations (
@@ -402,8 +396,7 @@ FROM (SELECT m.job AS job, coalesce(m.flank, '') AS flank, coalesce(m.tooth, '')
 
 CREATE VIEW horizon AS
 SELECT (SELECT coalesce(max(seq), 0) + 1 FROM sqlite_sequence WHERE name = 'told') AS told,
-       (SELECT coalesce(max(changed_by), 0) + 1 FROM audit) AS audit,
-       (SELECT coalesce(max(changed_by), 0) + 1 FROM audit) AS audit_next;
+       (SELECT coalesce(max(changed_by), 0) + 1 FROM audit) AS audit;
 
 -- What must not be changed or deleted
 
@@ -508,13 +501,10 @@ BEGIN
 END;
 
 CREATE TRIGGER audit_no_update BEFORE UPDATE ON audit
-WHEN NEW.actor <> '' OR NOT EXISTS (SELECT 1 FROM purges WHERE job = OLD.chain)
-     OR (NEW.changed_by, NEW.tenant, NEW.chain, NEW.number, NEW.id, NEW.at, NEW.action, NEW.target, NEW.request_id, NEW.peer,
-         NEW.outcome, NEW.previous, NEW.sha256)
-     IS NOT (OLD.changed_by, OLD.tenant, OLD.chain, OLD.number, OLD.id, OLD.at, OLD.action, OLD.target, OLD.request_id, OLD.peer,
-         OLD.outcome, OLD.previous, OLD.sha256)
-     OR (NEW.contents IS NOT OLD.contents
-         AND NEW.contents IS NOT CASE WHEN substr(OLD.contents, 1, 6) = x'055F73616C74' THEN substr(OLD.contents, 39) END)
+WHEN NEW.actor NOTNULL OR NEW.salt NOTNULL OR NOT EXISTS (SELECT 1 FROM purges WHERE job = OLD.job)
+     OR (NEW.changed_by, NEW.id, NEW.tenant, NEW.job, NEW.at, NEW.action, NEW.subject, NEW.request_id, NEW.peer, NEW.contents, NEW.who)
+     IS NOT (OLD.changed_by, OLD.id, OLD.tenant, OLD.job, OLD.at, OLD.action, OLD.subject, OLD.request_id, OLD.peer, OLD.contents,
+         OLD.who)
 BEGIN
     SELECT RAISE (ABORT, 'audit is append-only');
 END;
@@ -530,13 +520,13 @@ CREATE TRIGGER audit_seals_no_delete BEFORE DELETE ON audit_seals
 BEGIN
     SELECT RAISE (ABORT, 'audit_seals is append-only');
 END;
-CREATE TRIGGER audit_sealed_no_update BEFORE UPDATE ON audit_sealed
+CREATE TRIGGER audit_chain_no_update BEFORE UPDATE ON audit_chain
 BEGIN
-    SELECT RAISE (ABORT, 'audit_sealed is append-only');
+    SELECT RAISE (ABORT, 'audit_chain is append-only');
 END;
-CREATE TRIGGER audit_sealed_no_delete BEFORE DELETE ON audit_sealed
+CREATE TRIGGER audit_chain_no_delete BEFORE DELETE ON audit_chain
 BEGIN
-    SELECT RAISE (ABORT, 'audit_sealed is append-only');
+    SELECT RAISE (ABORT, 'audit_chain is append-only');
 END;
 
 CREATE TRIGGER api_keys_no_delete BEFORE DELETE ON api_keys
@@ -574,10 +564,8 @@ BEGIN
     DELETE FROM stream_states WHERE stream IN (SELECT id FROM streams WHERE job = NEW.job);
     DELETE FROM stream_blocks WHERE stream IN (SELECT id FROM streams WHERE job = NEW.job);
     UPDATE streams SET spec = x'' WHERE job = NEW.job;
-    -- without the salt, which comes first; the entry of the purge itself stays as it is
-    UPDATE audit SET actor = '',
-           contents = CASE WHEN substr(contents, 1, 6) = x'055F73616C74' THEN substr(contents, 39) ELSE contents END
-    WHERE chain = NEW.job AND action <> 'job.purge';
+    -- the entry of the purge itself comes later
+    UPDATE audit SET actor = NULL, salt = NULL WHERE job = NEW.job;
 END;
 
 -- What the list of jobs is filtered and sorted by

@@ -157,7 +157,7 @@ pub const REQUEST_EXAMPLES: &[RequestExample] = &[
         "Single pitches held against limits of their own instead of the job's, with how sure they are"
     ),
     example!("create_iteration_deviations", "iteration_deviations", "Deviations on a grid, the tip trimmed"),
-    example!("purge_job", "purge", "A job that is old enough, by its archive"),
+    example!("purge_job", "purge", "A job that is old enough"),
     example!("create_job", "job", "A spur gear on a form grinder"),
     example!("create_job", "job_requirements", "A gear with its class, limits of figures and bands of K-charts"),
     example!("create_iteration", "iteration", "The flank after the first cut, with one missing node"),

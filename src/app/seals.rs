@@ -9,16 +9,14 @@ use std::{
     time::{Duration, Instant},
 };
 
-use jiff::SignedDuration;
 use tokio_rustls::rustls::pki_types::{PrivatePkcs8KeyDer, pem::PemObject};
 
-use super::seal_age::SealAge;
 use crate::{
     api::jobs::{audit::SealBody, seals::line},
     config::AuditSettings,
     jobs::{
         JobService,
-        audit::{SigningKey, WholeSeal},
+        audit::{Seal, SigningKey},
     },
     telemetry,
 };
@@ -42,7 +40,8 @@ pub struct SealKeeper {
     key: Option<Arc<SigningKey>>,
     file: Option<PathBuf>,
     every: Duration,
-    age: Mutex<SealAge>,
+    /// Begin of the last turn that sealed all entries and wrote all seals.
+    sealed: Mutex<Instant>,
 }
 
 impl SealKeeper {
@@ -54,7 +53,7 @@ impl SealKeeper {
             open(file).map_err(|source| SealError::File { file: file.clone(), source })?;
         }
         let every = Duration::from_secs(settings.audit_seal_seconds.into());
-        Ok(SealKeeper { key: key.map(Arc::new), file, every, age: Mutex::new(SealAge::begin(Instant::now())) })
+        Ok(SealKeeper { key: key.map(Arc::new), file, every, sealed: Mutex::new(Instant::now()) })
     }
 
     /// Never ends.
@@ -63,41 +62,23 @@ impl SealKeeper {
     }
 
     async fn seal(&self, service: &JobService) {
-        // those of servers that share a database come a little sooner or later
-        let unless_within = SignedDuration::try_from(self.every * 9 / 10).unwrap_or_default();
-        let mut unwritten = String::new();
+        let (mut unwritten, mut more) = (String::new(), false);
         loop {
-            tokio::time::sleep(self.every).await;
-            self.age().turn();
-            let sealed = match service.seal_audit(self.key.clone(), unless_within).await {
-                Ok(made) => {
-                    made.iter().flatten().for_each(log);
-                    unwritten.extend(made.iter().flatten().map(line));
-                    if !unwritten.is_empty() {
-                        self.age().made();
-                    }
-                    true
-                }
-                Err(error) => {
-                    tracing::warn!(%error, "the audit could not be sealed");
-                    false
-                }
-            };
-            if self.write(&mut unwritten).await {
-                self.age().written();
+            if !more {
+                tokio::time::sleep(self.every).await;
             }
-            if sealed {
-                self.look(service).await;
+            let begun = Instant::now();
+            let sealed = service.seal_audit(self.key.clone()).await.inspect_err(|error| {
+                tracing::warn!(%error, "the audit could not be sealed");
+            });
+            for seal in sealed.iter().flat_map(|(seals, _)| seals) {
+                log(seal);
+                unwritten.push_str(&line(seal));
             }
-        }
-    }
-
-    /// Finds out what is in no seal yet.
-    async fn look(&self, service: &JobService) {
-        let begun = Instant::now();
-        match service.unsealed().await {
-            Ok(told) => self.age().looked(told, begun),
-            Err(error) => tracing::warn!(%error, "it is not known whether all of the audit is sealed"),
+            more = sealed.as_ref().is_ok_and(|(_, more)| *more);
+            if self.write(&mut unwritten).await && sealed.is_ok() && !more {
+                *self.sealed() = begun;
+            }
         }
     }
 
@@ -120,13 +101,14 @@ impl SealKeeper {
     async fn tell_age(&self) {
         telemetry::record_seal_interval(self.every);
         loop {
-            telemetry::record_seal_age(self.age().at(Instant::now()));
+            let age = self.sealed().elapsed();
+            telemetry::record_seal_age(age);
             tokio::time::sleep(TELL.min(self.every)).await;
         }
     }
 
-    fn age(&self) -> MutexGuard<'_, SealAge> {
-        self.age.lock().unwrap_or_else(PoisonError::into_inner)
+    fn sealed(&self) -> MutexGuard<'_, Instant> {
+        self.sealed.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -136,10 +118,10 @@ fn signing_key(file: &Path) -> Result<SigningKey, SealError> {
     SigningKey::from_pkcs8(document.secret_pkcs8_der()).ok_or_else(|| SealError::OtherKey { file: file.to_owned() })
 }
 
-fn log(made: &WholeSeal) {
-    let SealBody { tenant, number, heads, root, sha256, signature, .. } = SealBody::from(&made.seal);
+fn log(seal: &Seal) {
+    let SealBody { tenant, number, last_entry, sha256, signature, .. } = SealBody::from(seal);
     let signature = signature.unwrap_or_default();
-    tracing::info!(tenant, number, heads, root, sha256, signature, "the audit is sealed");
+    tracing::info!(tenant, number, last_entry, sha256, signature, "the audit is sealed");
 }
 
 /// A new file can be read by its owner alone.
@@ -151,16 +133,23 @@ fn open(file: &Path) -> io::Result<File> {
     options.open(file)
 }
 
-/// Appends lines and syncs them. A line that was cut off before stays one of its own.
+/// Appends lines and syncs them, in place of a line that was cut off before.
 fn append(file: &Path, lines: &str) -> io::Result<()> {
     let mut file = open(file)?;
-    let mut last = [b'\n'];
-    if file.seek(SeekFrom::End(0))? > 0 {
-        file.seek(SeekFrom::End(-1))?;
+    let (mut end, mut last) = (file.seek(SeekFrom::End(0))?, [0]);
+    let whole = end;
+    while end > 0 {
+        file.seek(SeekFrom::Start(end - 1))?;
         file.read_exact(&mut last)?;
+        if last == [b'\n'] {
+            break;
+        }
+        end -= 1;
     }
-    let gap = if last == [b'\n'] { "" } else { "\n" };
-    file.write_all(format!("{gap}{lines}").as_bytes())?;
+    if end < whole {
+        file.set_len(end)?;
+    }
+    file.write_all(lines.as_bytes())?;
     file.sync_all()
 }
 
@@ -169,13 +158,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_line_that_was_cut_off_spoils_no_other() {
+    fn a_line_that_was_cut_off_is_replaced() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("seals");
         append(&file, "one\n").unwrap();
         append(&file, "tw").unwrap();
         append(&file, "three\nfour\n").unwrap();
-        assert_eq!(std::fs::read_to_string(&file).unwrap(), "one\ntw\nthree\nfour\n");
+        assert_eq!(std::fs::read_to_string(&file).unwrap(), "one\nthree\nfour\n");
         #[cfg(unix)]
         {
             use std::os::unix::fs::PermissionsExt as _;

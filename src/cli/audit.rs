@@ -3,23 +3,21 @@
 
 use std::{
     fs,
-    io::Write as _,
+    io::{self, Write},
     path::{Path, PathBuf},
     process::ExitCode,
+    sync::atomic::{AtomicU64, Ordering::Relaxed},
 };
 
 use clap::{Args, Subcommand};
 use tokio_rustls::rustls::pki_types::{SubjectPublicKeyInfoDer, pem::PemObject};
 use uuid::Uuid;
 
-use super::{CommandError, audited::Counted, out::out, progress};
+use super::{CommandError, out::out, progress};
 use crate::{
     api::jobs::seals,
     app::open_auditor,
-    jobs::{
-        Tenant,
-        audit::{Chain, Evidence, Fault, Findings, Place, WholeSeal, examine, public_key},
-    },
+    jobs::audit::{Evidence, Fault, Verdict, examine, public_key},
 };
 
 /// A fault was found.
@@ -35,17 +33,17 @@ pub struct AuditArguments {
 
 #[derive(Debug, Subcommand)]
 enum AuditCommand {
-    /// Verify chains, the rows they have digests of, and seals. Exit code 0: intact; 1: faults, one
-    /// on each line; 2: the verification could not be completed.
+    /// Verify entries, rows, chains and seals. Exit code 0: intact; 1: faults, one on each line; 2:
+    /// the verification could not be completed.
     Verify(VerifyArguments),
 }
 
 #[derive(Debug, Args)]
 struct VerifyArguments {
-    /// Only the chain of this job, and the seals of its tenant.
+    /// Only this job.
     #[arg(long)]
     job: Option<Uuid>,
-    /// Every chain of every tenant (the default without --job).
+    /// Everything of every tenant (the default without --job).
     #[arg(long, conflicts_with = "job")]
     all: bool,
     /// A copy of the file of seals that --audit-seal-file of the server writes; may be given
@@ -62,93 +60,80 @@ struct VerifyArguments {
 
 pub fn run(arguments: &AuditArguments) -> ExitCode {
     let AuditCommand::Verify(arguments) = &arguments.command;
-    match verify(arguments) {
-        Ok(findings) if findings.is_empty() => {
-            let _left = writeln!(
-                out(),
-                "empty: there is nothing in this database that was audited; if there should be, its files were removed or \
-                 replaced: restore a backup, and verify it --against seals that were kept elsewhere"
-            );
-            ExitCode::SUCCESS
-        }
-        Ok(findings) if findings.is_intact() => {
-            let Findings { chains, entries, seals, .. } = findings;
-            // if nobody reads the output, the exit code still reports the result
-            let _left = writeln!(out(), "intact: {chains} chains, {entries} entries, {seals} seals");
-            ExitCode::SUCCESS
-        }
-        Ok(findings) => {
-            let mut out = out();
-            if findings.holds_nothing() {
-                let _left = writeln!(
-                    out,
-                    "broken: the database is empty, although it was sealed: its files were removed or replaced; restore a \
-                     backup"
-                );
-            }
-            let _left = findings.faults.iter().try_for_each(|fault| writeln!(out, "{}", told(fault)));
-            for (tenant, place, why) in &findings.unreadable {
-                let _left = writeln!(out, "broken: {}: {why}", named(tenant, place));
-            }
-            ExitCode::from(BROKEN)
-        }
+    let (verdict, spoilt) = match verify(arguments) {
+        Ok(verified) => verified,
         Err(error) => {
             eprintln!("flankfit: {error}");
-            ExitCode::from(UNKNOWN)
+            return ExitCode::from(UNKNOWN);
+        }
+    };
+    let mut out = out();
+    // if nobody reads the output, the exit code still reports the result
+    let told = tell(&mut out, &verdict, &spoilt);
+    let is_intact = verdict.faults.is_empty() && spoilt.is_empty();
+    let _left = told.and_then(|()| out.flush());
+    if is_intact { ExitCode::SUCCESS } else { ExitCode::from(BROKEN) }
+}
+
+fn tell(out: &mut impl Write, verdict: &Verdict, spoilt: &[String]) -> io::Result<()> {
+    let Verdict { jobs, entries, unsealed, seals, faults } = verdict;
+    match (verdict.is_empty(), faults.is_empty() && spoilt.is_empty()) {
+        (true, true) => writeln!(
+            out,
+            "empty: there is nothing in this database that was audited; if there should be, its files were removed or \
+             replaced: restore a backup, and verify it --against seals that were kept elsewhere"
+        )?,
+        (true, false) => writeln!(
+            out,
+            "broken: the database is empty, although it was sealed: its files were removed or replaced; restore a backup"
+        )?,
+        (false, true) => writeln!(
+            out,
+            "intact: {jobs} jobs, {entries} entries, {seals} seals; {unsealed} entries are not sealed yet: they were \
+             verified against their rows only"
+        )?,
+        (false, false) => {}
+    }
+    spoilt.iter().try_for_each(|line| writeln!(out, "broken: {line}"))?;
+    faults.iter().try_for_each(|Fault { tenant, job, place, what }| {
+        let job = job.map(|job| format!("job {job} of ")).unwrap_or_default();
+        writeln!(out, "broken: {job}tenant {tenant}, {place}: {}", what.name())
+    })
+}
+
+/// Returns the result, and what is wrong with the seals that were kept elsewhere.
+fn verify(arguments: &VerifyArguments) -> Result<(Verdict, Vec<String>), CommandError> {
+    let key = arguments.public_key.as_deref().map(read_key).transpose()?;
+    let (mut places, mut seals, mut spoilt) = (Vec::new(), Vec::new(), Vec::new());
+    for file in &arguments.against {
+        let text = fs::read_to_string(file).map_err(|error| format!("cannot read {}: {error}", file.display()))?;
+        for (number, line) in text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty()) {
+            let place = format!("line {} of {}", number + 1, file.display());
+            match seals::read(line) {
+                Ok(seal) => {
+                    places.push(place);
+                    seals.push(seal);
+                }
+                Err(error) => spoilt.push(format!("{place} is no seal, or was cut off: {error}")),
+            }
+        }
+        if seals.is_empty() && spoilt.is_empty() {
+            return Err(format!("there are no seals in {}", file.display()).into());
         }
     }
-}
-
-fn told(Fault { tenant, place, number, what }: &Fault) -> String {
-    let one = match place {
-        Place::Chain(_) => "entry",
-        Place::Seals => "seal",
-    };
-    format!("broken: {}, {one} {number}: {}", named(tenant, place), what.name())
-}
-
-fn named(tenant: &Tenant, place: &Place) -> String {
-    let tenant = tenant.as_str();
-    match place {
-        Place::Chain(Chain::Job(job)) => format!("job {job} of tenant {tenant}"),
-        Place::Chain(Chain::Tenant) => format!("tenant {tenant}"),
-        Place::Seals => format!("seals of tenant {tenant}"),
-    }
-}
-
-fn verify(arguments: &VerifyArguments) -> Result<Findings, CommandError> {
-    let key = arguments.public_key.as_deref().map(read_key).transpose()?;
-    let mut kept = Vec::new();
-    for file in &arguments.against {
-        kept.extend(read_seals(file)?);
-    }
-    let places: Vec<String> = kept.iter().map(|(place, _)| place.clone()).collect();
-    let seals: Vec<WholeSeal> = kept.into_iter().map(|(_, seal)| seal).collect();
     let evidence = Evidence::of(seals, key)
         .map_err(|place| format!("the seal in {} is not as it was made, so it proves nothing", places[place]))?;
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
-    let audit = Counted::of(runtime.block_on(open_auditor(&arguments.database_url))?);
-    let examined = || runtime.block_on(examine(&audit, arguments.job, &evidence));
-    let found = progress::watched("audit", || Some(audit.part()), examined)?;
-    found.ok_or_else(|| "there is no such job, and there never was".into())
-}
-
-/// The seals of a file, each with its place.
-fn read_seals(file: &Path) -> Result<Vec<(String, WholeSeal)>, CommandError> {
-    let text = fs::read_to_string(file).map_err(|error| format!("cannot read {}: {error}", file.display()))?;
-    let mut seals = Vec::new();
-    for (number, line) in text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty()) {
-        let place = format!("line {} of {}", number + 1, file.display());
-        match seals::read(line) {
-            Ok(seal) => seals.push((place, seal)),
-            // as a server leaves one that is cut off while it writes
-            Err(error) => eprintln!("flankfit: {place} is left out, it is no seal: {error}"),
-        }
+    let auditor = runtime.block_on(open_auditor(&arguments.database_url))?;
+    let done = AtomicU64::new(0);
+    let step = |part: f64| done.store(part.to_bits(), Relaxed);
+    let examined = || runtime.block_on(examine(&*auditor, None, arguments.job, &evidence, &step));
+    let part = || Some(f64::from_bits(done.load(Relaxed)));
+    let verdict = progress::watched("audit", part, examined)?;
+    match arguments.job {
+        Some(_) if verdict.is_empty() => Err("there is no such job, and there never was".into()),
+        _ => Ok((verdict, spoilt)),
     }
-    if seals.is_empty() {
-        return Err(format!("there are no seals in {}", file.display()).into());
-    }
-    Ok(seals)
 }
 
 fn read_key(file: &Path) -> Result<[u8; 32], CommandError> {

@@ -1,27 +1,40 @@
-//! `flankfit export`, `import` and `copy`: jobs from a database into a file, from a file into a
-//! database, and from a database into another.
+//! `flankfit export`, `import` and `purge`: jobs as JSON lines, out of a database and into another,
+//! and old jobs purged.
 
 use std::{
     fs::{self, File, OpenOptions},
-    io::{self, BufWriter, Write as _},
+    future::ready,
+    io::{self, BufReader, BufWriter, Write},
+    num::NonZeroU32,
     path::{Path, PathBuf},
+    sync::Arc,
 };
 
 use clap::Args;
 use flankfit_engine::numerics::cancel::parts;
+use jiff::SignedDuration;
 use tokio::runtime::{Builder, Runtime};
 use uuid::Uuid;
 
-use super::{CommandError, out::out, progress};
+use super::{CommandError, called, out::out, progress};
 use crate::{
     api::jobs::carried,
-    app::open_holdings,
-    jobs::archive::{self, ArchiveError, ArchiveReader, ArchiveWriter, Digested, Holdings, Key},
+    app::{open_beside, open_holdings},
+    jobs::{
+        Caller, JobService, OrderedIds, SystemClock, actor,
+        archive::{self, ArchiveError, ArchiveReader, Holdings, Imported, Key, last_line},
+    },
 };
+
+/// A hundred years, in days.
+const MOST_DAYS: u32 = 36_525;
+/// Jobs that are looked up at a time.
+const AT_A_TIME: u32 = 100;
 
 #[derive(Debug, Args)]
 pub struct ExportArguments {
-    /// File to write; an existing file is not overwritten.
+    /// File to write, which must not exist; `-` for standard output.
+    #[arg(default_value = "-")]
     file: PathBuf,
     /// Id of the job to export; without it all jobs.
     #[arg(long)]
@@ -33,7 +46,8 @@ pub struct ExportArguments {
 
 #[derive(Debug, Args)]
 pub struct ImportArguments {
-    /// A file that `flankfit export` wrote.
+    /// File to read; `-` for standard input.
+    #[arg(default_value = "-")]
     file: PathBuf,
     /// Database: sqlite://FILE, with no server running on it, or postgres://OWNER@HOST/NAME with
     /// the owner's role.
@@ -42,31 +56,22 @@ pub struct ImportArguments {
 }
 
 #[derive(Debug, Args)]
-pub struct CopyArguments {
-    /// Source database; a server may be running on it.
-    #[arg(long, value_name = "URL", env = "FLANKFIT_COPY_FROM", hide_env_values = true)]
-    from: String,
-    /// Target database: sqlite://FILE, with no server running on it, or postgres://OWNER@HOST/NAME
-    /// with the owner's role.
-    #[arg(long, value_name = "URL", env = "FLANKFIT_COPY_TO", hide_env_values = true)]
-    to: String,
+pub struct PurgeArguments {
+    /// Days without activity after which a job is purged.
+    #[arg(long, value_name = "DAYS", value_parser = parse_days)]
+    older_than: NonZeroU32,
+    /// Database: sqlite://FILE, or postgres://USER@HOST/NAME; a server may be running on it.
+    #[arg(long, env = "FLANKFIT_DATABASE_URL", default_value = "sqlite://flankfit.db", hide_env_values = true)]
+    database_url: String,
+}
+
+fn parse_days(text: &str) -> Result<NonZeroU32, String> {
+    let days = text.parse().ok().filter(|days: &NonZeroU32| days.get() <= MOST_DAYS);
+    days.ok_or_else(|| format!("write a whole number from 1 to {MOST_DAYS}"))
 }
 
 fn runtime() -> io::Result<Runtime> {
     Builder::new_current_thread().enable_all().build()
-}
-
-/// Numbers of jobs stored and skipped.
-#[derive(Default)]
-struct Count {
-    stored: usize,
-    there: usize,
-}
-
-impl Count {
-    fn tell(&self) -> Result<(), CommandError> {
-        Ok(writeln!(out(), "{} jobs stored, {} were there already", self.stored, self.there)?)
-    }
 }
 
 pub fn export(arguments: &ExportArguments) -> Result<(), CommandError> {
@@ -76,122 +81,132 @@ pub fn export(arguments: &ExportArguments) -> Result<(), CommandError> {
     if let Some(job) = arguments.job {
         keys.retain(|key| key.job == job);
         if keys.is_empty() {
-            return Err(ArchiveError::NoSuchJob(job).into());
+            return Err(format!("there is no job {job}, and there never was").into());
         }
     }
     let path = &arguments.file;
+    if path.as_os_str() == "-" {
+        let mut to = BufWriter::new(out());
+        write(&runtime, &*from, &keys, &mut to)?;
+        return Ok(to.flush()?);
+    }
     let unusable = |error: io::Error| match error.kind() {
         io::ErrorKind::AlreadyExists => format!("{} exists already; nothing is overwritten", path.display()),
         _ => format!("cannot write {}: {error}", path.display()),
     };
-    // reserving the name refuses an existing file without a gap between looking and writing
-    OpenOptions::new().write(true).create_new(true).open(path).map_err(unusable)?;
-    let mut partial = path.clone().into_os_string();
-    partial.push(".partial");
-    let partial = PathBuf::from(partial);
-    let written = progress::shown("export", || write(&runtime, &*from, &keys, &partial))
-        .and_then(|count| Ok(fs::rename(&partial, path).map(|()| count)?));
-    match written {
-        Ok(count) => Ok(writeln!(out(), "{count} jobs written to {}", path.display())?),
-        Err(error) => {
-            // the reservation and the half file are ours; that they may be gone is no matter
-            let _ = fs::remove_file(&partial);
-            let _ = fs::remove_file(path);
-            Err(error.into())
+    let file = OpenOptions::new().write(true).create_new(true).open(path).map_err(unusable)?;
+    let written = progress::shown("export", || {
+        let mut to = BufWriter::new(file);
+        let count = write(&runtime, &*from, &keys, &mut to)?;
+        to.into_inner().map_err(io::IntoInnerError::into_error)?.sync_all()?;
+        Ok::<_, CommandError>(count)
+    });
+    let count = written.inspect_err(|_| {
+        // what is left would be recognised as incomplete
+        let _left = fs::remove_file(path);
+    })?;
+    Ok(writeln!(out(), "{count} jobs written to {}", path.display())?)
+}
+
+fn write(runtime: &Runtime, from: &dyn Holdings, keys: &[Key], to: &mut impl Write) -> Result<u64, CommandError> {
+    let (each, mut count) = (parts(keys.len()), 0);
+    for key in keys {
+        let line = |line: String| ready(to.write_all(line.as_bytes()));
+        let written = each.run(1, || runtime.block_on(archive::export(from, key, line)));
+        count += u64::from(written.map_err(|error| match error {
+            ArchiveError::File(error) => CommandError::from(error),
+            other => other.into(),
+        })?);
+    }
+    to.write_all(last_line(count).as_bytes())?;
+    Ok(count)
+}
+
+pub fn import(arguments: &ImportArguments) -> Result<(), CommandError> {
+    match arguments.file.as_os_str() == "-" {
+        true => read(io::stdin().lock(), arguments),
+        false => {
+            let file = File::open(&arguments.file);
+            let file = file.map_err(|error| format!("cannot read {}: {error}", arguments.file.display()))?;
+            progress::watched("import", || None, || read(BufReader::new(file), arguments))
         }
     }
 }
 
-fn write(runtime: &Runtime, from: &dyn Holdings, keys: &[Key], to: &Path) -> Result<usize, ArchiveError> {
-    let mut file = ArchiveWriter::begin(BufWriter::new(File::create(to)?))?;
-    let (each, mut count) = (parts(keys.len()), 0);
-    for key in keys {
-        // one that was deleted before there were entries has left nothing
-        count += usize::from(each.run(1, || runtime.block_on(archive::export(from, key, &mut file)))?);
-    }
-    let file = file.finish()?.into_inner().map_err(io::IntoInnerError::into_error)?;
-    file.sync_all()?;
-    Ok(count)
-}
-
-/// Returns the jobs that the database lacks; all are checked before the first is stored.
-fn new_of(runtime: &Runtime, to: &dyn Holdings, jobs: &[(Key, Digested)]) -> Result<Vec<bool>, ArchiveError> {
-    // a store that is not reached is told of, even where there is nothing for it
-    if jobs.is_empty() {
-        runtime.block_on(to.keys())?;
-    }
-    let each = parts(jobs.len());
-    let is_new = |(key, told)| each.run(1, || runtime.block_on(archive::is_new(to, key, told)));
-    jobs.iter().map(|(key, told)| is_new((key, told))).collect()
-}
-
-/// Closes the store, also after a failed job, so that the database file is complete.
-fn closed(runtime: &Runtime, to: &dyn Holdings, stored: Result<Count, CommandError>) -> Result<Count, CommandError> {
+fn read(from: impl io::BufRead, arguments: &ImportArguments) -> Result<(), CommandError> {
+    let runtime = runtime()?;
+    let to = runtime.block_on(open_holdings(&arguments.database_url, true))?;
+    let stored = runtime.block_on(store(from, &*to, &arguments.file));
+    // also after an error, so that the database file is complete
     let closed = runtime.block_on(to.close());
-    let count = stored?;
-    match closed? {
-        true => Ok(count),
-        false => Err(ArchiveError::StillOpen.into()),
+    let (stored, existed, refused) = stored?;
+    writeln!(out(), "{stored} jobs stored, {existed} existed already")?;
+    if !closed? {
+        return Err("another program has the database open: until it has ended, the file next to the database whose \
+                    name ends with -wal belongs to it"
+            .into());
+    }
+    match refused {
+        0 => Ok(()),
+        refused => Err(format!("{refused} jobs were refused").into()),
     }
 }
 
-pub fn import(arguments: &ImportArguments) -> Result<(), CommandError> {
-    let open =
-        || File::open(&arguments.file).map_err(|error| format!("cannot read {}: {error}", arguments.file.display()));
-    let whole = open()?;
-    let again = open()?;
-    let runtime = runtime()?;
-    let count = progress::shown("import", || -> Result<Count, CommandError> {
-        let stages = parts(3);
-        let jobs = stages.run(1, || archive::listed(whole, carried::check))?;
-        let to = runtime.block_on(open_holdings(&arguments.database_url, true))?;
-        let store = || -> Result<Count, CommandError> {
-            let new = stages.run(1, || new_of(&runtime, &*to, &jobs))?;
-            stages.run(1, || {
-                let mut file = ArchiveReader::begin(again)?;
-                let (each, mut count) = (parts(jobs.len()), Count::default());
-                for wanted in new {
-                    each.run(1, || runtime.block_on(archive::import(&mut file, &*to, wanted)))?;
-                    count.stored += usize::from(wanted);
-                    count.there += usize::from(!wanted);
-                }
-                Ok(count)
-            })
-        };
-        closed(&runtime, &*to, store())
-    })?;
-    count.tell()
+/// Returns the numbers of jobs that were stored, that existed already, and that were refused.
+async fn store(from: impl io::BufRead, to: &dyn Holdings, file: &Path) -> Result<(u64, u64, u64), CommandError> {
+    let mut reader = ArchiveReader::new(from);
+    let (mut stored, mut existed, mut refused) = (0, 0, 0);
+    loop {
+        match reader.import(to, carried::check).await {
+            Ok(Imported::Stored) => stored += 1,
+            Ok(Imported::Exists) => existed += 1,
+            Ok(Imported::Nothing) => return Ok((stored, existed, refused)),
+            Err(error) if error.is_of_one_job() => {
+                eprintln!("flankfit: {}, {error}", called(file));
+                refused += 1;
+            }
+            Err(error) => {
+                return Err(format!("{}, {error}; {stored} jobs before it are stored", called(file)).into());
+            }
+        }
+    }
 }
 
-pub fn copy(arguments: &CopyArguments) -> Result<(), CommandError> {
-    let runtime = runtime()?;
-    let from = runtime.block_on(open_holdings(&arguments.from, false))?;
-    let to = runtime.block_on(open_holdings(&arguments.to, true))?;
-    let count = progress::shown("copy", || -> Result<Count, CommandError> {
-        let stages = parts(2);
-        let store = || -> Result<Count, CommandError> {
-            let (jobs, new) = stages.run(1, || -> Result<_, CommandError> {
-                let mut jobs = Vec::new();
-                for key in runtime.block_on(from.keys())? {
-                    let told = runtime.block_on(archive::digest(&*from, &key))?;
-                    jobs.push((key, told));
+pub fn purge(arguments: &PurgeArguments) -> Result<(), CommandError> {
+    let purged = runtime()?.block_on(async {
+        let ids = Arc::new(OrderedIds::new());
+        let store = open_beside(&arguments.database_url, ids.clone()).await?;
+        let service = JobService::new(store.clone(), Arc::new(SystemClock), ids);
+        let purged = purge_old(&service, arguments.older_than).await;
+        store.close().await;
+        purged
+    });
+    let (purged, failed) = purged?;
+    writeln!(out(), "{purged} jobs purged")?;
+    match failed {
+        0 => Ok(()),
+        failed => Err(format!("{failed} jobs could not be purged").into()),
+    }
+}
+
+/// Returns the numbers of jobs that were purged, and that could not be.
+async fn purge_old(service: &Arc<JobService>, days: NonZeroU32) -> Result<(u64, u64), CommandError> {
+    let since = service.now() - SignedDuration::from_hours(24 * i64::from(days.get()));
+    let (mut after, mut purged, mut failed) = (None, 0, 0);
+    loop {
+        let due = service.untouched(since, after.clone(), AT_A_TIME).await?;
+        let Some(last) = due.last().cloned() else { return Ok((purged, failed)) };
+        for Key { tenant, job } in due {
+            let caller = Caller { tenant, actor: actor::RETENTION.into(), origin: Default::default() };
+            let reason = format!("without activity for {days} days");
+            match service.of(&caller).purge(job, reason, None).await {
+                Ok(_) => purged += 1,
+                Err(error) => {
+                    eprintln!("flankfit: job {job}: {error}");
+                    failed += 1;
                 }
-                let new = new_of(&runtime, &*to, &jobs)?;
-                Ok((jobs, new))
-            })?;
-            stages.run(1, || {
-                let (each, mut count) = (parts(jobs.len()), Count::default());
-                for ((key, _), wanted) in jobs.iter().zip(new) {
-                    if wanted {
-                        each.run(1, || runtime.block_on(archive::copy(&*from, &*to, key)))?;
-                    }
-                    count.stored += usize::from(wanted);
-                    count.there += usize::from(!wanted);
-                }
-                Ok(count)
-            })
-        };
-        closed(&runtime, &*to, store())
-    })?;
-    count.tell()
+            }
+        }
+        after = Some(last);
+    }
 }

@@ -1,7 +1,6 @@
 //! The command line: one file per subcommand, `serve` when none is given.
 
 pub mod audit;
-mod audited;
 pub mod backup;
 pub mod demo;
 pub mod evaluate;
@@ -58,12 +57,13 @@ enum Command {
     Openapi(openapi::OpenapiArguments),
     /// Copy the database consistently to a new file; a server may be running on it.
     Backup(backup::BackupArguments),
-    /// Write jobs with all their data and their audit to a new file.
+    /// Write jobs with all their data and their audit, as JSON lines.
     Export(life::ExportArguments),
-    /// Store the jobs of a file written by `flankfit export`.
+    /// Store the jobs that `flankfit export` or `GET /v1/jobs/…/archive` wrote.
     Import(life::ImportArguments),
-    /// Copy the jobs of a database to another one, of either kind.
-    Copy(life::CopyArguments),
+    /// Purge jobs without recent activity of nodes, results, texts and names; a server may be
+    /// running.
+    Purge(life::PurgeArguments),
     /// Create or upgrade the schema of a PostgreSQL database. (SQLite is upgraded at start.).
     Migrate(migrate::MigrateArguments),
     /// Make API keys in the database.
@@ -91,7 +91,7 @@ pub fn main() -> ExitCode {
         Command::Backup(arguments) => backup::run(&arguments),
         Command::Export(arguments) => life::export(&arguments),
         Command::Import(arguments) => life::import(&arguments),
-        Command::Copy(arguments) => life::copy(&arguments),
+        Command::Purge(arguments) => life::purge(&arguments),
         Command::Migrate(arguments) => migrate::run(&arguments),
         Command::Keys(arguments) => keys::run(&arguments),
         Command::Audit(arguments) => return audit::run(&arguments),

@@ -12,14 +12,8 @@ use clap::{
 };
 
 /// Variables of settings that are a secret or have a password as a part.
-const SECRETS: [&str; 6] = [
-    "FLANKFIT_DATABASE_URL",
-    "FLANKFIT_DATABASE_DIRECT_URL",
-    "FLANKFIT_COPY_FROM",
-    "FLANKFIT_COPY_TO",
-    "FLANKFIT_API_KEYS_SHA256",
-    "OTEL_EXPORTER_OTLP_HEADERS",
-];
+const SECRETS: [&str; 4] =
+    ["FLANKFIT_DATABASE_URL", "FLANKFIT_DATABASE_DIRECT_URL", "FLANKFIT_API_KEYS_SHA256", "OTEL_EXPORTER_OTLP_HEADERS"];
 /// Placeholder for a secret in messages.
 const HIDDEN: &str = "(not shown)";
 /// Exit code for wrong arguments, as in clap.
@@ -212,15 +206,13 @@ mod tests {
             &["backup", "to"],
             &["export", "to"],
             &["import", "from"],
+            &["purge", "--older-than", "9"],
             &["audit", "verify"],
             &["keys", "create", "--role", "root"],
         ] {
             let files = [("FLANKFIT_DATABASE_URL", file.as_path())];
             assert_eq!(value(arguments, &files, "database_url"), url, "{arguments:?}");
         }
-        let both = [("FLANKFIT_COPY_FROM", file.as_path()), ("FLANKFIT_COPY_TO", file.as_path())];
-        assert_eq!(value(&["copy"], &both, "from"), url);
-        assert_eq!(value(&["copy"], &both, "to"), url);
         for arguments in [&["serve"][..], &["keys", "create", "--role", "root"]] {
             let files = [("FLANKFIT_DATABASE_DIRECT_URL", file.as_path())];
             assert_eq!(value(arguments, &files, "database_direct_url"), url, "{arguments:?}");
@@ -272,7 +264,7 @@ mod tests {
             &["serve", &joined],
             &["migrate", &url],
             &[url.as_str()],
-            &["copy", "--from", &url],
+            &["purge", "--older-than", &url],
             &["export", "to", &url],
         ] {
             let refused = value(arguments, &[], "bind").unwrap_err();

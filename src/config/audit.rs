@@ -14,13 +14,13 @@ pub struct AuditSettings {
     #[arg(long, env = "FLANKFIT_AUDIT_SEAL_FILE")]
     pub audit_seal_file: Option<PathBuf>,
     /// Seconds between seals of the audit.
-    #[arg(long, env = "FLANKFIT_AUDIT_SEAL_SECONDS", default_value_t = 60,
+    #[arg(long, env = "FLANKFIT_AUDIT_SEAL_SECONDS", default_value_t = 10,
         value_parser = clap::value_parser!(u32).range(1..=3600))]
     pub audit_seal_seconds: u32,
 }
 
 impl Default for AuditSettings {
     fn default() -> Self {
-        AuditSettings { audit_signing_key: None, audit_seal_file: None, audit_seal_seconds: 60 }
+        AuditSettings { audit_signing_key: None, audit_seal_file: None, audit_seal_seconds: 10 }
     }
 }

@@ -59,7 +59,6 @@ mod tests {
             ("--operation-timeout", 1, 2_592_000),
             ("--drain-delay", 0, 86_400),
             ("--shutdown-grace", 0, 86_400),
-            ("--retain-bulk-days", 1, 36_525),
         ] {
             let beyond = [most + 1, u64::MAX - 1].map(|value| value.to_string());
             let below = least.checked_sub(1).map(|value| value.to_string());

@@ -11,7 +11,6 @@ mod host;
 mod network;
 mod oidc;
 mod origin;
-mod retention;
 mod share;
 mod store;
 mod tls;
@@ -31,7 +30,6 @@ pub use host::{Host, Hosts, parse_hosts};
 pub use network::{Networks, parse_networks};
 pub use oidc::{Audiences, OidcSettings};
 pub use origin::{Origin, Origins, parse_origins};
-pub use retention::RetentionSettings;
 pub use share::{parse_part, parse_share};
 pub use store::{MigrateMode, PostgresArguments};
 pub use tls::{ClientAuthentication, TlsSettings};
@@ -150,8 +148,6 @@ pub struct ServeSettings {
     pub oidc: OidcSettings,
     #[command(flatten)]
     pub audit: AuditSettings,
-    #[command(flatten)]
-    pub retention: RetentionSettings,
     /// Origins (such as `https://cell.example`, comma-separated) whose web pages may call this
     /// server; if empty, only its own.
     #[arg(
@@ -253,7 +249,6 @@ impl Default for ServeSettings {
             api_keys_role: KeysRole::default(),
             oidc: OidcSettings::default(),
             audit: AuditSettings::default(),
-            retention: RetentionSettings::default(),
             cors_origins: Vec::new(),
             allowed_hosts: Hosts::default(),
             log_format: LogFormat::Pretty,

@@ -1,80 +1,87 @@
-//! The audit: its entries, and their verification.
+//! The audit: its entries, its seals, and their verification.
 
 use axum::Json;
+use serde::Deserialize;
+use utoipa::IntoParams;
 use utoipa_axum::{router::OpenApiRouter, routes};
 use uuid::Uuid;
 
-use super::{
-    caller_state::CallerState,
-    extract::{PathOf, QueryOf},
-    paging::PageQuery,
-    state::AppState,
-};
+use super::{caller_state::CallerState, extract::QueryOf, paging::PageQuery, state::AppState};
 use crate::{
     api::{
+        faults::Faults,
         jobs::audit::{AuditPageBody, SealPageBody, VerdictBody},
         problem::Problem,
     },
-    jobs::{List, audit::Chain},
+    jobs::List,
 };
 
 pub fn group() -> OpenApiRouter<AppState> {
-    OpenApiRouter::new()
-        .routes(routes!(list_job_audit))
-        .routes(routes!(verify_job_audit))
-        .routes(routes!(list_audit))
-        .routes(routes!(list_audit_seals))
+    OpenApiRouter::new().routes(routes!(list_audit)).routes(routes!(verify_audit)).routes(routes!(list_audit_seals))
 }
 
-/// Every change of a job, oldest first.
-///
-/// Each entry has the digest of the one before it, so a changed or missing entry is detected. The
-/// entries of a deleted job are kept. A job that is older than the audit begins with a digest of
-/// its state at its first change.
-#[utoipa::path(
-    get, path = "/v1/jobs/{job_id}/audit", operation_id = "list_job_audit", tag = "audit",
-    params(("job_id" = Uuid, Path), PageQuery),
-    responses((status = 200, description = "Some entries, and where the next page begins.", body = AuditPageBody))
-)]
-async fn list_job_audit(
-    state: CallerState,
-    PathOf(job): PathOf<Uuid>,
-    QueryOf(query): QueryOf<PageQuery>,
-) -> Result<Json<AuditPageBody>, Problem> {
-    Ok(Json(state.jobs.audit(Chain::Job(job), query.check(List::Audit)?).await?.into()))
+/// A job, if only its audit is wanted.
+#[derive(Debug, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+#[into_params(parameter_in = Query)]
+struct JobQuery {
+    /// Id of a job; without it the whole tenant.
+    #[param(value_type = Option<Uuid>)]
+    job: Option<String>,
 }
 
-/// Verifies the audit entries of a job and the rows they have digests of.
-///
-/// Reads the whole job and computes the digest of every entry and every row again. The answer names
-/// the first entry at fault.
-#[utoipa::path(
-    get, path = "/v1/jobs/{job_id}/audit/verify", operation_id = "verify_job_audit", tag = "audit",
-    params(("job_id" = Uuid, Path)),
-    responses((status = 200, description = "The result of the verification.", body = VerdictBody))
-)]
-async fn verify_job_audit(state: CallerState, PathOf(job): PathOf<Uuid>) -> Result<Json<VerdictBody>, Problem> {
-    Ok(Json(state.jobs.verify_audit(Chain::Job(job)).await?.into()))
+/// A page of the audit.
+#[derive(Debug, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+#[into_params(parameter_in = Query)]
+struct AuditQuery {
+    /// Id of a job, which may have been deleted; without it the whole tenant.
+    #[param(value_type = Option<Uuid>)]
+    job: Option<String>,
+    /// Most items on a page.
+    #[param(value_type = Option<u32>, minimum = 1, maximum = 200, default = 50)]
+    limit: Option<String>,
+    /// `next_cursor` of the page before.
+    cursor: Option<String>,
 }
 
-/// Changes of the tenant that are of no job, oldest first.
+fn read_job(job: Option<String>) -> Result<Option<Uuid>, Problem> {
+    let read = |id: String| id.parse().map_err(|_| Problem::invalid(Faults::one("/job", "expected the id of a job")));
+    job.map(read).transpose()
+}
+
+/// List changes of the tenant, of its keys and of its jobs, oldest first.
 ///
-/// The chain of a tenant has the changes of its keys and of the tenant itself; changes of jobs are
-/// in the chains of the jobs.
+/// Each change has one entry. Entries of a deleted job are kept.
 #[utoipa::path(
     get, path = "/v1/audit", operation_id = "list_audit", tag = "audit",
-    params(PageQuery),
+    params(AuditQuery),
     responses((status = 200, description = "Some entries, and where the next page begins.", body = AuditPageBody))
 )]
-async fn list_audit(state: CallerState, QueryOf(query): QueryOf<PageQuery>) -> Result<Json<AuditPageBody>, Problem> {
-    Ok(Json(state.jobs.audit(Chain::Tenant, query.check(List::Audit)?).await?.into()))
+async fn list_audit(state: CallerState, QueryOf(query): QueryOf<AuditQuery>) -> Result<Json<AuditPageBody>, Problem> {
+    let page = PageQuery { limit: query.limit, cursor: query.cursor }.check(List::Audit)?;
+    Ok(Json(state.jobs.audit(read_job(query.job)?, page).await?.into()))
 }
 
-/// The tenant's seals, oldest first.
+/// Verify the audit of a job, or of the whole tenant.
 ///
-/// About once a minute a server seals the last entries of the chains that have grown since the seal
-/// before. Keep copies of the seals where no administrator of the database can change them: they
-/// reveal a rewritten chain.
+/// Computes the digest of every row, entry, link and seal again, and lists what is not as it was
+/// written. Entries of the last seconds are not sealed yet: `unsealed` of them are verified against
+/// their rows only.
+#[utoipa::path(
+    get, path = "/v1/audit/verify", operation_id = "verify_audit", tag = "audit",
+    params(JobQuery),
+    responses((status = 200, description = "The result of the verification.", body = VerdictBody))
+)]
+async fn verify_audit(state: CallerState, QueryOf(query): QueryOf<JobQuery>) -> Result<Json<VerdictBody>, Problem> {
+    Ok(Json(state.jobs.verify_audit(read_job(query.job)?).await?.into()))
+}
+
+/// List the seals of the tenant, oldest first.
+///
+/// Every few seconds a server links the new entries of each tenant into its chain and seals the end
+/// of the chain. Keep copies of the seals where no administrator of the database can change them:
+/// they reveal a rewritten chain.
 #[utoipa::path(
     get, path = "/v1/audit/seals", operation_id = "list_audit_seals", tag = "audit",
     params(PageQuery),

@@ -8,7 +8,6 @@ use tower_http::cors::CorsLayer;
 
 use super::{
     idempotency::REPLAYED,
-    life::ARCHIVE_SHA256,
     observe::{REQUEST_ID, TRACEPARENT, TRACESTATE},
 };
 use crate::config::Origin;
@@ -48,7 +47,6 @@ pub fn layer(origins: &[Origin]) -> Option<CorsLayer> {
             header::RETRY_AFTER,
             header::ALLOW,
             header::CONTENT_DISPOSITION,
-            ARCHIVE_SHA256.clone(),
             REPLAYED.clone(),
             name("preference-applied"),
             REQUEST_ID.clone(),

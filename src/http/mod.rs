@@ -27,7 +27,6 @@ mod form;
 mod gear_corrections;
 mod gear_records;
 mod gears;
-mod growing;
 mod headers;
 pub mod idempotency;
 mod imports;

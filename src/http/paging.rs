@@ -15,9 +15,9 @@ use crate::{
 pub struct PageQuery {
     /// Most items on a page.
     #[param(value_type = Option<u32>, minimum = 1, maximum = 200, default = 50)]
-    limit: Option<String>,
+    pub limit: Option<String>,
     /// `next_cursor` of the page before.
-    cursor: Option<String>,
+    pub cursor: Option<String>,
 }
 
 impl PageQuery {

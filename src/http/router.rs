@@ -3,13 +3,7 @@
 
 use axum::{Router, middleware};
 use tower::{ServiceBuilder, util::option_layer};
-use tower_http::{
-    CompressionLevel,
-    compression::{
-        CompressionLayer, Predicate,
-        predicate::{DefaultPredicate, NotForContentType},
-    },
-};
+use tower_http::{CompressionLevel, compression::CompressionLayer};
 use utoipa::OpenApi;
 use utoipa_axum::router::OpenApiRouter;
 
@@ -81,11 +75,6 @@ pub fn operation_router(state: AppState) -> Router {
     complete(meta::health().merge(meta::operation()), Router::new().fallback(async || dashboard::no_path()), state)
 }
 
-/// What gains by being compressed.
-fn is_not_compressed() -> impl Predicate {
-    DefaultPredicate::new().and(NotForContentType::const_new(life::ARCHIVE))
-}
-
 fn complete(served: OpenApiRouter<AppState>, beside: Router<AppState>, state: AppState) -> Router {
     let (documented, document) = served.split_for_parts();
     // One pile: a router boxes every layer that it is given by itself. The first is the outermost.
@@ -95,7 +84,7 @@ fn complete(served: OpenApiRouter<AppState>, beside: Router<AppState>, state: Ap
         .map_request(headers::offered_encodings)
         // Answers are digits: the fastest level halves them, higher ones cost ten times as much for
         // little.
-        .layer(CompressionLayer::new().quality(CompressionLevel::Fastest).compress_when(is_not_compressed()))
+        .layer(CompressionLayer::new().quality(CompressionLevel::Fastest))
         .layer(middleware::from_fn_with_state(state.clone(), observe::observe))
         .layer(middleware::from_fn_with_state(state.clone(), unsent::charge))
         .layer(middleware::from_fn(conditional::not_modified))

@@ -84,14 +84,15 @@ impl Job {
         }
         if job != *self {
             job.version += 1;
-            job.updated_at = now;
+            // the clock of another server may have been ahead
+            job.updated_at = now.max(self.updated_at);
         }
         job
     }
 
     /// The job once it is purged.
     pub fn purged(&self, at: Timestamp) -> Job {
-        Job { version: self.version + 1, updated_at: at, purged_at: Some(at), ..self.clone() }
+        Job { version: self.version + 1, updated_at: at.max(self.updated_at), purged_at: Some(at), ..self.clone() }
     }
 }
 

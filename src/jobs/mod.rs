@@ -48,6 +48,7 @@ mod records;
 mod replay;
 mod repository;
 mod rounds;
+pub mod rows;
 mod runs;
 mod said;
 mod service;
@@ -84,15 +85,15 @@ pub use origin::Origin;
 pub use outcome::{Precondition, RepositoryError, RepositoryFuture, Resource, Stored, Unfit};
 pub use page::{Cursor, CursorError, List, Page, PageRequest};
 pub use prior::{Predecessor, Predecessors};
-pub use purge::{NewPurge, Purge, Seen};
+pub use purge::Purge;
 pub use record::{Record, RecordDraft, RecordKind, RecordSummary};
 pub use replay::{Difference, Replay};
-pub use repository::{Repository, Store, Turn, Upkeep, Wakes};
+pub use repository::{Repository, Store, Upkeep, Wakes};
 pub use rounds::{MadeCorrection, MeasuredIteration, Rounds};
 pub use said::{Choice, Decision, DecisionEvent, Event};
 pub use service::{JobService, Jobs};
 pub use streams::{
-    Block, FinishedStream, NewBlock, NewStream, PostedBlock, Stream, StreamError, StreamHost, StreamState,
+    Block, FinishedStream, NewBlock, NewStream, PostedBlock, Stream, StreamError, StreamHost, StreamState, is_state,
 };
 pub use summary::{JobCounts, JobSummary, MOST_MACHINES, MOST_WEEKS, monday};
 pub use tasks::{

@@ -72,15 +72,9 @@ pub enum RepositoryError {
     /// What is asked for was taken away, or is of a job that takes nothing more since then.
     #[error("purged at {at}: {reason}")]
     Purged { at: Timestamp, reason: String },
-    /// The job is not as it is in the archive that was named.
-    #[error("the job has gone on since it was archived")]
-    ArchiveDiffers,
     /// An operation of the job has not ended.
     #[error("the job has {0} operation(s) that have not ended")]
     HasTasks(u64),
-    /// The job's audit is broken: what would be taken away is what there is to find out by.
-    #[error("the audit of the job is broken at entry {0}")]
-    AuditBroken(u64),
     /// An answer is already kept under this idempotency key.
     #[error("the idempotency key is taken")]
     KeyTaken,
@@ -120,9 +114,6 @@ pub enum RepositoryError {
     /// The store answers, and is not to be used now; nothing was stored.
     #[error("the store cannot be used now: {0}")]
     Unfit(Unfit),
-    /// The disk does not take a job's archive; nothing was stored.
-    #[error("the archive cannot be written: {0}")]
-    NotArchived(String),
     /// The store was lost while it was about to say that all is stored: all of it was, or nothing.
     #[error("it is not known whether it was stored: {0}")]
     OutcomeUnknown(String),

@@ -11,7 +11,7 @@ use uuid::Uuid;
 use super::{
     amendment::Amendment,
     archive::{Holdings, Key},
-    audit::{Auditor, Chain, Entry, Seal, Sealing, Unsealed, Verdict, WholeSeal},
+    audit::{Auditor, ListedEntry, Seal, Sealing},
     callers::{Caller, Credentials, Keys},
     event::{EventPlace, JobEvent, ToldEvent},
     fit::{FitRecord, NewFit},
@@ -24,7 +24,7 @@ use super::{
     outcome::{Precondition, RepositoryFuture, Stored},
     page::{Page, PageRequest},
     prior::{Predecessor, Predecessors},
-    purge::NewPurge,
+    purge::Purge,
     record::{Record, RecordKind, RecordSummary},
     rounds::Rounds,
     said::{Choice, DecisionEvent},
@@ -74,19 +74,6 @@ pub trait Wakes: Send + Sync + 'static {
     fn last_events(&self, jobs: Vec<Uuid>) -> RepositoryFuture<'_, Vec<(Uuid, u64)>>;
 }
 
-/// That one process alone does something, until it ends. One that is dropped ends, too, when its
-/// store finds that out; where there is one process only nothing has to end.
-pub struct Turn(pub Option<Pin<Box<dyn Future<Output = ()> + Send>>>);
-
-impl Turn {
-    /// Another process may have it as soon as this returns.
-    pub async fn end(self) {
-        if let Some(end) = self.0 {
-            end.await;
-        }
-    }
-}
-
 /// What is done with a store as a whole, for no caller.
 pub trait Upkeep: Send + Sync + 'static {
     /// Forgets kept answers from before a time, the oldest first, at most so many; answers how
@@ -98,18 +85,13 @@ pub trait Upkeep: Send + Sync + 'static {
     /// by which it is known later.
     fn forget_told(&self, now: Timestamp, before: Timestamp, most: u32) -> RepositoryFuture<'_, u64>;
 
-    /// Seals the chains of every tenant that grew, if no process has done so since then; the new
-    /// seals, or none where another process is at it.
-    fn seal_audit(&self, sealing: Sealing) -> RepositoryFuture<'_, Option<Vec<WholeSeal>>>;
+    /// Links the entries of every tenant that are not sealed, and seals them; returns the new
+    /// seals, and whether more entries wait.
+    fn seal_audit(&self, sealing: Sealing) -> RepositoryFuture<'_, (Vec<Seal>, bool)>;
 
-    /// What of the audit is in no seal yet.
-    fn unsealed(&self) -> RepositoryFuture<'_, Unsealed>;
-
-    /// A turn to purge what is old; none where another process has it.
-    fn turn(&self) -> RepositoryFuture<'_, Option<Turn>>;
-
-    /// Jobs without activity since a time and that are not purged, at most so many.
-    fn untouched(&self, since: Timestamp, most: u32) -> RepositoryFuture<'_, Vec<Key>>;
+    /// Jobs without activity since a time that are not purged, after the last one of `after`, at
+    /// most so many.
+    fn untouched(&self, since: Timestamp, after: Option<Key>, most: u32) -> RepositoryFuture<'_, Vec<Key>>;
 
     /// Whether anything can be written: writes something small, and answers once it is synced.
     fn check_writable(&self, now: Timestamp) -> RepositoryFuture<'_, ()>;
@@ -187,11 +169,8 @@ macro_rules! repository_operations {
                 /// Whether nothing that happened after a place was forgotten.
                 TellsAllAfter = tells_all_after(place: EventPlace) -> bool;
 
-                /// Entries of a chain, oldest first.
-                GetAudit = audit(chain: Chain, page: PageRequest) -> Page<Entry>;
-                /// Verifies a chain and the rows it has digests of.
-                VerifyAudit = verify_audit(chain: Chain) -> Verdict;
-
+                /// Entries of a job, or of the tenant, in the order of their ids.
+                GetAudit = audit(job: Option<Uuid>, page: PageRequest) -> Page<ListedEntry>;
                 /// Seals of the tenant, oldest first.
                 GetSeals = seals(page: PageRequest) -> Page<Seal>;
 
@@ -213,9 +192,8 @@ macro_rules! repository_operations {
                 InsertJob = insert_job(job: Job, receipt: Option<Receipt>) -> Stored;
                 PatchJob = patch_job(id: Uuid, patch: JobPatch, precondition: Precondition, now: Timestamp) -> Job;
                 DeleteJob = delete_job(id: Uuid, precondition: Precondition) -> ();
-                /// Takes nodes, results, texts and names of a job away, if it is still as it was
-                /// archived.
-                PurgeJob = purge_job(purge: Arc<NewPurge>, receipt: Option<Receipt>) -> Stored;
+                /// Removes nodes, results, texts and names of a job.
+                PurgeJob = purge_job(purge: Arc<Purge>, receipt: Option<Receipt>) -> Stored;
                 /// Stores jobs with their iterations and keeps the receipt, all or nothing.
                 InsertRuns = insert_runs(runs: Vec<NewRun>, receipt: Option<Receipt>, now: Timestamp) -> Stored;
 

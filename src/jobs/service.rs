@@ -2,15 +2,15 @@
 
 use std::sync::Arc;
 
-use jiff::{SignedDuration, Timestamp};
+use jiff::Timestamp;
 use tokio::sync::{Semaphore, watch};
 use tracing::Instrument as _;
 use uuid::Uuid;
 
 use super::{
     ambient::{Clock, Ids},
-    archive::Holdings,
-    audit::{Chain, Entry, Seal, Sealing, SigningKey, Unsealed, Verdict, WholeSeal},
+    archive::{Holdings, Key},
+    audit::{self, Evidence, ListedEntry, Seal, Sealing, SigningKey, Verdict},
     callers::{Caller, Owned, Tenant},
     draft::JobDraft,
     event::{EventPlace, JobEvent, JobNotifier, ToldEvent},
@@ -20,7 +20,7 @@ use super::{
     known_jobs::KnownJobs,
     listing::{JobPage, JobQuery},
     mapping::KeptMapping,
-    outcome::{Precondition, RepositoryError},
+    outcome::{Precondition, RepositoryError, Resource},
     page::{Page, PageRequest},
     repository::{Repository, Store, Wakes},
     said::Event,
@@ -29,7 +29,7 @@ use super::{
     tasks::Tasks,
 };
 
-/// Archives that are written at a time.
+/// Archives that are written at a time, and verifications that go on.
 const ARCHIVES: usize = 2;
 
 /// What the use cases of all callers share.
@@ -50,6 +50,8 @@ pub struct JobService {
     pub(super) task_changes: watch::Sender<u64>,
     /// Archives that may be written at a time.
     pub(super) archiving: Semaphore,
+    /// Verifications that may go on at a time.
+    verifying: Semaphore,
     /// How other processes are woken that use the store.
     pub(super) wakes: Option<Arc<dyn Wakes>>,
 }
@@ -59,7 +61,7 @@ impl JobService {
         let (known, cache, notifier) = Default::default();
         let wakes = store.wakes();
         let (key_changes, task_changes) = (watch::channel(0).0, watch::channel(0).0);
-        let archiving = Semaphore::new(ARCHIVES);
+        let (archiving, verifying) = (Semaphore::new(ARCHIVES), Semaphore::new(ARCHIVES));
         let (tasks, holdings) = (store.tasks(), store.holdings());
         Arc::new(JobService {
             store,
@@ -73,6 +75,7 @@ impl JobService {
             tasks,
             task_changes,
             archiving,
+            verifying,
             wakes,
         })
     }
@@ -107,20 +110,20 @@ impl JobService {
         self.clock.now()
     }
 
-    /// Seals the chains that grew, unless some process has done so within that time; the new seals,
-    /// or none where another process is at it.
-    pub async fn seal_audit(
-        &self,
-        key: Option<Arc<SigningKey>>,
-        unless_within: SignedDuration,
-    ) -> Result<Option<Vec<WholeSeal>>, RepositoryError> {
-        let at = self.now();
-        self.store.seal_audit(Sealing { at, key, unless_since: at - unless_within }).await
+    /// Links and seals the entries that are not sealed; returns the new seals, and whether more
+    /// entries wait.
+    pub async fn seal_audit(&self, key: Option<Arc<SigningKey>>) -> Result<(Vec<Seal>, bool), RepositoryError> {
+        self.store.seal_audit(Sealing { at: self.now(), key }).await
     }
 
-    /// What of the audit is in no seal yet.
-    pub async fn unsealed(&self) -> Result<Unsealed, RepositoryError> {
-        self.store.unsealed().await
+    /// Jobs without activity since a time that are not purged, after one of them.
+    pub async fn untouched(
+        &self,
+        since: Timestamp,
+        after: Option<Key>,
+        most: u32,
+    ) -> Result<Vec<Key>, RepositoryError> {
+        self.store.untouched(since, after, most).await
     }
 
     /// Whether the store answers.
@@ -246,14 +249,21 @@ impl Jobs {
         self.repository.trace(job, page).await
     }
 
-    /// Entries of a chain of the audit, oldest first.
-    pub async fn audit(&self, chain: Chain, page: PageRequest) -> Result<Page<Entry>, RepositoryError> {
-        self.repository.audit(chain, page).await
+    /// Entries of the audit of a job, or of the whole tenant, oldest first.
+    pub async fn audit(&self, job: Option<Uuid>, page: PageRequest) -> Result<Page<ListedEntry>, RepositoryError> {
+        self.repository.audit(job, page).await
     }
 
-    /// Verifies a chain and the rows it has digests of.
-    pub async fn verify_audit(&self, chain: Chain) -> Result<Verdict, RepositoryError> {
-        self.repository.verify_audit(chain).await
+    /// Verifies the audit of a job, or of the whole tenant.
+    pub async fn verify_audit(&self, job: Option<Uuid>) -> Result<Verdict, RepositoryError> {
+        // a few at a time: each has a connection of its own
+        let _place = self.service.verifying.acquire().await;
+        let (auditor, evidence) = (self.service.store.auditor(), Evidence::default());
+        let verdict = audit::examine(&*auditor, Some(&self.tenant), job, &evidence, &|_| {}).await?;
+        match job {
+            Some(_) if verdict.is_empty() && verdict.faults.is_empty() => Err(RepositoryError::NotFound(Resource::Job)),
+            _ => Ok(verdict),
+        }
     }
 
     /// Seals of the tenant, oldest first.

@@ -233,7 +233,7 @@ async fn every_answer_is_as_the_document_says() {
     // what is finished takes no more nodes
     posts.sort_by_key(|(_, _, operation)| operation["operationId"] == "finish_stream");
     for (path, method, operation) in posts {
-        // no example knows the id of a fit, or the digest of an archive
+        // no example knows the id of a fit, and a purge leaves nothing for the others
         if operation["operationId"] == "choose_fit" || operation["operationId"] == "purge_job" {
             continue;
         }

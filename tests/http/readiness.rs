@@ -15,9 +15,9 @@ use flankfit::{
     http::{self, AppState},
     jobs::{
         Caller, Credentials, JobService, Keys, OrderedIds, Repository, RepositoryError, RepositoryFuture, Store,
-        SystemClock, Tasks, Turn, Unfit, Upkeep,
+        SystemClock, Tasks, Unfit, Upkeep,
         archive::{Holdings, Key},
-        audit::{Auditor, Sealing, Unsealed, WholeSeal},
+        audit::{Auditor, Seal, Sealing},
     },
     store::{StoreSettings, open_sqlite},
 };
@@ -72,20 +72,12 @@ impl Upkeep for Watched {
         self.store.forget_told(now, before, most)
     }
 
-    fn seal_audit(&self, sealing: Sealing) -> RepositoryFuture<'_, Option<Vec<WholeSeal>>> {
+    fn seal_audit(&self, sealing: Sealing) -> RepositoryFuture<'_, (Vec<Seal>, bool)> {
         self.store.seal_audit(sealing)
     }
 
-    fn unsealed(&self) -> RepositoryFuture<'_, Unsealed> {
-        self.store.unsealed()
-    }
-
-    fn turn(&self) -> RepositoryFuture<'_, Option<Turn>> {
-        self.store.turn()
-    }
-
-    fn untouched(&self, since: Timestamp, most: u32) -> RepositoryFuture<'_, Vec<Key>> {
-        self.store.untouched(since, most)
+    fn untouched(&self, since: Timestamp, after: Option<Key>, most: u32) -> RepositoryFuture<'_, Vec<Key>> {
+        self.store.untouched(since, after, most)
     }
 
     fn check_writable(&self, now: Timestamp) -> RepositoryFuture<'_, ()> {
@@ -124,7 +116,7 @@ impl Server {
     async fn start() -> Self {
         let directory = tempfile::tempdir().unwrap();
         let settings = StoreSettings::of_file(directory.path().join("jobs.db"));
-        let store = open_sqlite(settings, Arc::new(OrderedIds::new()), Arc::new(SystemClock)).await.unwrap();
+        let store = open_sqlite(settings, Arc::new(SystemClock)).await.unwrap();
         let store = Arc::new(Watched {
             store: Arc::new(store),
             pings: AtomicUsize::new(0),

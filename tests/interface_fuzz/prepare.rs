@@ -1,5 +1,5 @@
 //! What some requests need to be taken: something that is there for them alone. A job that has
-//! something is not deleted, a purge wants the digest of the archive, and an operation must have
+//! something is not deleted, a purge wants a job of its own, and an operation must have
 //! been begun; what is drawn would always be refused.
 
 use serde_json::{Value, json};
@@ -21,7 +21,7 @@ const REPETITIONS: u32 = 20;
 pub async fn prepare(service: &Service, request: &mut Request, rng: &mut Rng) {
     let _made = match request.operation.as_str() {
         "delete_job" if rng.percent(PREPARED) => empty_job(service, request).await,
-        "purge_job" if rng.percent(PREPARED) => archived_job(service, request).await,
+        "purge_job" if rng.percent(PREPARED) => purgeable_job(service, request).await,
         "get_operation" | "get_operation_result" | "cancel_operation" if rng.percent(PREPARED) => {
             let ended = rng.percent(70);
             operation(service, request, ended).await
@@ -52,19 +52,11 @@ async fn empty_job(service: &Service, request: &mut Request) -> Option<()> {
     Some(())
 }
 
-/// Purges a job by its archive, for the reason that was drawn.
-async fn archived_job(service: &Service, request: &mut Request) -> Option<()> {
+/// Purges a job of its own.
+async fn purgeable_job(service: &Service, request: &mut Request) -> Option<()> {
     let (headers, _) = made(service, "/v1/jobs", &[], &example("create_job")).await?;
     let job = headers.get("location")?.to_str().ok()?.to_owned();
     made(service, &format!("{job}/iterations"), &[], &example("create_iteration")).await?;
-    let (headers, _) = made(service, &format!("{job}/archive"), &[], "").await?;
-    let digest = headers.get("archive-sha256")?.to_str().ok()?;
-    let drawn: Value = serde_json::from_slice(request.json.as_deref().unwrap_or_default()).unwrap_or_default();
-    let reason = drawn["reason"].as_str().unwrap_or("agreed");
-    request.body = json!({"reason": reason, "archive_sha256": digest}).to_string().into_bytes();
-    request.json = Some(request.body.clone());
-    request.headers.retain(|(name, _)| name != "content-type" && name != "content-encoding");
-    request.headers.push(("content-type".into(), b"application/json".to_vec()));
     request.target = format!("{job}/purge");
     Some(())
 }

@@ -1,57 +1,46 @@
 //! Seals of a PostgreSQL database on whose server somebody leaves a transaction open.
 
-use std::{sync::Arc, time::Duration};
+use std::sync::Arc;
 
 use flankfit::{
-    jobs::{
-        OrderedIds, Store as _, SystemClock, Upkeep as _,
-        audit::{Sealing, WholeSeal},
-    },
-    store::{PostgresSettings, SqlStore, open_postgres},
+    jobs::{OrderedIds, Store, SystemClock},
+    store::{PostgresSettings, open_postgres},
 };
-use jiff::Timestamp;
 use sqlx::{Connection as _, Executor as _, PgConnection};
-use tokio::time::{Instant, sleep};
 
 use crate::{
     server::Server,
-    support::{Values, caller},
+    support::{Values, caller, sealed, verified},
 };
 
-/// What others began on the server of the tests has ended by then.
-const PATIENCE: Duration = Duration::from_secs(60);
-
-async fn sealed(store: &SqlStore, values: &Values) -> Vec<WholeSeal> {
-    let sealing = Sealing { at: values.now(), key: None, unless_since: Timestamp::MAX };
-    store.seal_audit(sealing).await.unwrap().unwrap_or_default()
-}
-
+/// What is committed is sealed; what comes from the open transaction later is sealed then.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 #[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
-async fn an_open_transaction_leaves_entries_unsealed_and_told() {
+async fn an_open_transaction_delays_no_other_entry() {
     let url = Server::shared().database().await;
     let mut settings = PostgresSettings::of_url(&url).unwrap();
     settings.unsafe_store = true;
     let store = open_postgres(settings, Arc::new(OrderedIds::new()), Arc::new(SystemClock)).await.unwrap();
+    let store: Arc<dyn Store> = Arc::new(store);
     let (repository, values) = (store.of(&caller("default")), Values::default());
     let mut open = PgConnection::connect(&url).await.unwrap();
-    open.execute("BEGIN; SELECT pg_current_xact_id()").await.unwrap();
-    values.stored_job(&repository).await;
-    let held = store.unsealed().await.unwrap().oldest;
-    assert!(held.is_some());
-    for _ in 0..3 {
-        assert_eq!(sealed(&store, &values).await, []);
+    let late = "BEGIN; INSERT INTO audit (id, tenant, at, actor, action, subject, contents, salt, who)
+                SELECT gen_random_uuid(), 'default', now(), 'x', 'key.change', '/', '', sha256(''), sha256('')";
+    open.execute(late).await.unwrap();
+    for number in 1..=3 {
         values.stored_job(&repository).await;
-        assert_eq!(store.unsealed().await.unwrap().oldest, held);
+        let seals = sealed(&store, values.now()).await;
+        assert_eq!((seals.len(), seals[0].number, seals[0].last.number), (1, number, number));
     }
     open.execute("COMMIT").await.unwrap();
-    let begun = Instant::now();
-    while store.unsealed().await.unwrap().oldest.is_some() {
-        assert!(begun.elapsed() < PATIENCE, "{:?}", store.unsealed().await);
-        sealed(&store, &values).await;
-        sleep(Duration::from_millis(20)).await;
-    }
     open.close().await.unwrap();
+    let seals = sealed(&store, values.now()).await;
+    assert_eq!((seals.len(), seals[0].last.number), (1, 4));
+    assert_eq!(sealed(&store, values.now()).await, []);
+    // it was made by hand: its actor is not the one of its digest
+    let verdict = verified(&store).await;
+    let faults: Vec<_> = verdict.faults.iter().map(|fault| fault.place.as_str()).collect();
+    assert_eq!((verdict.unsealed, faults), (0, vec!["entry 4"]));
     store.close().await;
     Server::shared().done_with(&url);
 }

@@ -16,7 +16,6 @@ mod power_loss;
 mod refusals;
 mod restarts;
 mod restore;
-mod retention;
 mod schema;
 mod server;
 mod service;

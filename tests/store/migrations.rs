@@ -13,7 +13,7 @@ use sqlx::{Connection as _, PgConnection};
 
 use crate::{
     server::Server,
-    support::{Place, ids, still},
+    support::{Place, still},
 };
 
 #[test]
@@ -33,7 +33,7 @@ async fn a_database_of_an_earlier_version_is_refused_in_words() {
     let mut own = place.connect().await;
     sqlx::query(EARLIER).execute(&mut own).await.unwrap();
     own.close().await.unwrap();
-    let refused = open_sqlite(StoreSettings::of_file(place.file()), ids(), still(place.now())).await.err();
+    let refused = open_sqlite(StoreSettings::of_file(place.file()), still(place.now())).await.err();
     let said = refused.as_ref().map(ToString::to_string).unwrap_or_default();
     assert!(matches!(refused, Some(OpenError::Earlier { .. })) && said.contains("start with a new database"), "{said}");
 }
@@ -65,14 +65,14 @@ async fn a_newer_database_is_refused_in_words() {
     .execute(&mut own)
     .await
     .unwrap();
-    let refused = open_sqlite(StoreSettings::of_file(place.file()), ids(), still(place.now())).await.err();
+    let refused = open_sqlite(StoreSettings::of_file(place.file()), still(place.now())).await.err();
     assert!(matches!(refused, Some(OpenError::Newer { version: 9999, .. })), "{refused:?}");
 }
 
 #[tokio::test]
 async fn what_cannot_be_opened_is_explained() {
     let place = Place::new();
-    let open = async |settings: StoreSettings| match open_sqlite(settings, ids(), still(place.now())).await {
+    let open = async |settings: StoreSettings| match open_sqlite(settings, still(place.now())).await {
         Ok(_) => String::new(),
         Err(error) => error.to_string(),
     };

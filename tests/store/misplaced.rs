@@ -7,7 +7,7 @@ use flankfit::{
     store::{OpenError, StoreSettings, open_sqlite},
 };
 
-use crate::support::{Place, ids};
+use crate::support::Place;
 
 fn moved(file: &Path) -> std::path::PathBuf {
     file.with_extension("moved")
@@ -52,7 +52,7 @@ async fn a_file_with_two_names_is_opened_by_neither() {
     let other = place.beside("other.db");
     fs::hard_link(place.file(), &other).unwrap();
     for name in [place.file(), other.clone()] {
-        let opened = open_sqlite(StoreSettings::of_file(&name), ids(), Arc::new(SystemClock)).await;
+        let opened = open_sqlite(StoreSettings::of_file(&name), Arc::new(SystemClock)).await;
         assert!(matches!(opened.err(), Some(OpenError::Linked { path }) if path == name));
     }
     fs::remove_file(other).unwrap();

@@ -1,5 +1,5 @@
-//! A base backup of PostgreSQL and the log since: what comes back is what was there, and its chains
-//! hold.
+//! A base backup of PostgreSQL and the log since: what comes back is what was there, and its audit
+//! holds.
 
 use std::{fs, process::Command, sync::Arc};
 
@@ -7,13 +7,12 @@ use flankfit::{
     jobs::{Repository, Store, SystemClock},
     store::{PostgresSettings, open_postgres},
 };
-use jiff::SignedDuration;
 use sqlx::{Connection as _, PgConnection};
 use uuid::Uuid;
 
 use crate::{
     server::{Server, shell},
-    support::{Values, archived, caller, ids, purge_of},
+    support::{Values, archived, caller, ids, purge_of, sealed},
 };
 
 /// Has the server keep its log in a folder beside it.
@@ -59,8 +58,7 @@ async fn purged(store: &Arc<dyn Store>, place: &Values) -> Uuid {
     let repository: Arc<dyn Repository> = store.of(&caller("default"));
     let job = place.stored_job(&repository).await.id;
     place.stored_iteration(&repository, job).await;
-    let (_, told) = archived(store, "default", job).await;
-    repository.purge_job(purge_of(place, job, &told), None).await.unwrap();
+    repository.purge_job(purge_of(place, job), None).await.unwrap();
     job
 }
 
@@ -75,9 +73,7 @@ async fn a_base_backup_and_the_log_since_bring_everything_back() {
     let first = place.stored_job(&repository).await.id;
     place.stored_iteration(&repository, first).await;
     purged(&store, &place).await;
-    let sealing =
-        |at| flankfit::jobs::audit::Sealing { at, key: None, unless_since: at - SignedDuration::from_hours(1) };
-    store.seal_audit(sealing(place.now())).await.unwrap();
+    assert_eq!(sealed(&store, place.now()).await.len(), 1);
     // its rights are enough, and no others than that
     assert!(include_str!("../../docs/how-to/postgresql.md").contains(&format!("    {ROLE};\n")));
     let mut own = PgConnection::connect(&server.url("postgres")).await.unwrap();
@@ -96,7 +92,7 @@ async fn a_base_backup_and_the_log_since_bring_everything_back() {
     let before: Vec<_> = {
         let mut all = Vec::new();
         for job in [first, second, gone] {
-            all.push(archived(&store, "default", job).await.0);
+            all.push(archived(&store, "default", job).await);
         }
         all
     };
@@ -125,10 +121,11 @@ async fn a_base_backup_and_the_log_since_bring_everything_back() {
     assert_eq!(verified(&url), said);
     let store = open(&url).await;
     for (job, before) in [first, second, gone].into_iter().zip(before) {
-        assert_eq!(archived(&store, "default", job).await.0, before);
+        assert_eq!(archived(&store, "default", job).await, before);
     }
     // and it goes on
     place.stored_iteration(&store.of(&caller("default")), first).await;
+    assert_eq!(sealed(&store, place.now()).await.len(), 1);
     store.close().await;
     assert!(verified(&url).starts_with("intact: "));
 }

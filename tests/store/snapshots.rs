@@ -13,8 +13,7 @@ use std::{
 use flankfit::{
     jobs::{
         JobPatch, OrderedIds, Precondition, Repository, Store as _, SystemClock, Tenant, Upkeep as _,
-        archive::{Key, archive},
-        audit::Chain,
+        archive::{Key, export},
     },
     store::{PostgresSettings, SqlStore, open_postgres},
 };
@@ -145,14 +144,21 @@ async fn reads_of_several_statements_see_one_state() {
     let held = Held { url, repository: repository.clone(), values, job };
     // fits of the second iteration, behind the records of the first
     held.sees_one_state(async || repository.trace(job, WHOLE).await.map_err(|error| error.to_string())).await;
-    // the row of the job behind the entries: of another state it would be a break
-    held.sees_one_state(async || repository.verify_audit(Chain::Job(job)).await.map_err(|error| error.to_string()))
-        .await;
+    // rows behind the entries: of another state they would be faults
+    held.sees_one_state(async || {
+        let verdict = store.auditor().job(Tenant::default(), job).await.map_err(|error| error.to_string())?;
+        Ok(verdict)
+    })
+    .await;
     // entries behind the rows that they tell of
     held.sees_one_state(async || {
-        let key = Key { tenant: Tenant::default(), job };
-        let archived = archive(store.holdings(), key, Vec::new()).await.map_err(|error| error.to_string())?;
-        Ok(archived.map(|(_, told)| told))
+        let (key, mut text) = (Key { tenant: Tenant::default(), job }, String::new());
+        let write = |line: String| {
+            text += &line;
+            std::future::ready(Ok(()))
+        };
+        export(&*store.holdings(), &key, write).await.map_err(|error| error.to_string())?;
+        Ok(text)
     })
     .await;
     store.close().await;

@@ -242,10 +242,14 @@ async fn the_service_has_no_right_to_change_the_trace() {
 
     let mut service = PgConnection::connect(&url).await.unwrap();
     let trace = ["iterations", "nodes", "fits", "fit_choices", "decisions", "records", "purges"];
-    let audit = ["audit", "audit_seals", "audit_sealed"];
+    let audit = ["audit", "audit_seals", "audit_chain"];
     let mut refused: Vec<(String, &str)> = Vec::new();
     for table in trace.into_iter().chain(audit) {
-        let column = if table == "purges" { "reason" } else { "number" };
+        let column = match table {
+            "purges" => "reason",
+            "audit" => "subject",
+            _ => "number",
+        };
         refused.push((format!("UPDATE {table} SET {column} = {column}"), NO_RIGHT));
         refused.extend(["DELETE FROM", "TRUNCATE"].map(|how| (format!("{how} {table}"), NO_RIGHT)));
     }

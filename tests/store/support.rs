@@ -13,9 +13,10 @@ use std::{
 use flankfit::{
     jobs::{
         Answer, Caller, Clock, Computed, Event, Figures, Ids, Job, JobFilter, JobPlace, JobQuery, KeyedRequest,
-        Measurand, MeasurementDetails, NewBlock, NewFit, NewIteration, NewPurge, NewStream, OrderedIds, PageRequest,
-        Purge, Receipt, Record, RecordDraft, RecordKind, Repository, Store, Stored, Tenant,
-        archive::{Archived, Key, archive},
+        Measurand, MeasurementDetails, NewBlock, NewFit, NewIteration, NewStream, OrderedIds, PageRequest, Purge,
+        Receipt, Record, RecordDraft, RecordKind, Repository, Store, Stored, Tenant,
+        archive::{Key, export},
+        audit::{Evidence, Seal, Sealing, Verdict, examine},
     },
     store::{SqlStore, StoreSettings, open_sqlite},
 };
@@ -109,7 +110,7 @@ impl Place {
     }
 
     pub async fn open_with(&self, settings: StoreSettings) -> Opened {
-        Opened::of(open_sqlite(settings, ids(), still(self.now())).await.unwrap())
+        Opened::of(open_sqlite(settings, still(self.now())).await.unwrap())
     }
 
     /// A connection of the test's own, with no more rights than any program has.
@@ -176,7 +177,7 @@ impl Values {
         NewFit {
             id: self.id(),
             computed: Computed {
-                spec: Arc::from(r#"{"model":{"type":"linear"}}"#),
+                spec: Arc::from(r#"{"model":{"type":"polynomial","degree":1}}"#),
                 result: result.into(),
                 figures: Figures {
                     lambda_star: Some(lambda_star),
@@ -261,7 +262,7 @@ impl Values {
             previous_sha256: if sequence == 1 { [1; 32] } else { [99 + sequence as u8; 32] },
             input_sha256: [100 + sequence as u8; 32],
             nodes: Arc::new(nodes()).into(),
-            state: Some(vec![sequence as u8; 5]),
+            state: Some(state(sequence)),
             created_at: self.now(),
         })
     }
@@ -296,16 +297,44 @@ pub fn receipt(key: &str, scope: &str) -> Receipt {
     }
 }
 
-/// The archive of a job as it is now, and what is told of it.
-pub async fn archived(store: &Arc<dyn Store>, tenant: &str, job: Uuid) -> (Vec<u8>, Archived) {
+/// The archive of a job as it is now, without its first and last line.
+pub async fn archived(store: &Arc<dyn Store>, tenant: &str, job: Uuid) -> String {
     let key = Key { tenant: Tenant::named(tenant).unwrap(), job };
-    archive(store.holdings(), key, Vec::new()).await.unwrap().unwrap()
+    let mut text = String::new();
+    let write = |line: String| {
+        text += &line;
+        std::future::ready(Ok(()))
+    };
+    assert!(export(&*store.holdings(), &key, write).await.unwrap());
+    text
 }
 
-/// A purge of a job by its archive.
-pub fn purge_of(place: &Values, job: Uuid, told: &Archived) -> Arc<NewPurge> {
-    let purge = Purge { at: place.now(), reason: "old".to_owned(), archive_sha256: told.sha256 };
-    Arc::new(NewPurge { job, purge, seen: Some(told.seen) })
+pub fn purge_of(place: &Values, job: Uuid) -> Arc<Purge> {
+    Arc::new(Purge { job, at: place.now(), reason: "old".to_owned() })
+}
+
+/// Seals all entries; the seals.
+pub async fn sealed(store: &Arc<dyn Store>, at: Timestamp) -> Vec<Seal> {
+    let (seals, more) = store.seal_audit(Sealing { at, key: None }).await.unwrap();
+    assert!(!more);
+    seals
+}
+
+/// What there is to say against everything in a store.
+pub async fn verified(store: &Arc<dyn Store>) -> Verdict {
+    examine(&*store.auditor(), None, None, &Evidence::default(), &|_| {}).await.unwrap()
+}
+
+/// The same, which is nothing.
+pub async fn intact(store: &Arc<dyn Store>) -> Verdict {
+    let verdict = verified(store).await;
+    assert!(verdict.faults.is_empty(), "{:#?}", verdict.faults);
+    verdict
+}
+
+/// The state of an estimate, with one number.
+pub fn state(number: u64) -> Vec<u8> {
+    [b"FFS1".as_slice(), &1_u64.to_le_bytes(), &(number as f64).to_le_bytes(), b"null"].concat()
 }
 
 /// A small grid with a missing node.

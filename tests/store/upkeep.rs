@@ -22,7 +22,7 @@ use uuid::Uuid;
 
 use crate::{
     server::Server,
-    support::{Place, Values, all_jobs, caller, ids, still},
+    support::{Place, Values, all_jobs, caller, still},
 };
 
 /// How long things are kept, in seconds, as the documents promise.
@@ -36,15 +36,14 @@ const PATIENCE: Duration = Duration::from_secs(60);
 async fn a_second_writer_is_refused_and_the_next_one_is_not() {
     let place = Place::new();
     let first = place.open().await;
-    let refused = open_sqlite(StoreSettings::of_file(place.file()), ids(), still(place.now())).await.err();
+    let refused = open_sqlite(StoreSettings::of_file(place.file()), still(place.now())).await.err();
     assert!(matches!(refused, Some(OpenError::InUse { .. })), "{refused:?}");
     assert!(refused.unwrap().to_string().contains("another flankfit writes it"));
     // by another name it is the same database
     #[cfg(unix)]
     {
         std::os::unix::fs::symlink(place.file(), place.beside("other.db")).unwrap();
-        let refused =
-            open_sqlite(StoreSettings::of_file(place.beside("other.db")), ids(), still(place.now())).await.err();
+        let refused = open_sqlite(StoreSettings::of_file(place.beside("other.db")), still(place.now())).await.err();
         assert!(matches!(refused, Some(OpenError::InUse { .. })), "{refused:?}");
     }
     first.close().await;
@@ -56,7 +55,7 @@ async fn a_second_writer_is_refused_and_the_next_one_is_not() {
     // whoever is gone without closing lets go too
     let dropped = Instant::now();
     let third = loop {
-        match open_sqlite(StoreSettings::of_file(place.file()), ids(), still(place.now())).await {
+        match open_sqlite(StoreSettings::of_file(place.file()), still(place.now())).await {
             Ok(store) => break store,
             Err(OpenError::InUse { .. }) => assert!(dropped.elapsed() < PATIENCE, "nobody lets go of it"),
             Err(error) => panic!("{error}"),

@@ -82,7 +82,7 @@ fn defaults_of_a_plant_stay() {
         ("--tenant-share", "0.5"),
         ("--tls-client-auth", "off"),
         ("--drain-delay", "0"),
-        ("--audit-seal-seconds", "60"),
+        ("--audit-seal-seconds", "10"),
         ("--otlp-sample", "0.01"),
     ] {
         assert_eq!(program[flag].1.as_deref(), Some(default), "{flag}");
@@ -90,7 +90,7 @@ fn defaults_of_a_plant_stay() {
     for flag in ["--rate-limit", "--rate-burst", "--tls-cert", "--tls-key", "--tls-client-ca", "--ops-bind"] {
         assert_eq!(program[flag].1, None, "{flag}");
     }
-    for flag in ["--trusted-proxies", "--otlp-endpoint", "--retain-bulk-days", "--archive-dir"] {
+    for flag in ["--trusted-proxies", "--otlp-endpoint"] {
         assert_eq!(program[flag].1, None, "{flag}");
     }
 }

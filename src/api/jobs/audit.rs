@@ -1,6 +1,6 @@
 //! The audit in answers.
 
-use std::{collections::BTreeMap, fmt::Write as _};
+use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -8,19 +8,23 @@ use uuid::Uuid;
 
 use crate::jobs::{
     List, Page,
-    audit::{Entry, Seal, Verdict, What, time_text},
+    audit::{Entry, Fault, Link, ListedEntry, Seal, Verdict, What, time_text},
+    rows::to_hex,
 };
+
+/// Most faults that an answer lists.
+const MOST_FAULTS: usize = 100;
 
 /// A change: its time, the caller, and digests of the stored rows. SHA-256 digests have 64
 /// lower-case hexadecimal digits.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = AuditEntry)]
 pub struct EntryBody {
-    /// 1, 2, 3 … within the chain, without gaps.
-    #[schema(minimum = 1)]
-    pub number: u64,
-    /// UUIDv7; of an entry with which an older job begins, UUIDv8.
+    /// UUIDv7.
     pub id: Uuid,
+    /// The job that was changed; absent for a change of a key or of the tenant.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub job_id: Option<Uuid>,
     /// Time of the request, always with six decimals.
     #[schema(value_type = String, format = DateTime)]
     pub at: String,
@@ -30,25 +34,31 @@ pub struct EntryBody {
     /// Kind of change, such as `iteration.add`.
     pub action: String,
     /// Path of the changed resource.
-    pub target: String,
+    pub subject: String,
     /// `x-request-id` of the request.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub request_id: Option<String>,
     /// The address that the request came from.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub peer: Option<String>,
-    /// SHA-256 of each stored row, by kind of row; rows of iterations are digested with the
-    /// `_salt`.
+    /// SHA-256 of the salt and each stored row, by the name of the row, such as `decisions/3/1`.
     pub contents: BTreeMap<String, String>,
-    /// `stored`, `changed`, `deleted`, `purged`, or `found` where nothing was changed.
-    pub outcome: String,
-    /// `sha256` of the entry before it; of the first, a digest of the tenant and the job.
-    pub previous: String,
-    /// SHA-256 of the rest.
-    pub sha256: String,
+    /// Random bytes that these digests begin with. Absent after a purge of the job.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub salt: Option<String>,
+    /// SHA-256 of salt and actor.
+    pub who: String,
+    /// Place in the chain of the tenant: 1, 2, 3 … without gaps. Absent before it is sealed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(minimum = 1)]
+    pub number: Option<u64>,
+    /// SHA-256 of this digest of the entry before it, the number and the entry. Absent before it is
+    /// sealed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sha256: Option<String>,
 }
 
-/// Some entries of a chain, oldest first.
+/// Some entries, oldest first.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = AuditPage)]
 pub struct AuditPageBody {
@@ -59,12 +69,11 @@ pub struct AuditPageBody {
     pub next_cursor: Option<String>,
 }
 
-/// Last entries of a tenant's chains that have grown since the seal before. Digits are lower-case
-/// hexadecimal.
+/// The end of a tenant's chain at some time. Digits are lower-case hexadecimal.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = AuditSeal)]
 pub struct SealBody {
-    /// The tenant of the chains.
+    /// The tenant of the chain.
     pub tenant: String,
     /// 1, 2, 3 … within the tenant, without gaps.
     #[schema(minimum = 1)]
@@ -72,11 +81,11 @@ pub struct SealBody {
     /// When it was made, always with six decimals.
     #[schema(value_type = String, format = DateTime)]
     pub at: String,
-    /// Number of chains that have grown.
+    /// `number` of the last entry of the chain.
     #[schema(minimum = 1)]
-    pub heads: u64,
-    /// Root of the Merkle tree (RFC 6962) of their last entries.
-    pub root: String,
+    pub last_entry: u64,
+    /// `sha256` of this entry.
+    pub last_sha256: String,
     /// `sha256` of the seal before it; of the first, a digest of the tenant.
     pub previous: String,
     /// SHA-256 of all before.
@@ -103,70 +112,73 @@ pub struct SealPageBody {
 /// Kind of fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
-#[schema(as = AuditFault)]
+#[schema(as = AuditFaultKind)]
 pub enum WhatName {
-    /// The entry itself, or it is missing.
-    Entry,
-    /// Its link to the one before it.
-    Link,
-    /// A row that it has a digest of; or, one behind the last entry, a row that no entry tells of.
-    Content,
-    /// A seal has another digest of it.
+    /// It is not as it was written.
+    Changed,
+    /// It was there once.
+    Missing,
+    /// A row that no entry has.
+    Unaudited,
+    /// It cannot be read.
+    Unreadable,
+    /// A value that follows from others contradicts them.
+    Derived,
+    /// A seal has another digest of the entry, or no seal has one.
     Seal,
 }
 
-/// Result of verifying a chain and the rows it has digests of.
+/// Something that is not as it was written.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = AuditFault)]
+pub struct FaultBody {
+    /// The job, if it is of one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub job_id: Option<Uuid>,
+    /// The name of the row, such as `decisions/3/1`; `entry` or `seal` and its number in the chain.
+    pub place: String,
+    /// Kind of fault.
+    pub what: WhatName,
+}
+
+/// Result of a verification.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = AuditVerdict)]
 pub struct VerdictBody {
     /// True if nothing was changed.
     pub intact: bool,
-    /// If intact: number of entries in the chain.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub entries: Option<u64>,
-    /// If intact: `sha256` of the last entry. Absent for a job that is older than the audit and has
-    /// not been changed since.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub head: Option<String>,
-    /// If not intact: number of the first entry at fault.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schema(minimum = 1)]
-    pub number: Option<u64>,
-    /// If not intact: kind of fault.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub what: Option<WhatName>,
+    /// Number of entries.
+    pub entries: u64,
+    /// Number of these that are in no seal yet: they are verified against their rows only.
+    pub unsealed: u64,
+    /// What was changed, at most 100 of it.
+    pub faults: Vec<FaultBody>,
 }
 
-/// Bytes in hexadecimal digits.
-pub(super) fn hex(bytes: &[u8]) -> String {
-    bytes.iter().fold(String::with_capacity(2 * bytes.len()), |mut text, byte| {
-        // Writing to a string cannot fail.
-        let _ = write!(text, "{byte:02x}");
-        text
-    })
-}
-
-impl From<Entry> for EntryBody {
-    fn from(entry: Entry) -> Self {
+impl From<ListedEntry> for EntryBody {
+    fn from(ListedEntry { entry, place }: ListedEntry) -> Self {
+        let Entry { id, job, at, actor, action, subject, request_id, peer, contents, salt, who, .. } = entry;
+        let text = |text: std::sync::Arc<str>| text.to_string();
         EntryBody {
-            number: entry.number,
-            id: entry.id,
-            at: time_text(entry.at),
-            actor: (!entry.is_nameless()).then(|| entry.actor.to_string()),
-            action: entry.action.to_string(),
-            target: entry.target,
-            request_id: entry.request_id.map(|id| id.to_string()),
-            peer: entry.peer.map(|peer| peer.to_string()),
-            contents: entry.contents.iter().map(|(name, digest)| (name.to_owned(), hex(digest))).collect(),
-            outcome: entry.outcome.to_string(),
-            previous: hex(&entry.previous),
-            sha256: hex(&entry.sha256),
+            id,
+            job_id: job,
+            at: time_text(at),
+            actor: actor.map(text),
+            action: action.into_owned(),
+            subject,
+            request_id: request_id.map(text),
+            peer: peer.map(text),
+            contents: contents.iter().map(|(name, digest)| (name.to_owned(), to_hex(digest))).collect(),
+            salt: salt.as_deref().map(to_hex),
+            who: to_hex(&who),
+            number: place.map(|Link { number, .. }| number),
+            sha256: place.map(|Link { sha256, .. }| to_hex(&sha256)),
         }
     }
 }
 
-impl From<Page<Entry>> for AuditPageBody {
-    fn from(page: Page<Entry>) -> Self {
+impl From<Page<ListedEntry>> for AuditPageBody {
+    fn from(page: Page<ListedEntry>) -> Self {
         AuditPageBody {
             items: page.items.into_iter().map(Into::into).collect(),
             next_cursor: page.next.map(|next| next.encode(List::Audit)),
@@ -180,12 +192,12 @@ impl From<&Seal> for SealBody {
             tenant: seal.tenant.as_str().to_owned(),
             number: seal.number,
             at: time_text(seal.at),
-            heads: seal.heads,
-            root: hex(&seal.root),
-            previous: hex(&seal.previous),
-            sha256: hex(&seal.sha256),
-            signature: seal.signed.map(|signed| hex(&signed.signature)),
-            public_key: seal.signed.map(|signed| hex(&signed.public_key)),
+            last_entry: seal.last.number,
+            last_sha256: to_hex(&seal.last.sha256),
+            previous: to_hex(&seal.previous),
+            sha256: to_hex(&seal.sha256),
+            signature: seal.signed.map(|signed| to_hex(&signed.signature)),
+            public_key: seal.signed.map(|signed| to_hex(&signed.public_key)),
         }
     }
 }
@@ -202,22 +214,24 @@ impl From<Page<Seal>> for SealPageBody {
 impl From<What> for WhatName {
     fn from(what: What) -> Self {
         match what {
-            What::Entry => WhatName::Entry,
-            What::Link => WhatName::Link,
-            What::Content => WhatName::Content,
+            What::Changed => WhatName::Changed,
+            What::Missing => WhatName::Missing,
+            What::Unaudited => WhatName::Unaudited,
+            What::Unreadable => WhatName::Unreadable,
+            What::Derived => WhatName::Derived,
             What::Seal => WhatName::Seal,
         }
     }
 }
 
 impl From<Verdict> for VerdictBody {
-    fn from(verdict: Verdict) -> Self {
-        let none = VerdictBody { intact: false, entries: None, head: None, number: None, what: None };
-        match verdict {
-            Verdict::Intact { entries, head } => {
-                VerdictBody { intact: true, entries: Some(entries), head: head.map(|head| hex(&head)), ..none }
-            }
-            Verdict::Broken { number, what } => VerdictBody { number: Some(number), what: Some(what.into()), ..none },
+    fn from(Verdict { entries, unsealed, faults, .. }: Verdict) -> Self {
+        let fault = |Fault { job, place, what, .. }| FaultBody { job_id: job, place, what: WhatName::from(what) };
+        VerdictBody {
+            intact: faults.is_empty(),
+            entries,
+            unsealed,
+            faults: faults.into_iter().take(MOST_FAULTS).map(fault).collect(),
         }
     }
 }

@@ -1,65 +1,113 @@
-//! Rows of jobs imported from a file. Every value that is later answered is read here by the reader
-//! of its type before any row is stored.
+//! Rows of jobs imported from an archive. Every value that is later returned is read here by the
+//! reader of its type before any row is stored.
 
 use std::collections::BTreeMap;
 
-use serde::de::{DeserializeOwned, IgnoredAny};
+use serde::{
+    Deserialize,
+    de::{DeserializeOwned, IgnoredAny},
+};
 
 use crate::{
     api::{
+        fits::reader::read_stored,
         gears::{gear, requirements::RequirementsBody},
-        measurand::axes::AxesBody,
+        measurand::{axes::AxesBody, side::SideName},
+        problem::Problem,
     },
     jobs::{
-        archive::{Row, Value},
-        nodes_codec,
+        EncodedResult, Figures,
+        audit::Contents,
+        is_state, nodes_codec,
+        rows::{Row, Value},
     },
 };
 
-/// Numbers are answered as JSON, which clients read as doubles.
+/// Numbers are returned as JSON, which clients read as doubles.
 const LARGEST: i64 = (1 << 53) - 1;
 
 /// A JSON object of any members.
 type Object = BTreeMap<String, IgnoredAny>;
 
+/// The members of a changed measurand that queries read.
+#[derive(Deserialize)]
+struct MeasurandColumn {
+    #[serde(rename = "flank")]
+    _flank: Option<SideName>,
+    #[serde(rename = "tooth")]
+    _tooth: Option<String>,
+    #[serde(rename = "axes")]
+    _axes: Option<AxesBody>,
+    #[serde(rename = "accept_units")]
+    _accept_units: Option<bool>,
+}
+
 /// Checks every column; the error names the first unreadable one and the cause.
 pub fn check(row: &Row) -> Result<(), String> {
-    let table = row.table().name;
-    for (column, value) in row.table().columns.iter().zip(&row.values) {
-        check_value(table, column.name, value, row.value("count"))
-            .map_err(|why| format!("`{}` of `{table}` cannot be read: {why}", column.name))?;
+    for (column, value) in row.table.columns.iter().zip(&row.values) {
+        check_value(row, column.name, value).map_err(|why| format!("`{}`: {why}", column.name))?;
     }
     Ok(())
 }
 
-fn check_value(table: &str, column: &str, value: &Value, count: Option<&Value>) -> Result<(), String> {
-    match (table, column, value) {
-        (_, _, Value::Integer(number)) if !(0..=LARGEST).contains(number) => {
-            Err(format!("{number} is not between 0 and {LARGEST}"))
-        }
-        ("job" | "record", "gear", Value::Text(text)) => {
-            gear::of_text(text).map(drop).map_err(|problem| problem.cause.unwrap_or(problem.detail))
-        }
-        ("job", "requirements", Value::Text(text)) => read::<RequirementsBody>(text),
-        ("job", "tags", Value::Text(text)) => read::<BTreeMap<String, String>>(text),
-        ("iteration" | "stream", "axes", Value::Text(text)) => read::<AxesBody>(text),
-        ("fit", "spec" | "result" | "flank_figures", Value::Text(text))
-        | ("record", "request" | "result" | "measurand", Value::Text(text))
-        | ("stream", "spec", Value::Text(text))
-            // empty in a purged job
-            if !text.is_empty() =>
-        {
-            read::<Object>(text)
-        }
-        ("nodes" | "block", "data", Value::Bytes(bytes)) if !bytes.is_empty() => {
-            let nodes = nodes_codec::decode(bytes).map_err(|error| error.to_string())?;
-            match count {
-                Some(Value::Integer(count)) if i64::try_from(nodes.posted()) == Ok(*count) => Ok(()),
-                _ => Err(format!("it holds {} nodes, which `count` does not say", nodes.posted())),
-            }
-        }
+fn check_value(row: &Row, column: &str, value: &Value<'_>) -> Result<(), String> {
+    if let Value::Integer(Some(number)) = value {
+        let is_count = (0..=LARGEST).contains(number);
+        return is_count.then_some(()).ok_or_else(|| format!("{number} is not between 0 and {LARGEST}"));
+    }
+    if let Value::Bytes(Some(bytes)) = value {
+        return check_bytes(row, column, bytes);
+    }
+    // documents are empty in a purged job
+    let Some(text) = value.text().filter(|text| !text.is_empty()) else { return Ok(()) };
+    let text = &*text;
+    match (row.table.name, column) {
+        ("jobs" | "records", "gear") => gear::of_text(text).map(drop).map_err(cause),
+        ("jobs", "requirements") => read::<RequirementsBody>(text),
+        ("jobs", "tags") => read::<BTreeMap<String, String>>(text),
+        ("iterations" | "streams", "axes") => read::<AxesBody>(text),
+        ("fits" | "streams", "spec") => read_stored(text).map(drop).map_err(|error| cause(error.into())),
+        ("fits", "criterion") => known(Figures::criterion_named(text)),
+        ("fits", "scheme") => known(Figures::scheme_named(text)),
+        ("fits", "result") => check_result(row, text),
+        ("fits", "flank_figures") | ("records", "request" | "result") => read::<Object>(text),
+        ("records", "measurand") => read::<MeasurandColumn>(text),
         _ => Ok(()),
     }
+}
+
+fn check_bytes(row: &Row, column: &str, bytes: &[u8]) -> Result<(), String> {
+    match (row.table.name, column) {
+        ("nodes" | "stream_blocks", "data") if !bytes.is_empty() => {
+            let nodes = nodes_codec::decode(bytes).map_err(|error| error.to_string())?;
+            match row.value("count").integer() {
+                Some(count) if i64::try_from(nodes.posted()) == Ok(count) => Ok(()),
+                _ => Err(format!("it holds {} nodes, another number than `count`", nodes.posted())),
+            }
+        }
+        ("stream_states", "data") => known(is_state(bytes).then_some(())),
+        ("audit", "contents") => known(Contents::read(bytes)),
+        _ => Ok(()),
+    }
+}
+
+/// Checks a result, and that what is stored of it once more is the same.
+fn check_result(row: &Row, text: &str) -> Result<(), String> {
+    read::<Object>(text)?;
+    let kept = EncodedResult::from(text);
+    let same = [("coefficients", &kept.kept_beside().coefficients), ("prior", &kept.kept_beside().prior)]
+        .into_iter()
+        .find(|(name, kept)| row.value(name).text().as_deref() != kept.as_deref());
+    same.map_or(Ok(()), |(name, _)| Err(format!("`{name}` is not that of the result")))
+}
+
+fn cause(problem: Problem) -> String {
+    let first = problem.errors.first().map(|error| format!("{}: {}", error.pointer, error.detail));
+    problem.cause.or(first).unwrap_or(problem.detail)
+}
+
+fn known<T>(value: Option<T>) -> Result<(), String> {
+    value.map(drop).ok_or_else(|| "it is not one that is known".to_owned())
 }
 
 fn read<T: DeserializeOwned>(text: &str) -> Result<(), String> {

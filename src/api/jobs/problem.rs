@@ -58,10 +58,7 @@ impl From<RepositoryError> for Problem {
             RepositoryError::ForeignFit(id) => {
                 Problem::invalid(Faults::one("/fit_id", format!("the iteration has no fit {id}")))
             }
-            error @ (RepositoryError::Purged { .. }
-            | RepositoryError::ArchiveDiffers
-            | RepositoryError::HasTasks(_)
-            | RepositoryError::AuditBroken(_)) => of_purge(error),
+            error @ (RepositoryError::Purged { .. } | RepositoryError::HasTasks(_)) => of_purge(error),
             error @ (RepositoryError::KeyRevoked
             | RepositoryError::KeyEnded { .. }
             | RepositoryError::KeyReplaced { .. }
@@ -83,8 +80,7 @@ impl From<RepositoryError> for Problem {
             error @ (RepositoryError::Overloaded
             | RepositoryError::Unavailable(_)
             | RepositoryError::Unfit(_)
-            | RepositoryError::OutcomeUnknown(_)
-            | RepositoryError::NotArchived(_)) => of_store(error),
+            | RepositoryError::OutcomeUnknown(_)) => of_store(error),
             RepositoryError::Failed(cause) => Problem::internal(cause),
         }
     }
@@ -115,13 +111,6 @@ fn of_store(error: RepositoryError) -> Problem {
         )
         .caused_by(cause)
         .retry_after(2),
-        // not until somebody sees to the disk
-        RepositoryError::NotArchived(cause) => Problem::new(
-            ProblemCode::Internal,
-            "The archive could not be written: the server's folder for archives takes no file, or has no room. \
-             Nothing was stored; the log has the folder under the request id.",
-        )
-        .caused_by(cause),
         other => Problem::internal(other),
     }
 }
@@ -132,29 +121,17 @@ fn of_purge(error: RepositoryError) -> Problem {
         RepositoryError::Purged { at, reason } => Problem::new(
             ProblemCode::Purged,
             format!(
-                "The job was purged at {} ({}); what it held is in its archive alone, and it takes nothing more.",
+                "The job was purged at {} ({}); what was removed is gone, and the job cannot be changed any more.",
                 Moment(at),
                 reason.trim_end_matches('.')
             ),
         ),
-        RepositoryError::ArchiveDiffers => Problem::invalid(Faults::one(
-            "/archive_sha256",
-            "the digest is not that of the job's archive as it stands now; archive the job again, keep that file, and \
-             send its `archive-sha256`",
-        )),
         RepositoryError::HasTasks(count) => Problem::new(
             ProblemCode::Conflict,
             format!(
                 "The job has {} not ended; wait, or cancel {}.",
                 counted(count as usize, "operation that has", "operations that have"),
                 if count == 1 { "it" } else { "them" }
-            ),
-        ),
-        RepositoryError::AuditBroken(number) => Problem::new(
-            ProblemCode::Conflict,
-            format!(
-                "The audit of the job is broken at entry {number}; a purge would take away what there is to find \
-                 out why."
             ),
         ),
         other => Problem::internal(other),

@@ -11,7 +11,7 @@ use utoipa::openapi::{
 const PREFER: &str = "Prefer";
 
 /// What may take long.
-const LONG: [&str; 12] = [
+const LONG: [&str; 11] = [
     "create_fit",
     "create_iteration",
     "create_iteration_fit",
@@ -23,7 +23,6 @@ const LONG: [&str; 12] = [
     "sections_of_surface",
     "export_curve",
     "export_surface",
-    "purge_job",
 ];
 
 /// Writes the preference, and the answer 202, into the document.

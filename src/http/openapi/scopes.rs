@@ -85,7 +85,7 @@ const SCOPES: &[(Scope, &[&str])] = &[
             "create_gear_correction",
         ],
     ),
-    (Scope::Audit, &["list_job_audit", "verify_job_audit", "list_audit", "list_audit_seals"]),
+    (Scope::Audit, &["list_audit", "verify_audit", "list_audit_seals"]),
     (
         Scope::Admin,
         &["create_key", "list_keys", "get_key", "update_key", "revoke_key", "rotate_key", "archive_job", "purge_job"],

@@ -1,4 +1,4 @@
-//! Entries, and the chain that they are.
+//! Entries: each is of one change, and stored with it.
 
 use std::{borrow::Cow, sync::Arc};
 
@@ -11,51 +11,14 @@ use super::{
 };
 use crate::jobs::callers::{Caller, Tenant};
 
-/// What a chain begins with, before the tenant and the job.
-const GENESIS: &str = "flankfit audit 1";
-
-/// Whose entries follow each other.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Chain {
-    Job(Uuid),
-    /// Changes of the tenant that are of no job: of its keys, and of itself.
-    Tenant,
-}
-
-impl Chain {
-    /// The key of a chain: the id of its job, or one that no job has.
-    pub fn id(self, tenant: &Tenant) -> Uuid {
-        match self {
-            Chain::Job(job) => job,
-            Chain::Tenant => derived(Fields::default().text(GENESIS).text(tenant.as_str()).digest()),
-        }
-    }
-
-    /// What stands where the first entry has the digest of the one before it.
-    pub fn genesis(self, tenant: &Tenant) -> Sha256Digest {
-        let job = match self {
-            Chain::Job(job) => job.to_string(),
-            Chain::Tenant => String::new(),
-        };
-        Fields::default().text(GENESIS).text(tenant.as_str()).text(&job).digest()
-    }
-}
-
-/// An id made of a digest. Its version, 8, tells it from those of jobs.
-fn derived(digest: Sha256Digest) -> Uuid {
-    let (chunks, _) = digest.as_chunks::<16>();
-    uuid::Builder::from_custom_bytes(chunks[0]).into_uuid()
-}
-
-/// What was done.
+/// The kind of a change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Action {
-    /// Nothing: the rest was there before there were entries.
-    Begin,
     CreateJob,
     ChangeJob,
     DeleteJob,
     PurgeJob,
+    ImportJob,
     AddIteration,
     AddFit,
     ChooseFit,
@@ -78,11 +41,11 @@ pub enum Action {
 impl Action {
     pub fn name(self) -> &'static str {
         match self {
-            Action::Begin => "audit.begin",
             Action::CreateJob => "job.create",
             Action::ChangeJob => "job.change",
             Action::DeleteJob => "job.delete",
             Action::PurgeJob => "job.purge",
+            Action::ImportJob => "job.import",
             Action::AddIteration => "iteration.add",
             Action::AddFit => "fit.add",
             Action::ChooseFit => "fit.choose",
@@ -101,17 +64,6 @@ impl Action {
             Action::ChangeTenant => "tenant.change",
         }
     }
-
-    /// What it came to.
-    fn outcome(self) -> &'static str {
-        match self {
-            Action::Begin => "found",
-            Action::ChangeJob | Action::ChangeKey | Action::RevokeKey | Action::ChangeTenant => "changed",
-            Action::DeleteJob | Action::DeleteStream => "deleted",
-            Action::PurgeJob => "purged",
-            _ => "stored",
-        }
-    }
 }
 
 /// Who changes something, and when they asked.
@@ -121,97 +73,118 @@ pub struct By<'a> {
     pub at: Timestamp,
 }
 
-/// What is known of an entry before its change has its turn.
-#[derive(Clone, Debug)]
-pub struct Prepared {
-    pub id: Uuid,
-    pub contents: Contents,
-}
-
-impl Prepared {
-    /// The beginning of the chain of a job, or of a tenant's keys, that are older than the entries.
-    pub fn begin(chain: Uuid, contents: Contents) -> Self {
-        Prepared { id: derived(Fields::default().text(GENESIS).text(&chain.to_string()).digest()), contents }
-    }
-}
-
 /// An entry.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Entry {
-    /// 1, 2, 3 … within its chain.
-    pub number: u64,
+    /// UUIDv7.
     pub id: Uuid,
+    pub tenant: Tenant,
+    /// The job that was changed; none for a change of a key or a tenant.
+    pub job: Option<Uuid>,
     pub at: Timestamp,
-    /// Empty where a purge took the name away.
-    pub actor: Arc<str>,
+    /// None once the job is purged.
+    pub actor: Option<Arc<str>>,
     pub action: Cow<'static, str>,
     /// Path of the changed resource.
-    pub target: String,
+    pub subject: String,
     pub request_id: Option<Arc<str>>,
     pub peer: Option<Arc<str>>,
+    /// Digests of the rows as the change left them.
     pub contents: Contents,
-    pub outcome: Cow<'static, str>,
-    /// Digest of the entry before it.
-    pub previous: Sha256Digest,
-    pub sha256: Sha256Digest,
+    /// Random bytes that the digests begin with, so that nobody finds out by trying what a purged
+    /// row contained; none once the job is purged.
+    pub salt: Option<Vec<u8>>,
+    /// Digest of the actor.
+    pub who: Sha256Digest,
 }
 
 impl Entry {
-    /// Whether a purge took the name away of who made it: then `sha256` tells more than there is.
-    pub fn is_nameless(&self) -> bool {
-        self.actor.is_empty()
+    /// Makes an entry without contents; fails where the system has no random numbers.
+    pub fn new(
+        by: By<'_>,
+        tenant: &Tenant,
+        job: Option<Uuid>,
+        action: Action,
+        subject: String,
+    ) -> Result<Self, getrandom::Error> {
+        let mut random = [0; 42];
+        getrandom::fill(&mut random)?;
+        let (salt, rest) = random.split_at(32);
+        // so that ids of one millisecond ascend too
+        let fraction = (by.at.as_microsecond().rem_euclid(1000) * 4).to_be_bytes();
+        let mut rest: [u8; 10] = rest.try_into().unwrap_or_default();
+        rest[..2].copy_from_slice(&fraction[6..]);
+        let milliseconds = by.at.as_millisecond().try_into().unwrap_or_default();
+        let id = uuid::Builder::from_unix_timestamp_millis(milliseconds, &rest);
+        let mut entry = Entry {
+            id: id.into_uuid(),
+            tenant: tenant.clone(),
+            job,
+            at: by.at,
+            actor: Some(by.caller.actor.clone()),
+            action: action.name().into(),
+            subject,
+            request_id: by.caller.origin.request_id.clone(),
+            peer: by.caller.origin.peer.map(|peer| peer.to_string().into()),
+            contents: Contents::default(),
+            salt: Some(salt.to_vec()),
+            who: [0; 32],
+        };
+        entry.who = entry.digest_of_actor().unwrap_or_default();
+        Ok(entry)
     }
 
-    /// The digest of everything else in it.
+    /// Returns the digest of the actor; none once the job is purged.
+    pub fn digest_of_actor(&self) -> Option<Sha256Digest> {
+        let (salt, actor) = (self.salt.as_ref()?, self.actor.as_ref()?);
+        Some(Fields::default().bytes(salt).text(actor).digest())
+    }
+
+    /// Returns the digest of all that stays of it after a purge.
     pub fn digest(&self) -> Sha256Digest {
         Fields::default()
-            .bytes(&self.previous)
-            .number(self.number)
             .text(&self.id.to_string())
+            .text(self.tenant.as_str())
+            .maybe(self.job.map(|job| job.to_string()).as_deref())
             .time(self.at)
-            .text(&self.actor)
             .text(&self.action)
-            .text(&self.target)
+            .text(&self.subject)
             .maybe(self.request_id.as_deref())
             .maybe(self.peer.as_deref())
             .bytes(self.contents.bytes())
-            .text(&self.outcome)
+            .bytes(&self.who)
             .digest()
     }
 }
 
-/// The last entry of a chain, to which the next one is linked.
+/// An entry with its place in the chain of its tenant; none before it is sealed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ListedEntry {
+    pub entry: Entry,
+    pub place: Option<Link>,
+}
+
+/// A place in the chain of a tenant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Head {
-    /// 0 before the first.
+pub struct Link {
+    /// 1, 2, 3 … within the tenant, without gaps; 0 before the first.
     pub number: u64,
+    /// Digest of the link before and of the entry.
     pub sha256: Sha256Digest,
 }
 
-impl Head {
-    /// Before the first entry.
-    pub fn before(chain: Chain, tenant: &Tenant) -> Self {
-        Head { number: 0, sha256: chain.genesis(tenant) }
+/// What the chain of a tenant begins with.
+const GENESIS: &str = "flankfit audit 2";
+
+impl Link {
+    /// The place before the first entry.
+    pub fn genesis(tenant: &Tenant) -> Self {
+        Link { number: 0, sha256: Fields::default().text(GENESIS).text(tenant.as_str()).digest() }
     }
 
-    /// The next entry, which is the head from then on.
-    pub fn append(&mut self, by: By<'_>, Prepared { id, contents }: Prepared, action: Action, target: String) -> Entry {
-        let mut entry = Entry {
-            number: self.number + 1,
-            id,
-            at: by.at,
-            actor: by.caller.actor.clone(),
-            action: action.name().into(),
-            target,
-            request_id: by.caller.origin.request_id.clone(),
-            peer: by.caller.origin.peer.map(|peer| peer.to_string().into()),
-            contents,
-            outcome: action.outcome().into(),
-            previous: self.sha256,
-            sha256: [0; 32],
-        };
-        entry.sha256 = entry.digest();
-        *self = Head { number: entry.number, sha256: entry.sha256 };
-        entry
+    /// Returns the next place, with an entry of this digest.
+    pub fn next(&self, entry: &Sha256Digest) -> Self {
+        let number = self.number + 1;
+        Link { number, sha256: Fields::default().bytes(&self.sha256).number(number).bytes(entry).digest() }
     }
 }

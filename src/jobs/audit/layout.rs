@@ -49,11 +49,6 @@ impl Fields {
         }
     }
 
-    /// A number by its bits.
-    pub fn real(self, field: Option<f64>) -> Self {
-        self.maybe(field.map(|value| format!("{:016x}", value.to_bits())).as_deref())
-    }
-
     pub fn digest(self) -> Sha256Digest {
         self.0.finalize().into()
     }

@@ -1,358 +1,300 @@
-//! Whether a chain and the rows that it tells of are as they were written.
+//! Compares entries with the rows that they have digests of, and with their places in the chain.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use uuid::Uuid;
 
 use super::{
-    changing::LastTold,
-    contents::{SALT, with_salt},
-    entry::{Action, Chain, Entry, Head},
-    found::{Found, Kind},
-    layout::Sha256Digest,
-    purged::Nameless,
+    entry::{Action, Entry, Link},
+    layout::{Fields, Sha256Digest},
+    seal::Seal,
 };
-use crate::jobs::callers::Tenant;
+use crate::jobs::{
+    callers::Tenant,
+    rows::{Life, Row, Table, Value},
+};
 
 /// Kind of fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum What {
-    /// The entry itself, or it is missing.
-    Entry,
-    /// Its link to the one before it.
-    Link,
-    /// A row that it has a digest of; or a row that no entry tells of.
-    Content,
-    /// A seal has another digest of it.
+    /// It is not as it was written.
+    Changed,
+    /// It was there once.
+    Missing,
+    /// A row that no entry has.
+    Unaudited,
+    /// It cannot be read.
+    Unreadable,
+    /// A value that follows from others contradicts them.
+    Derived,
+    /// A seal has another digest, or none of it.
     Seal,
 }
 
 impl What {
-    /// The contract's name.
+    /// Returns the contract's name.
     pub fn name(self) -> &'static str {
         match self {
-            What::Entry => "entry",
-            What::Link => "link",
-            What::Content => "content",
+            What::Changed => "changed",
+            What::Missing => "missing",
+            What::Unaudited => "unaudited",
+            What::Unreadable => "unreadable",
+            What::Derived => "derived",
             What::Seal => "seal",
         }
     }
 }
 
-/// What was found out of a chain.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Verdict {
-    Intact {
-        entries: u64,
-        /// Digest of the last entry; none of a chain without any.
-        head: Option<Sha256Digest>,
-    },
-    /// The first entry that is not as it was written, or whose rows are not.
-    Broken { number: u64, what: What },
+/// Something that is not as it was written.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Fault {
+    pub tenant: String,
+    pub job: Option<Uuid>,
+    /// The row by its name, `decisions/3/1`; `entry 17` of the tenant; `seal 5` of the tenant.
+    pub place: String,
+    pub what: What,
 }
 
-/// A row that an entry tells of.
-#[derive(Clone, Copy)]
-struct Told {
-    digest: Sha256Digest,
-    /// What the digest of the row was salted with.
-    salt: Option<Sha256Digest>,
-    by: u64,
+/// The digest of all that a purge leaves, row by row in the order of the tables.
+pub fn left(salt: &[u8]) -> Fields {
+    Fields::default().bytes(salt)
 }
 
-impl Told {
-    /// Whether the row is the one that was told of.
-    fn is(&self, row: &Sha256Digest) -> bool {
-        self.digest == with_salt(self.salt.as_ref(), row)
-    }
-}
+/// Name of [`left`] in the entry of a purge. The rows of the other two tables are digested alone.
+const LEFT: &str = "left";
 
-/// Goes through a chain.
-pub struct Verifier {
-    head: Head,
-    /// What seals say of it: digests by numbers.
-    sealed: BTreeMap<u64, Sha256Digest>,
-    job: Option<LastTold>,
-    rows: BTreeMap<(u64, Kind), Vec<Told>>,
-    streams: BTreeMap<Uuid, Told>,
-    blocks: BTreeMap<(Uuid, u64), Told>,
-    /// For a tenant: its own row, and its keys by their names.
-    tenant: Option<LastTold>,
-    keys: BTreeMap<String, LastTold>,
-    /// The rows that are older than the chain, or that a purge has left.
-    older: Option<Told>,
-    /// That of a purge, and the streams that it has left.
-    purge: Option<Told>,
-    left_streams: Option<Told>,
-    /// The purges of a tenant's jobs by their names.
-    purges: BTreeMap<String, Told>,
-    nameless: Nameless,
-    fault: Option<(u64, What)>,
-    /// Whether the chain ends where it is broken.
-    torn: bool,
-}
-
-impl Verifier {
-    /// Verifier of a chain, with the digests that seals have of its entries.
-    pub fn of(chain: Chain, tenant: &Tenant, sealed: BTreeMap<u64, Sha256Digest>) -> Self {
-        Verifier {
-            head: Head::before(chain, tenant),
-            sealed,
-            job: None,
-            rows: BTreeMap::new(),
-            streams: BTreeMap::new(),
-            blocks: BTreeMap::new(),
-            tenant: None,
-            keys: BTreeMap::new(),
-            older: None,
-            purge: None,
-            left_streams: None,
-            purges: BTreeMap::new(),
-            nameless: Nameless::default(),
-            fault: None,
-            torn: false,
-        }
-    }
-
-    /// The next entry as it is stored; none for one that does not read.
-    pub fn entry(&mut self, entry: Option<&Entry>) {
-        if self.torn {
-            return;
-        }
-        let number = self.head.number + 1;
-        let fault = match entry {
-            Some(entry) if entry.number != number => Some(What::Entry),
-            // the purge has a digest of what is left of such an entry
-            Some(entry) if !entry.is_nameless() && entry.sha256 != entry.digest() => Some(What::Entry),
-            Some(entry) if entry.previous != self.head.sha256 => Some(What::Link),
-            Some(entry) => {
-                let sealed = self.sealed.remove(&number);
-                sealed.filter(|sealed| *sealed != entry.sha256).map(|_| What::Seal)
-            }
-            None => Some(What::Entry),
-        };
-        if let Some(what) = fault {
-            self.note(number, what);
-        }
-        self.torn |= matches!(fault, Some(What::Entry | What::Link));
-        if let Some(entry) = entry.filter(|_| !self.torn) {
-            self.head = Head { number, sha256: entry.sha256 };
-            self.nameless.entry(entry);
-            self.expect(entry);
-        }
-    }
-
-    /// The first fault is told.
-    fn note(&mut self, number: u64, what: What) {
-        let fault = (number, what);
-        self.fault = Some(self.fault.map_or(fault, |first| first.min(fault)));
-    }
-
-    fn expect(&mut self, entry: &Entry) {
-        let place = Place::of(&entry.target);
-        if *entry.action == *Action::PurgeJob.name() {
-            // what was told before is no longer there; what is left is told now
-            self.rows.clear();
-            self.streams.clear();
-            self.blocks.clear();
-        }
-        let salt = entry.contents.get(SALT).copied();
-        for (name, &digest) in entry.contents.iter().filter(|(name, _)| *name != SALT) {
-            let told = Told { digest, salt: None, by: entry.number };
-            let kind = match name {
-                "job" => {
-                    self.job = Some(LastTold::told(self.job.as_ref(), digest, entry));
-                    continue;
-                }
-                "found" => {
-                    self.older = Some(told);
-                    continue;
-                }
-                "tenant" => {
-                    self.tenant = Some(LastTold::told(self.tenant.as_ref(), digest, entry));
-                    continue;
-                }
-                "archive" => continue,
-                "entries" => {
-                    if self.nameless.digest() != digest {
-                        self.note(entry.number, What::Content);
-                    }
-                    continue;
-                }
-                "purge" => {
-                    self.purge = Some(told);
-                    continue;
-                }
-                "streams" => {
-                    self.left_streams = Some(told);
-                    continue;
-                }
-                job if job.starts_with("purge.") => {
-                    self.purges.insert(job.to_owned(), told);
-                    continue;
-                }
-                key if key.starts_with("key.") => {
-                    let told = LastTold::told(self.keys.get(key), digest, entry);
-                    self.keys.insert(key.to_owned(), told);
-                    continue;
-                }
-                "stream" => {
-                    self.streams.extend(place.stream.map(|id| (id, told)));
-                    continue;
-                }
-                "block" => {
-                    self.blocks.extend(place.stream.zip(place.block).map(|block| (block, told)));
-                    continue;
-                }
-                "iteration" => Kind::Iteration,
-                "nodes" => Kind::Nodes,
-                "fit" => Kind::Fit,
-                "choice" => Kind::Choice,
-                "decision" => Kind::Decision,
-                _ => Kind::Record,
-            };
-            self.rows.entry((place.iteration.unwrap_or(0), kind)).or_default().push(Told { salt, ..told });
-        }
-        if *entry.action == *Action::DeleteStream.name() {
-            self.streams.retain(|id, _| Some(*id) != place.stream);
-        }
-        if *entry.action == *Action::DeleteJob.name() {
-            self.job = None;
-        }
-    }
-
-    /// Compares what was told with what is found.
-    pub fn conclude(mut self, found: &Found) -> Verdict {
-        let (next, whole) = (self.head.number + 1, !self.torn);
-        if let (true, Some(&number)) = (whole, self.sealed.keys().next()) {
-            // what is sealed beyond the end was there once, and rows may be as it told
-            self.note(number.min(next), What::Entry);
-            self.torn = true;
-        }
-        if let Some(first) = self.nameless.first.filter(|_| whole) {
-            // a purge takes the name from every entry: where none has one, its own is missing
-            let purged = found.purge.is_some() && self.nameless.count == self.head.number;
-            self.note(if purged { next } else { first }, What::Entry);
-            self.torn |= purged;
-        }
-        if self.head.number > 0 {
-            self.compare(found);
-        } else if found.job.is_some() && found.told_elsewhere {
-            // a job from before there were entries has none in any chain
-            self.note(next, What::Content);
-        }
-        match self.fault {
-            Some((number, what)) => Verdict::Broken { number, what },
-            None => {
-                Verdict::Intact { entries: self.head.number, head: (self.head.number > 0).then_some(self.head.sha256) }
-            }
-        }
-    }
-
-    fn compare(&mut self, found: &Found) {
-        if self.torn && self.nameless.first.is_some() {
-            // torn before its purge has told what is left
-            return;
-        }
-        let mut faults: Vec<u64> = Vec::new();
-        // rows that no entry tells of would be of the next one
-        let next = self.head.number + 1;
-        let mut older = Found::default();
-        for (&(number, kind), told) in &self.rows {
-            let rows = found.rows(number, kind);
-            // those that are older than the chain come first
-            let before = self.older.map_or(0, |_| rows.len().saturating_sub(told.len()));
-            // and behind them, where entries are missing, some of which these told
-            let first = if self.torn { 0 } else { before };
-            let differing = |before: usize| {
-                let differs = |(k, told): &(usize, &Told)| rows.get(before + k).is_none_or(|row| !told.is(row));
-                told.iter().enumerate().find(differs).map(|(_, told)| told.by)
-            };
-            if (first..before).all(|before| differing(before).is_some()) {
-                faults.extend(differing(before));
-            }
-        }
-        for (number, kind, rows) in found.iter() {
-            let told = self.rows.get(&(number, kind)).map_or(0, Vec::len);
-            let untold = &rows[..rows.len().saturating_sub(told)];
-            match self.older {
-                Some(_) => untold.iter().for_each(|row| older.add(number, kind, *row)),
-                None if !untold.is_empty() && !self.torn => faults.push(next),
-                None => {}
-            }
-        }
-        if !self.torn {
-            faults.extend(self.older.filter(|told| told.digest != older.digest()).map(|told| told.by));
-            faults.extend(self.job.and_then(|told| told.fault(found.job.as_ref(), next)));
-            faults.extend((self.job.is_none() && found.job.is_some()).then_some(next));
-            self.compare_streams(found, &mut faults, next);
-            self.compare_keys(found, &mut faults, next);
-            self.compare_purges(found, &mut faults, next);
-            if faults.is_empty() && found.listed_otherwise {
-                // what a job is listed by follows from its rows; these are as they were told
-                faults.extend(self.job.map(|told| told.by()));
-            }
-        }
-        if let Some(first) = faults.into_iter().min() {
-            self.note(first, What::Content);
-        }
-    }
-
-    /// A tenant may be older than its chain; its keys begin that.
-    fn compare_keys(&self, found: &Found, faults: &mut Vec<u64>, next: u64) {
-        faults.extend(self.tenant.and_then(|told| told.fault(found.tenant.as_ref(), next)));
-        faults.extend(self.keys.iter().filter_map(|(name, told)| told.fault(found.keys.get(name), next)));
-        let untold = found.keys.keys().any(|name| !self.keys.contains_key(name));
-        faults.extend(untold.then_some(next));
-    }
-
-    /// Of a job its own purge, and the streams that it has left; of a tenant those of its jobs. (A
-    /// purged job that came from another database is told of by its own chain alone.)
-    fn compare_purges(&self, found: &Found, faults: &mut Vec<u64>, next: u64) {
-        faults.extend(self.purge.filter(|told| found.purge != Some(told.digest)).map(|told| told.by));
-        faults.extend((self.purge.is_none() && found.purge.is_some()).then_some(next));
-        let streams = self.left_streams.filter(|told| found.streams_digest() != told.digest);
-        faults.extend(streams.map(|told| told.by));
-        let differs = |(name, told): &(&String, &Told)| found.purges.get(*name) != Some(&told.digest);
-        faults.extend(self.purges.iter().filter(differs).map(|(_, told)| told.by));
-    }
-
-    /// Streams may be older than the chain; blocks are there as long as their stream is open.
-    fn compare_streams(&self, found: &Found, faults: &mut Vec<u64>, next: u64) {
-        for (id, told) in &self.streams {
-            let there = found.streams.get(id).is_some_and(|stream| stream.digest == told.digest);
-            faults.extend((!there).then_some(told.by));
-        }
-        for ((stream, _), told) in
-            self.blocks.iter().filter(|(block, told)| found.blocks.get(*block) != Some(&told.digest))
-        {
-            let open = found.streams.get(stream).is_some_and(|stream| stream.open);
-            faults.extend(open.then_some(told.by));
-        }
-        if self.older.is_none() {
-            let untold = found.streams.keys().any(|id| !self.streams.contains_key(id))
-                || found.blocks.keys().any(|block| !self.blocks.contains_key(block));
-            faults.extend(untold.then_some(next));
-        }
-    }
-}
-
-/// Where the rows of an entry are, by its target.
+/// Compares the entries of a job, or of a tenant's keys, with its rows: first come all entries,
+/// then all rows.
 #[derive(Default)]
-struct Place {
-    iteration: Option<u64>,
-    stream: Option<Uuid>,
-    block: Option<u64>,
+pub struct RowVerifier {
+    notes: BTreeMap<String, Vec<(Vec<u8>, Sha256Digest)>>,
+    purge: Option<(Vec<u8>, Fields)>,
+    deleted: bool,
+    deleted_streams: BTreeSet<String>,
+    /// Names of rows that were found.
+    found: BTreeSet<String>,
+    /// Names without their versions, with the versions that were found.
+    versions: BTreeMap<String, i64>,
+    open_streams: BTreeSet<String>,
+    /// Events that follow from other rows, and the number of the last event.
+    events: BTreeMap<String, usize>,
+    last_event: i64,
+    faults: Vec<(String, What)>,
 }
 
-impl Place {
-    fn of(target: &str) -> Self {
-        let parts: Vec<&str> = target.split('/').collect();
-        let after = |name: &str| parts.windows(2).find(|pair| pair[0] == name).map(|pair| pair[1]);
-        Place {
-            iteration: after("iterations").and_then(|number| number.parse().ok()),
-            stream: after("streams").and_then(|id| id.parse().ok()),
-            block: after("blocks").and_then(|number| number.parse().ok()),
+impl RowVerifier {
+    pub fn entry(&mut self, entry: &Entry) {
+        let is = |action: Action| *entry.action == *action.name();
+        let salt = entry.salt.clone().unwrap_or_default();
+        if is(Action::PurgeJob) {
+            // the rows of before have changed; nothing comes after it
+            self.notes.clear();
+            self.purge = Some((salt.clone(), left(&salt)));
+        } else if self.purge.is_some() {
+            return;
         }
+        self.deleted |= is(Action::DeleteJob);
+        if is(Action::DeleteStream) {
+            self.deleted_streams.extend(entry.subject.rsplit('/').next().map(str::to_owned));
+        }
+        for (name, digest) in entry.contents.iter() {
+            self.notes.entry(name.to_owned()).or_default().push((salt.clone(), *digest));
+        }
+    }
+
+    /// Takes a row, those of a job in the order of the tables.
+    pub fn row(&mut self, row: &Row) {
+        let Row { table, values } = row;
+        if let Some((salt, fields)) = self.purge.as_mut().filter(|_| !["jobs", "purges"].contains(&table.name)) {
+            *fields = std::mem::take(fields).bytes(&table.digest(salt, values));
+            return;
+        }
+        let name = row.name();
+        let is_event = table.name == "events";
+        let is_as_noted = self
+            .notes
+            .get(&name)
+            .filter(|_| !self.deleted)
+            .map(|notes| notes.iter().all(|(salt, digest)| table.digest(salt, values) == *digest));
+        match is_as_noted {
+            Some(true) => {
+                self.found.insert(name.clone());
+            }
+            Some(false) => {
+                self.found.insert(name.clone());
+                self.fault(&name, What::Changed);
+            }
+            None if is_event && self.follows(values) => {}
+            None if is_first_tenant(row) => return,
+            None => self.fault(&name, What::Unaudited),
+        }
+        if let (Life::Changes, Some((first, version))) = (table.life, name.rsplit_once('/')) {
+            self.versions.insert(first.to_owned(), version.parse().unwrap_or_default());
+        }
+        if is_event {
+            self.last_event += 1;
+            if row.value("number").integer() != Some(self.last_event) {
+                self.fault(&format!("events/{}", self.last_event), What::Missing);
+                self.last_event = row.value("number").integer().unwrap_or_default();
+            }
+        }
+        self.expect_event(row);
+        if table.name == "streams" && row.value("iteration").integer().is_none() {
+            self.open_streams.extend(row.value("id").text().map(|id| id.into_owned()));
+        }
+    }
+
+    /// Takes note of the event that a trigger writes with a row. (Those of streams and of the job
+    /// itself are in the entries.)
+    fn expect_event(&mut self, row: &Row) {
+        let is_first = row.value("position").integer() == Some(1);
+        let (kind, columns): (_, [&str; 4]) = match row.table.name {
+            "iterations" => ("iteration", ["number", "", "", ""]),
+            "fits" if !is_first => ("fit", ["number", "position", "", ""]),
+            "fit_choices" if !is_first => ("fit", ["number", "fit", "position", ""]),
+            "decisions" => ("decision", ["number", "", "position", ""]),
+            "records" => ("record", ["number", "", "", "id"]),
+            _ => return,
+        };
+        let text = |name: &str| match name {
+            "" => String::new(),
+            name => row.value(name).text().unwrap_or_default().into_owned(),
+        };
+        let columns = columns.map(text).join("|");
+        *self.events.entry(format!("{kind}|{columns}|||||||{}", text("created_at"))).or_default() += 1;
+    }
+
+    /// Returns whether an event is the one of another row.
+    fn follows(&mut self, values: &[Value<'_>]) -> bool {
+        let texts: Vec<_> = values[1..].iter().map(|value| value.text().unwrap_or_default()).collect();
+        let expected = self.events.get_mut(&texts.join("|")).filter(|count| **count > 0);
+        expected.map(|count| *count -= 1).is_some() || texts[0] == "operation"
+    }
+
+    /// Notes a fault of a row.
+    pub fn fault(&mut self, name: &str, what: What) {
+        self.faults.push((name.to_owned(), what));
+    }
+
+    /// Returns the faults, each with the name of its row.
+    pub fn conclude(mut self) -> Vec<(String, What)> {
+        if let Some((_, fields)) = self.purge.take() {
+            let digest = fields.digest();
+            let as_left = self.notes.remove(LEFT).is_some_and(|notes| notes.iter().all(|(_, told)| *told == digest));
+            if !as_left {
+                self.fault(LEFT, What::Changed);
+            }
+            self.versions.clear();
+        }
+        let notes = std::mem::take(&mut self.notes);
+        for name in notes.keys().filter(|name| !self.deleted && !self.found.contains(*name)) {
+            let (first, last) = name.rsplit_once('/').unwrap_or((name, ""));
+            let stream = first.rsplit_once('/').map_or(first, |(_, stream)| stream);
+            let is_missing = match Table::named(name.split('/').next().unwrap_or_default()) {
+                Some(table) if table.life == Life::Changes => {
+                    let found = self.versions.get(first);
+                    let version = last.parse().unwrap_or(i64::MAX);
+                    found.is_none_or(|found| *found < version) && !self.deleted_streams.contains(stream)
+                }
+                Some(table) if table.life == Life::Passes => {
+                    let stream = stream.rsplit('/').next().unwrap_or_default();
+                    table.name == "stream_blocks" && self.open_streams.contains(stream)
+                }
+                _ => true,
+            };
+            if is_missing {
+                self.faults.push((name.clone(), What::Missing));
+            }
+        }
+        for (first, version) in std::mem::take(&mut self.versions) {
+            // the schema comes with the first version of this one
+            let from = if first == "tenants/default" { 2 } else { 1 };
+            let untold = (from..version).map(|version| format!("{first}/{version}"));
+            let untold = untold.filter(|name| !notes.contains_key(name)).take(1);
+            self.faults.extend(untold.map(|name| (name, What::Unaudited)));
+        }
+        let missing = self.events.iter().filter(|(_, count)| **count > 0).take(1);
+        self.faults.extend(missing.map(|(event, _)| (format!("events: {event}"), What::Missing)));
+        self.faults
+    }
+}
+
+/// Returns whether it is the row that the schema comes with.
+fn is_first_tenant(row: &Row) -> bool {
+    row.to_line()
+        == "{\"tenants\":{\"name\":\"default\",\"version\":1,\"id\":\"00000000-0000-0000-0000-000000000000\",\"suspended\":\
+            false,\"created_at\":\"2026-11-23T00:00:00.000000Z\",\"updated_at\":\"2026-11-23T00:00:00.000000Z\"}}\n"
+}
+
+/// Goes through the chain of a tenant.
+pub struct ChainVerifier {
+    head: Link,
+    /// Digests by numbers that seals have.
+    sealed: BTreeMap<u64, Sha256Digest>,
+    last_sealed: u64,
+    faults: Vec<(Option<Uuid>, String, What)>,
+}
+
+impl ChainVerifier {
+    /// Takes the seals of the database, those that were kept elsewhere, and the key that all must
+    /// be signed by.
+    pub fn new(tenant: &Tenant, seals: &[Seal], kept: &BTreeMap<u64, Seal>, key: Option<[u8; 32]>) -> Self {
+        let mut faults = Vec::new();
+        let (mut previous, mut number) = (Seal::genesis(tenant), 0);
+        for seal in seals {
+            number += 1;
+            let is_kept = kept.get(&seal.number).is_none_or(|kept| kept.sha256 == seal.sha256);
+            if seal.number != number {
+                faults.push((None, format!("seal {number}"), What::Missing));
+                number = seal.number;
+            } else if seal.previous != previous || !seal.is_sound(key) || !is_kept {
+                faults.push((None, format!("seal {number}"), What::Changed));
+            }
+            previous = seal.sha256;
+        }
+        if let Some(kept) = kept.keys().next_back().filter(|kept| **kept > number) {
+            faults.push((None, format!("seal {kept}"), What::Missing));
+        }
+        let sealed = seals.iter().chain(kept.values()).map(|seal| (seal.last.number, seal.last.sha256));
+        let last_sealed = seals.last().map_or(0, |seal| seal.last.number);
+        ChainVerifier { head: Link::genesis(tenant), sealed: sealed.collect(), last_sealed, faults }
+    }
+
+    /// Takes the next place with its entry; none if that is missing or unreadable.
+    pub fn entry(&mut self, place: Link, entry: Result<&Entry, What>, is_purged: bool) {
+        let expected = self.head.number + 1;
+        let name = |number| format!("entry {number}");
+        let job = entry.ok().and_then(|entry| entry.job);
+        if place.number != expected {
+            self.faults.push((None, name(expected), What::Missing));
+        }
+        let fault = entry.map_or_else(Some, |entry| {
+            let head = Link { number: place.number.saturating_sub(1), ..self.head };
+            // behind a missing entry nothing tells what the link must be
+            let follows = place.number != expected || head.next(&entry.digest()) == place;
+            (!follows || !is_sound(entry, is_purged)).then_some(What::Changed)
+        });
+        let sealed = self.sealed.remove(&place.number);
+        let fault = fault.or(sealed.filter(|sealed| *sealed != place.sha256).map(|_| What::Seal));
+        self.faults.extend(fault.map(|what| (job, name(place.number), what)));
+        self.head = place;
+    }
+
+    /// Returns the faults, each with its job and its place.
+    pub fn conclude(mut self) -> Vec<(Option<Uuid>, String, What)> {
+        let missing = self.sealed.keys().next_back().filter(|sealed| **sealed > self.head.number);
+        self.faults.extend(missing.map(|number| (None, format!("entry {number}"), What::Missing)));
+        if self.head.number > self.last_sealed {
+            self.faults.push((None, format!("entry {}", self.head.number), What::Seal));
+        }
+        self.faults
+    }
+}
+
+/// Returns whether the actor is the one of the digest; that of a purged job is not known.
+pub fn is_sound(entry: &Entry, is_purged: bool) -> bool {
+    match entry.digest_of_actor() {
+        Some(digest) => digest == entry.who,
+        None => is_purged && entry.actor.is_none() && entry.salt.is_none(),
     }
 }

@@ -4,6 +4,8 @@
 pub const ANONYMOUS: &str = "anonymous";
 /// Who purges what is old.
 pub const RETENTION: &str = "retention";
+/// Who stores jobs of an archive.
+pub const IMPORT: &str = "import";
 /// Whoever makes keys on the database itself.
 pub const ON_THE_DATABASE: &str = "keys create";
 /// What the actors of keys begin with, before hexadecimal digits.
@@ -13,7 +15,7 @@ pub const OF_KEYS: &str = "key-";
 pub fn is_own(name: &str) -> bool {
     let folded = name.trim().to_lowercase();
     let of_key = |digits: &str| !digits.is_empty() && digits.bytes().all(|digit| digit.is_ascii_hexdigit());
-    [ANONYMOUS, RETENTION, ON_THE_DATABASE].contains(&folded.as_str())
+    [ANONYMOUS, RETENTION, IMPORT, ON_THE_DATABASE].contains(&folded.as_str())
         || folded.strip_prefix(OF_KEYS).is_some_and(of_key)
 }
 
@@ -31,7 +33,16 @@ mod tests {
 
     #[test]
     fn names_of_the_service_are_nobody_elses() {
-        for own in ["retention", "anonymous", "keys create", "key-27042f4e6eca", "Retention", " anonymous ", "KEY-0A"] {
+        for own in [
+            "retention",
+            "import",
+            "anonymous",
+            "keys create",
+            "key-27042f4e6eca",
+            "Retention",
+            " anonymous ",
+            "KEY-0A",
+        ] {
             assert!(is_own(own), "{own}");
         }
         for other in ["jd", "retention@plant.example", "key-", "key-jd", "key", "anonymous2", ""] {

@@ -16,4 +16,5 @@ mod stream;
 pub use cache::StreamCache;
 pub use error::StreamError;
 pub use host::StreamHost;
+pub use state_codec::is_state;
 pub use stream::{Block, FinishedStream, NewBlock, NewStream, PostedBlock, Stream, StreamState};

@@ -17,6 +17,11 @@ pub fn encode(state: &State) -> Vec<u8> {
     bytes
 }
 
+/// Returns whether bytes are such a state.
+pub fn is_state(bytes: &[u8]) -> bool {
+    decode(bytes).is_some()
+}
+
 /// `None` for bytes that [`encode`] did not write.
 pub fn decode(bytes: &[u8]) -> Option<State> {
     let bytes = bytes.strip_prefix(MAGIC)?;

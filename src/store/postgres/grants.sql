@@ -6,7 +6,7 @@ BEGIN
     PERFORM pg_advisory_xact_lock(hashtext('flankfit grants'));
     IF EXISTS (SELECT FROM pg_roles WHERE rolname = 'flankfit_app') THEN
         GRANT SELECT ON ALL TABLES IN SCHEMA public TO flankfit_app;
-        GRANT INSERT ON audit, audit_seals, audit_sealed, jobs, iterations, nodes, fits, fit_choices, decisions, records, streams, stream_blocks,
+        GRANT INSERT ON audit, audit_chain, audit_seals, jobs, iterations, nodes, fits, fit_choices, decisions, records, streams, stream_blocks,
             stream_states, events, idempotency_keys, probe, api_keys, tenants,
             operations, purges, told, told_until, flanks, table_mappings TO flankfit_app;
         GRANT UPDATE ON jobs, streams, stream_states, idempotency_keys, probe, api_keys, tenants, operations, told_until, flanks,

@@ -26,6 +26,6 @@ mod writer;
 
 pub use error::{PostgresError, failure, is_lost};
 pub use migrate::{migrate, postgres_migrations, unfit};
-pub use open::{begin, open_postgres, postgres_auditor, postgres_holdings, snapshot, turn};
+pub use open::{begin, open_postgres, postgres_auditor, postgres_holdings, snapshot};
 pub use settings::{Migrate, PostgresSettings};
 pub use wakes::Notifications;

@@ -16,7 +16,7 @@ use super::{
     writer::Writer,
 };
 use crate::{
-    jobs::{Clock, Ids, Turn},
+    jobs::{Clock, Ids},
     store::sql::{Database, Db, Pool, READ_TIME, ReadTurns, Shared, SqlAuditor, SqlHoldings, SqlStore, queue, seconds},
     telemetry,
 };
@@ -165,7 +165,7 @@ pub async fn open_postgres(
     let wakes = Arc::new(Notifications::new(settings.clone(), aside.clone(), ids.fresh(clock.now())));
     let shared = Some(Shared { settings, wakes });
     let (aside, read_seconds) = (Pool::Postgres(aside), seconds("read"));
-    Ok(SqlStore(Arc::new(Database { readers, turns, aside, queues, read_seconds, ids, clock, shared })))
+    Ok(SqlStore(Arc::new(Database { readers, turns, aside, queues, read_seconds, clock, shared })))
 }
 
 /// Opens the audit of a database that a server may be using.
@@ -180,38 +180,4 @@ pub fn postgres_holdings(settings: &PostgresSettings) -> SqlHoldings {
     settings.options =
         settings.options.options([("statement_timeout", "0"), ("idle_in_transaction_session_timeout", "0")]);
     SqlHoldings::read_only(Pool::Postgres(aside(&settings)))
-}
-
-/// A turn, of which there is one for all processes: it ends by [`Turn::end`], or with its
-/// connection.
-///
-/// The lock is the session's, not a transaction's. A turn lasts for many transactions of other
-/// connections, each of which purges a job for good, and a transaction that is idle meanwhile would
-/// be ended by the server, and the lock with it. (Nothing depends on the turn but work that would
-/// be done twice: a purge looks itself whether there was one.)
-pub async fn turn(settings: &PostgresSettings) -> Result<Option<Turn>, sqlx::Error> {
-    let mut db = PgConnection::connect_with(&settings.past_a_pooler()).await?;
-    let own: bool =
-        sqlx::query_scalar("SELECT pg_try_advisory_lock(hashtext('flankfit retention'))").fetch_one(&mut db).await?;
-    if own {
-        return Ok(Some(Turn(Some(Box::pin(end_turn(db))))));
-    }
-    // another process has it
-    let _closed = db.close().await;
-    Ok(None)
-}
-
-/// How long the end of a turn waits for the server.
-const LONGEST_END: Duration = Duration::from_secs(5);
-
-/// Unlocks before it closes the connection, since the server notices the end of a connection later.
-async fn end_turn(mut db: PgConnection) {
-    let ended = async {
-        // where the connection was lost the turn has ended with it
-        let unlock = "SELECT pg_advisory_unlock(hashtext('flankfit retention'))";
-        let _unlocked = sqlx::query(unlock).execute(&mut db).await;
-        let _closed = db.close().await;
-    };
-    // a connection that says nothing is dropped
-    let _late = tokio::time::timeout(LONGEST_END, ended).await;
 }

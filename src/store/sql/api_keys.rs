@@ -7,23 +7,16 @@ use jiff::Timestamp;
 use super::{
     db::Db,
     error::{Outcome, StoreError},
-    growing::target,
     keyed::{behind, place},
     row::key_columns,
+    subject,
     write::{Intent, Tx, Write},
     writes::{InsertKey, PatchKey, RevokeKey, RotateKey},
 };
 use crate::jobs::{
-    ApiKey, Caller, KeyId, KnownKey, NewKey, Page, PageRequest, Plant, RepositoryError, Resource, San, Stored, Tenant,
-    audit::{Action, Contents, key_digest, plant_digest},
+    ApiKey, Caller, KeyId, KnownKey, NewKey, Page, PageRequest, RepositoryError, Resource, San, Stored, Tenant,
+    audit::Action,
 };
-
-/// Returns the contents of an entry about keys, each by its id since an entry may be about two, and
-/// about a tenant.
-pub fn contents<'a>(keys: impl IntoIterator<Item = &'a NewKey>, plant: Option<&Plant>) -> Contents {
-    let keys = keys.into_iter().map(|new| (format!("key.{}", new.key.id), key_digest(new)));
-    Contents::of(keys.chain(plant.map(|plant| ("tenant".to_owned(), plant_digest(plant)))).collect())
-}
 
 /// Returns a key of a tenant that is about to be changed, with the digest of its secret. No other
 /// transaction changes it until this one ends.
@@ -108,8 +101,17 @@ pub async fn insert(db: &mut Db, tenant: &Tenant, new: &NewKey) -> Outcome<()> {
     }
 }
 
+/// Changes a key, and enters that.
+async fn update(tx: &mut Tx<'_>, key: &ApiKey, action: Action) -> Outcome<()> {
+    let mut entry = tx.draft_of(tx.tenant(), action, subject::key(key.id))?;
+    change(tx.db(), key).await?;
+    entry.note_stored(tx.db(), "api_keys", "id = $1", args![key.id]).await?;
+    tx.enter(entry);
+    Ok(())
+}
+
 /// Changes the columns of a key that can be changed.
-async fn update(db: &mut Db, key: &ApiKey) -> Outcome<()> {
+async fn change(db: &mut Db, key: &ApiKey) -> Outcome<()> {
     db.run(
         "UPDATE api_keys SET name = $1, expires_at = $2, revoked_at = $3, replaced_by = $4, version = $5 WHERE id = $6",
         args![&key.name, key.expires_at, key.revoked_at, key.replaced_by, key.version, key.id],
@@ -122,17 +124,17 @@ impl Write for InsertKey {
     type Reply = Stored;
 
     fn intent(&self) -> Intent<'_> {
-        Intent::no_job(contents([&*self.key], None)).receipt(&self.receipt)
+        Intent::default().receipt(&self.receipt)
     }
 
     async fn run(&self, tx: &mut Tx<'_>) -> Outcome<Stored> {
         let (new, tenant) = (&self.key, tx.tenant());
         tx.refuse_taken()?;
         tx.session.lock_tenant(tenant).await?;
+        let mut entry = tx.draft_of(tenant, Action::CreateKey, subject::key(new.key.id))?;
         insert(tx.db(), tenant, new).await?;
-        let id = new.key.id;
-        let entered = tx.enter_tenant(tenant, Some(id), None, Action::CreateKey, target::key(id));
-        entered.await.map_err(StoreError::too_late)?;
+        entry.note_stored(tx.db(), "api_keys", "id = $1", args![new.key.id]).await?;
+        tx.enter(entry);
         let stored = Stored { number: 0, version: new.key.version };
         tx.keep(&self.receipt, stored, None, new.key.created_at);
         Ok(stored)
@@ -142,20 +144,14 @@ impl Write for InsertKey {
 impl Write for PatchKey {
     type Reply = ApiKey;
 
-    fn intent(&self) -> Intent<'_> {
-        Intent::no_job(Contents::default())
-    }
-
     async fn run(&self, tx: &mut Tx<'_>) -> Outcome<ApiKey> {
-        let NewKey { key: before, sha256 } = locked(tx, self.id).await?;
+        let NewKey { key: before, .. } = locked(tx, self.id).await?;
         self.precondition.check(before.version)?;
-        let after = NewKey { key: before.patched(self.patch.clone(), self.now)?, sha256 };
-        if after.key.version != before.version {
-            let contents = contents([&after], None);
-            tx.enter_tenant(tx.tenant(), None, Some(contents), Action::ChangeKey, target::key(self.id)).await?;
-            update(tx.db(), &after.key).await?;
+        let after = before.patched(self.patch.clone(), self.now)?;
+        if after.version != before.version {
+            update(tx, &after, Action::ChangeKey).await?;
         }
-        Ok(after.key)
+        Ok(after)
     }
 }
 
@@ -163,19 +159,20 @@ impl Write for RotateKey {
     type Reply = Stored;
 
     fn intent(&self) -> Intent<'_> {
-        Intent::no_job(Contents::default()).receipt(&self.receipt)
+        Intent::default().receipt(&self.receipt)
     }
 
     async fn run(&self, tx: &mut Tx<'_>) -> Outcome<Stored> {
         let (rotation, tenant) = (&self.rotation, tx.tenant());
         tx.refuse_taken()?;
-        let NewKey { key: old, sha256 } = locked(tx, rotation.of).await?;
-        let old = NewKey { key: old.rotated(rotation)?, sha256 };
-        let contents = contents([&old, &rotation.new], None);
-        tx.enter_tenant(tenant, None, Some(contents), Action::RotateKey, target::key(rotation.of)).await?;
-        insert(tx.db(), tenant, &rotation.new).await.map_err(StoreError::too_late)?;
-        update(tx.db(), &old.key).await?;
+        let old = locked(tx, rotation.of).await?.key.rotated(rotation)?;
         let new = &rotation.new.key;
+        let mut entry = tx.draft_of(tenant, Action::RotateKey, subject::key(rotation.of))?;
+        let db = tx.db();
+        insert(db, tenant, &rotation.new).await.map_err(StoreError::too_late)?;
+        change(db, &old).await?;
+        entry.note_stored(db, "api_keys", "id IN ($1, $2)", args![old.id, new.id]).await?;
+        tx.enter(entry);
         let stored = Stored { number: 0, version: new.version };
         tx.keep(&self.receipt, stored, None, new.created_at);
         Ok(stored)
@@ -185,19 +182,12 @@ impl Write for RotateKey {
 impl Write for RevokeKey {
     type Reply = ();
 
-    fn intent(&self) -> Intent<'_> {
-        Intent::no_job(Contents::default())
-    }
-
     async fn run(&self, tx: &mut Tx<'_>) -> Outcome<()> {
-        let NewKey { key, sha256 } = locked(tx, self.id).await?;
-        if key.revoked_at.is_none() {
-            let revoked = NewKey { key: key.revoked(self.now), sha256 };
-            let contents = contents([&revoked], None);
-            tx.enter_tenant(tx.tenant(), None, Some(contents), Action::RevokeKey, target::key(self.id)).await?;
-            update(tx.db(), &revoked.key).await?;
+        let NewKey { key, .. } = locked(tx, self.id).await?;
+        match key.revoked_at {
+            None => update(tx, &key.revoked(self.now), Action::RevokeKey).await,
+            Some(_) => Ok(()),
         }
-        Ok(())
     }
 }
 

@@ -1,114 +1,156 @@
-//! The entries of the audit, and the rows that they have digests of.
+//! The entries of the audit: made with the changes, and read.
 
 use futures_util::TryStreamExt as _;
-use sqlx::FromRow;
 use uuid::Uuid;
 
 use super::{
-    db::{Db, Record},
-    error::Outcome,
-    growing::NewEntry,
-    row::{FoundBlock, FoundFit, FoundIteration, FoundJobPurge, FoundNodes, FoundRow, FoundStreamRow, job_columns},
+    db::Db,
+    error::{Outcome, StoreError},
+    row::{entry_columns, seal_columns},
+    value::Value,
 };
 use crate::jobs::{
-    Choice, DecisionEvent, Job, Record as JobRecord, Tenant,
-    audit::{Found, FoundStream, Head, Versioned},
+    Caller, Cursor, Page, PageRequest, RepositoryError, Tenant,
+    audit::{Action, By, Contents, Entry, ListedEntry, Seal, Sha256Digest},
+    rows::Table,
 };
 
-/// Returns the last entry of a chain.
-pub async fn head(db: &mut Db, chain: Uuid) -> Outcome<Option<Head>> {
-    let sql = "SELECT number, sha256 FROM audit WHERE chain = $1 ORDER BY number DESC LIMIT 1";
-    Ok(db.maybe(sql, args![chain]).await?)
+/// An entry whose change is being made.
+#[derive(Debug)]
+pub struct Draft {
+    entry: Entry,
+    rows: Vec<(String, Sha256Digest)>,
+}
+
+impl Draft {
+    pub fn new(by: By<'_>, tenant: &Tenant, job: Option<Uuid>, action: Action, subject: String) -> Outcome<Self> {
+        let failed = |error| RepositoryError::Failed(format!("the system has no random numbers: {error}"));
+        let entry = Entry::new(by, tenant, job, action, subject).map_err(failed).map_err(StoreError::from)?;
+        Ok(Draft { entry, rows: Vec::new() })
+    }
+
+    /// Notes a row that is inserted with these columns.
+    pub fn note(&mut self, table: &'static str, columns: &str, values: &[Value<'_>]) {
+        if let Some(table) = Table::named(table) {
+            self.note_row(table, &table.pick(columns, values));
+        }
+    }
+
+    fn note_row(&mut self, table: &Table, values: &[Value<'_>]) {
+        self.note_digest(table.row_name(values), table.digest(self.salt(), values));
+    }
+
+    /// Notes the rows of a table that meet a condition now.
+    pub async fn note_stored(
+        &mut self,
+        db: &mut Db,
+        table: &'static str,
+        condition: &str,
+        args: &[Value<'_>],
+    ) -> Outcome<()> {
+        let Some(table) = Table::named(table) else { return Ok(()) };
+        // something was changed before
+        let late = |error| StoreError::from(error).too_late();
+        let mut rows = db.rows(table, condition, args)?;
+        while let Some(row) = rows.try_next().await.map_err(late)? {
+            self.note_row(table, &row.values);
+        }
+        Ok(())
+    }
+
+    /// Notes the last event of the job, which a trigger has written.
+    pub async fn note_event(&mut self, db: &mut Db, job: Uuid) -> Outcome<()> {
+        self.note_stored(db, "events", "job = $1 ORDER BY number DESC LIMIT 1", args![job]).await
+    }
+
+    pub fn note_digest(&mut self, name: String, digest: Sha256Digest) {
+        self.rows.push((name, digest));
+    }
+
+    pub fn salt(&self) -> &[u8] {
+        self.entry.salt.as_deref().unwrap_or_default()
+    }
+
+    pub fn end(self) -> Entry {
+        Entry { contents: Contents::of(self.rows), ..self.entry }
+    }
+}
+
+/// Inserts rows, each noted in the entry at its place, or all in the only one.
+pub async fn insert(
+    db: &mut Db,
+    table: &'static str,
+    columns: &str,
+    rows: &[Vec<Value<'_>>],
+    entries: &mut [Draft],
+) -> Result<(), sqlx::Error> {
+    let last = entries.len().saturating_sub(1);
+    for (k, row) in rows.iter().enumerate() {
+        if let Some(entry) = entries.get_mut(k.min(last)) {
+            entry.note(table, columns, row);
+        }
+    }
+    db.insert(table, columns, rows).await
 }
 
 /// Stores entries.
-pub async fn store(db: &mut Db, new: &[NewEntry]) -> Result<(), sqlx::Error> {
-    let mut rows = Vec::with_capacity(new.len());
-    for NewEntry { tenant, chain, entry } in new {
-        rows.push(vec![
-            tenant.into(),
-            chain.into(),
-            entry.number.into(),
-            entry.id.into(),
-            entry.at.into(),
-            (&entry.actor).into(),
-            (&*entry.action).into(),
-            (&entry.target).into(),
-            entry.request_id.as_deref().into(),
-            entry.peer.as_deref().into(),
-            entry.contents.bytes().into(),
-            (&*entry.outcome).into(),
-            (&entry.previous).into(),
-            (&entry.sha256).into(),
-        ]);
-    }
-    let columns = "tenant, chain, number, id, at, actor, action, target, request_id, peer, contents, outcome,
-                   previous, sha256";
-    db.insert("audit", columns, &rows).await
+pub async fn store(db: &mut Db, entries: &[Entry]) -> Result<(), sqlx::Error> {
+    let rows: Vec<Vec<Value<'_>>> = entries
+        .iter()
+        .map(|entry| {
+            vec![
+                entry.id.into(),
+                (&entry.tenant).into(),
+                entry.job.into(),
+                entry.at.into(),
+                entry.actor.as_ref().into(),
+                (&*entry.action).into(),
+                (&entry.subject).into(),
+                entry.request_id.as_ref().into(),
+                entry.peer.as_ref().into(),
+                entry.contents.bytes().into(),
+                entry.salt.as_ref().into(),
+                (&entry.who).into(),
+            ]
+        })
+        .collect();
+    db.insert("audit", "id, tenant, job, at, actor, action, subject, request_id, peer, contents, salt, who", &rows)
+        .await
 }
 
-/// A row that reads, or none.
-pub struct Readable<T>(pub Option<T>);
-
-impl<'r, R: sqlx::Row, T: FromRow<'r, R>> FromRow<'r, R> for Readable<T> {
-    fn from_row(row: &'r R) -> Result<Self, sqlx::Error> {
-        Ok(Readable(T::from_row(row).ok()))
+pub async fn audit(
+    db: &mut Db,
+    Caller { tenant, .. }: &Caller,
+    job: &Option<Uuid>,
+    PageRequest { limit, after }: &PageRequest,
+) -> Outcome<Page<ListedEntry>> {
+    let sql = concat!(
+        "SELECT ",
+        entry_columns!(),
+        ", c.number, c.sha256 FROM audit a LEFT JOIN audit_chain c ON c.entry = a.id
+         WHERE a.tenant = $1 AND a.id > $2 AND (CAST($3 AS boolean) OR a.job = $4) ORDER BY a.id LIMIT $5"
+    );
+    let after = after.map_or(Uuid::nil(), |Cursor(id)| id);
+    let args = args![tenant, after, job.is_none(), *job, i64::from(*limit) + 1];
+    let rows: Vec<ListedEntry> = db.all(sql, args).await?;
+    if let (Some(job), true) = (job, rows.is_empty()) {
+        // a job that was deleted has entries
+        super::jobs::located(db, tenant, *job).await?;
     }
+    Ok(Page::of(rows, *limit, |listed| Cursor(listed.entry.id)))
 }
 
-row! {
-    /// A row of an iteration, as the audit finds it.
-    struct Numbered<T> {
-        @row: Readable<T>,
-        number: u64,
-    }
-}
-
-/// Returns the rows of a job of a tenant; none of another tenant's job.
-pub async fn found(db: &mut Db, tenant: &Tenant, job: Uuid) -> Outcome<Found> {
-    let sql = concat!("SELECT ", job_columns!(), " FROM jobs WHERE id = $1 AND tenant = $2");
-    let row: Option<Job> = db.maybe(sql, args![job, tenant]).await?;
-    let Some(row) = row else { return Ok(Found::default()) };
-    let mut found = Found::of_job(Versioned::job(&row));
-    all::<FoundIteration>(db, job, &mut found).await?;
-    all::<FoundNodes>(db, job, &mut found).await?;
-    all::<FoundFit>(db, job, &mut found).await?;
-    all::<Choice>(db, job, &mut found).await?;
-    all::<DecisionEvent>(db, job, &mut found).await?;
-    all::<JobRecord>(db, job, &mut found).await?;
-    own(db, job, &mut found).await?;
-    Ok(found)
-}
-
-/// Adds its purge and the rows of its streams.
-async fn own(db: &mut Db, job: Uuid, found: &mut Found) -> Outcome<()> {
-    let sql = "SELECT j.purged_at, p.at, p.reason, p.archive_sha256
-               FROM jobs j LEFT JOIN purges p ON p.job = j.id WHERE j.id = $1";
-    let purge: Option<Readable<FoundJobPurge>> = db.maybe(sql, args![job]).await?;
-    found.purge = purge.and_then(|row| row.0.map_or(Some([0; 32]), |found| found.digest(job)));
-    let sql = "SELECT id, spec, forgetting_factor, flank, tooth, axes, false AS units_accepted, created_at,
-                      iteration IS NULL AS open
-               FROM streams WHERE job = $1";
-    let streams: Vec<FoundStreamRow> = db.all(sql, args![job]).await?;
-    found.streams.extend(streams.into_iter().map(<(Uuid, FoundStream)>::from));
-    let sql = "SELECT b.stream, b.sequence, b.sha256, b.count, b.data
-               FROM streams s JOIN stream_blocks b ON b.stream = s.id WHERE s.job = $1";
-    let mut blocks = db.each::<FoundBlock>(sql, args![job])?;
-    while let Some(row) = blocks.try_next().await? {
-        let (block, digest) = row.into();
-        found.blocks.insert(block, digest);
-    }
-    Ok(())
-}
-
-/// Adds the rows of a kind, in order. A row that does not read is none that an entry is about.
-async fn all<T: FoundRow>(db: &mut Db, job: Uuid, found: &mut Found) -> Outcome<()>
-where
-    Numbered<T>: Record,
-{
-    let mut rows = db.each::<Numbered<T>>(T::SQL, args![job])?;
-    while let Some(Numbered { row: Readable(row), number }) = rows.try_next().await? {
-        found.add(number, T::KIND, row.map_or([0; 32], FoundRow::digest));
-    }
-    Ok(())
+pub async fn seals(
+    db: &mut Db,
+    Caller { tenant, .. }: &Caller,
+    PageRequest { limit, after }: &PageRequest,
+) -> Outcome<Page<Seal>> {
+    let sql = concat!(
+        "SELECT ",
+        seal_columns!(),
+        " FROM audit_seals WHERE tenant = $1 AND number > $2 ORDER BY number LIMIT $3"
+    );
+    let after = after.map_or(0, |cursor| cursor.number());
+    let rows: Vec<Seal> = db.all(sql, args![tenant, after, i64::from(*limit) + 1]).await?;
+    Ok(Page::of(rows, *limit, |seal: &Seal| Cursor::after_number(seal.number)))
 }

@@ -1,78 +1,318 @@
-//! The audit of all tenants, read from outside.
+//! The audit of all tenants, sealed, and verified from outside.
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use futures_util::TryStreamExt as _;
+use sqlx::{AssertSqlSafe, FromRow};
 use uuid::Uuid;
 
 use super::{
-    audit_reads,
-    db::Pool,
-    error::{Outcome, reported},
-    row::{SealRow, seal_columns},
+    columns::Cell,
+    db::{Db, Pool},
+    error::{Outcome, failure, reported},
+    row::{entry_columns, seal_columns},
+    value::Value,
+    write::{Tx, Write},
 };
 use crate::jobs::{
     RepositoryFuture, Tenant,
-    audit::{Auditor, Chain, Seal, Sha256Digest, Verdict, WholeSeal},
+    audit::{
+        Auditor, ChainVerifier, Entry, Fault, Link, ListedEntry, RowVerifier, Seal, Sealing, Verdict, What, is_sound,
+    },
+    rows::{OF_JOBS, OF_TENANTS, Table},
 };
+
+/// Entries that are sealed in one transaction.
+const AT_A_TIME: usize = 10_000;
+
+/// Links and seals the entries that are not sealed; returns the seals, and whether more wait.
+pub struct SealAudit(pub Sealing);
+
+impl Write for SealAudit {
+    type Reply = (Vec<Seal>, bool);
+
+    /// What is committed is linked, whatever other transactions go on: they are looked at again as
+    /// long as one may end that began before.
+    async fn run(&self, tx: &mut Tx<'_>) -> Outcome<(Vec<Seal>, bool)> {
+        let (db, Sealing { at, key }) = (tx.db(), &self.0);
+        let lock = "SELECT pg_try_advisory_xact_lock(hashtext('flankfit seals'))";
+        if db.is_postgres() && !db.one::<bool>(lock, args![]).await? {
+            // another process is at it
+            return Ok((Vec::new(), false));
+        }
+        let from: Option<i64> = db.first("SELECT upto FROM audit_seals ORDER BY at DESC LIMIT 1", args![]).await?;
+        let horizon: i64 = db.one("SELECT audit FROM horizon", args![]).await?;
+        // a database that was restored counts its transactions anew
+        let from = from.filter(|from| *from <= horizon).unwrap_or(0);
+        let sql = concat!(
+            "SELECT ",
+            entry_columns!(),
+            " FROM audit a WHERE a.changed_by >= $1 AND NOT EXISTS (SELECT 1 FROM audit_chain c WHERE c.entry = a.id)
+              ORDER BY a.changed_by, a.id LIMIT $2"
+        );
+        let entries: Vec<Entry> = db.all(sql, args![from, AT_A_TIME]).await?;
+        let more = entries.len() == AT_A_TIME;
+        let upto = if more { from } else { horizon };
+        let mut of_tenants: BTreeMap<Tenant, Vec<&Entry>> = BTreeMap::new();
+        for entry in &entries {
+            of_tenants.entry(entry.tenant.clone()).or_default().push(entry);
+        }
+        let mut seals = Vec::new();
+        for (tenant, entries) in &of_tenants {
+            let sql = "SELECT number, sha256 FROM audit_chain WHERE tenant = $1 ORDER BY number DESC LIMIT 1";
+            let head: Option<Link> = db.maybe(sql, args![tenant]).await?;
+            let mut head = head.unwrap_or_else(|| Link::genesis(tenant));
+            let mut links = Vec::with_capacity(entries.len());
+            for entry in entries {
+                head = head.next(&entry.digest());
+                links.push((entry.id, head));
+            }
+            let rows: Vec<_> = links
+                .iter()
+                .map(|(id, link)| vec![tenant.into(), link.number.into(), id.into(), (&link.sha256).into()])
+                .collect();
+            db.insert("audit_chain", "tenant, number, entry, sha256", &rows).await?;
+            let sql =
+                concat!("SELECT ", seal_columns!(), " FROM audit_seals WHERE tenant = $1 ORDER BY number DESC LIMIT 1");
+            let last: Option<Seal> = db.maybe(sql, args![tenant]).await?;
+            let seal = Seal::next(tenant, last.as_ref(), head, *at, key.as_deref());
+            insert(db, &seal, upto).await?;
+            seals.push(seal);
+        }
+        Ok((seals, more))
+    }
+}
+
+async fn insert(db: &mut Db, seal: &Seal, upto: i64) -> Outcome<()> {
+    let signed = seal.signed.as_ref();
+    db.run(
+        "INSERT INTO audit_seals (tenant, number, at, last_entry, last_sha256, previous, sha256, signature, public_key,
+                                  upto)
+         VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10)",
+        args![
+            &seal.tenant,
+            seal.number,
+            seal.at,
+            seal.last.number,
+            &seal.last.sha256,
+            &seal.previous,
+            &seal.sha256,
+            signed.map(|signed| signed.signature.as_slice()),
+            signed.map(|signed| signed.public_key.as_slice()),
+            upto,
+        ],
+    )
+    .await?;
+    Ok(())
+}
 
 /// Reads the audit of a database.
 pub struct SqlAuditor(pub(in crate::store) Pool);
 
-impl SqlAuditor {
-    async fn read_tenants(&self) -> Outcome<BTreeSet<Tenant>> {
-        let sql = "SELECT name FROM tenants UNION SELECT tenant FROM jobs UNION SELECT tenant FROM api_keys
-                   UNION SELECT tenant FROM audit UNION SELECT tenant FROM audit_seals";
-        Ok(self.0.connection().await?.values(sql, args![]).await?.into_iter().collect())
-    }
+/// A row that can be read, or none.
+struct Readable<T>(Option<T>);
 
-    async fn read_chains(&self, tenant: &Tenant) -> Outcome<BTreeSet<Uuid>> {
-        let sql = "SELECT id FROM jobs WHERE tenant = $1 UNION SELECT chain FROM audit WHERE tenant = $1
-                   UNION SELECT chain FROM audit_sealed WHERE tenant = $1";
-        Ok(self.0.connection().await?.values(sql, args![tenant]).await?.into_iter().collect())
+impl<'r, R: sqlx::Row, T: FromRow<'r, R>> FromRow<'r, R> for Readable<T> {
+    fn from_row(row: &'r R) -> Result<Self, sqlx::Error> {
+        Ok(Readable(T::from_row(row).ok()))
     }
+}
 
-    async fn verified(&self, tenant: &Tenant, chain: Chain, sealed: BTreeMap<u64, Sha256Digest>) -> Outcome<Verdict> {
-        let mut db = self.0.snapshot().await?;
-        audit_reads::verify(&mut db, tenant, chain, sealed).await
+row! {
+    /// A place in a chain, with its entry.
+    struct Placed {
+        @entry: Readable<Entry>,
+        @link: Readable<Link>,
+        is_there: bool,
+        is_purged: bool,
     }
+}
 
-    async fn read_seals(&self, tenant: &Tenant, after: u64, limit: u32) -> Outcome<Vec<WholeSeal>> {
-        let mut db = self.0.snapshot().await?;
-        let sql = concat!(
-            "SELECT ",
-            seal_columns!(),
-            " FROM audit_seals WHERE tenant = $1 AND number > $2 ORDER BY number LIMIT $3"
-        );
-        let rows: Vec<SealRow> = db.all(sql, args![tenant, after, limit]).await?;
-        let mut seals = Vec::with_capacity(rows.len());
-        for seal in rows.into_iter().map(Seal::from) {
-            let sql = "SELECT chain, number, sha256 FROM audit_sealed WHERE tenant = $1 AND seal = $2 ORDER BY chain";
-            let heads = db.all(sql, args![tenant, seal.number]).await?;
-            seals.push(WholeSeal { seal, heads });
+row! {
+    /// An entry, with the place before its own.
+    struct Following {
+        @listed: Readable<ListedEntry>,
+        before: Option<[u8; 32]>,
+        is_purged: bool,
+    }
+}
+
+/// The condition for the entries of a job, or of a tenant and its keys.
+const OF_JOB: &str = "a.job = $1 AND a.tenant = $2";
+const OF_TENANT: &str = "a.job IS NULL AND a.tenant = $1";
+
+/// Tests whether the list of jobs differs from the trace of a job. (The first fit and the first
+/// choice are made with their iteration. An event tells which evaluation was the last.)
+const LISTED_OTHERWISE: &str = "
+    SELECT j.iteration_count <> coalesce((SELECT max(number) FROM iterations WHERE job = j.id), 0)
+        OR j.status <> CASE (SELECT min(rank) FROM expected_flanks WHERE job = j.id)
+            WHEN 1 THEN 'rejected' WHEN 2 THEN 'remachine' WHEN 3 THEN 'open' WHEN 4 THEN 'accepted' ELSE 'new' END
+        OR EXISTS (SELECT flank, tooth, number, rank FROM expected_flanks WHERE job = j.id
+                   EXCEPT SELECT flank, tooth, number, rank FROM flanks WHERE job = j.id)
+        OR (SELECT count(*) FROM expected_flanks WHERE job = j.id) <> (SELECT count(*) FROM flanks WHERE job = j.id)
+        OR j.changed_at <> (SELECT max(at) FROM (
+               SELECT j.updated_at AS at UNION ALL SELECT created_at FROM iterations WHERE job = j.id
+               UNION ALL SELECT created_at FROM fits WHERE job = j.id AND position > 1
+               UNION ALL SELECT created_at FROM fit_choices WHERE job = j.id AND position > 1
+               UNION ALL SELECT created_at FROM decisions WHERE job = j.id
+               UNION ALL SELECT created_at FROM records WHERE job = j.id) AS times)
+        OR j.class IS DISTINCT FROM (
+               SELECT r.class FROM events e
+               JOIN records r ON r.job = e.job AND r.number = e.iteration AND r.id = e.record
+               WHERE e.job = j.id AND r.kind = 'evaluation' ORDER BY e.number DESC LIMIT 1)
+        OR j.purged_at IS DISTINCT FROM (SELECT at FROM purges WHERE job = j.id)
+    FROM jobs j WHERE j.id = $1 AND j.tenant = $2";
+
+/// Verifies the entries and rows of a job, or of a tenant and its keys, in one state.
+pub async fn verify_rows(db: &mut Db, tenant: &Tenant, job: Option<Uuid>) -> Outcome<Verdict> {
+    let (mut verdict, mut verifier) = (Verdict::default(), RowVerifier::default());
+    let fault = |place: String, what| Fault { tenant: tenant.as_str().to_owned(), job, place, what };
+    let args: Vec<Value<'_>> = job.map(Value::from).into_iter().chain([tenant.into()]).collect();
+    let sql = format!(
+        "SELECT {}, c.number, c.sha256, EXISTS (SELECT 1 FROM purges WHERE job = a.job) AS is_purged,
+                (SELECT p.sha256 FROM audit_chain p WHERE p.tenant = c.tenant AND p.number = c.number - 1) AS before
+         FROM audit a LEFT JOIN audit_chain c ON c.entry = a.id WHERE {} ORDER BY a.id",
+        entry_columns!(),
+        if job.is_some() { OF_JOB } else { OF_TENANT }
+    );
+    let mut rows = db.each::<Following>(AssertSqlSafe(sql), &args)?;
+    while let Some(Following { listed, before, is_purged }) = rows.try_next().await? {
+        verdict.entries += 1;
+        let Some(ListedEntry { entry, place }) = listed.0 else {
+            verdict.faults.insert(fault("an entry".to_owned(), What::Unreadable));
+            continue;
+        };
+        verifier.entry(&entry);
+        let Some(place) = place else {
+            verdict.unsealed += 1;
+            continue;
+        };
+        let before = match place.number {
+            1 => Some(Link::genesis(tenant)),
+            number => before.map(|sha256| Link { number: number - 1, sha256 }),
+        };
+        let is_linked = before.is_some_and(|before| before.next(&entry.digest()) == place);
+        if !is_linked || !is_sound(&entry, is_purged) {
+            verdict.faults.insert(fault(format!("entry {}", place.number), What::Changed));
         }
-        Ok(seals)
+    }
+    drop(rows);
+    for table in if job.is_some() { OF_JOBS } else { OF_TENANTS } {
+        read(db, table, &args, &mut verifier).await?;
+    }
+    if job.is_some() {
+        match db.first::<bool>(LISTED_OTHERWISE, &args).await {
+            Ok(differs) if differs.unwrap_or(false) => verifier.fault("jobs", What::Derived),
+            Ok(_) => {}
+            Err(error) if error.as_database_error().is_none() => return Err(error.into()),
+            Err(error) => verifier.fault(&format!("jobs: {error}"), What::Unreadable),
+        }
+    }
+    verdict.faults.extend(verifier.conclude().into_iter().map(|(place, what)| fault(place, what)));
+    Ok(verdict)
+}
+
+/// Passes the rows of a table on; one that cannot be read is a fault.
+async fn read(db: &mut Db, table: &'static Table, args: &[Value<'_>], to: &mut RowVerifier) -> Outcome<()> {
+    let mut rows = db.rows(table, &format!("{} ORDER BY {}", table.of, table.order()), args)?;
+    loop {
+        match rows.try_next().await {
+            Ok(Some(row)) => to.row(&row),
+            Ok(None) => return Ok(()),
+            Err(error @ (sqlx::Error::ColumnDecode { .. } | sqlx::Error::Decode(_))) => {
+                to.fault(&format!("{}: {error}", table.name), What::Unreadable);
+            }
+            Err(error) => return Err(error.into()),
+        }
+    }
+}
+
+/// Returns the jobs of a tenant that exist or have entries, and whether all of their ids can be
+/// read.
+async fn job_ids(db: &mut Db, tenant: &Tenant) -> Outcome<(BTreeSet<Uuid>, bool)> {
+    let sql = "SELECT id FROM jobs WHERE tenant = $1
+               UNION SELECT job FROM audit WHERE tenant = $1 AND job IS NOT NULL";
+    let rows: Vec<Readable<(Cell<Uuid>,)>> = db.all(sql, args![tenant]).await?;
+    let are_readable = rows.iter().all(|row| row.0.is_some());
+    Ok((rows.into_iter().filter_map(|row| row.0).map(|(Cell(id),)| id).collect(), are_readable))
+}
+
+/// Verifies the chain of a tenant with its seals, and its keys.
+async fn verify_chain(
+    db: &mut Db,
+    tenant: &Tenant,
+    kept: &BTreeMap<u64, Seal>,
+    key: Option<[u8; 32]>,
+) -> Outcome<Verdict> {
+    let mut verdict = verify_rows(db, tenant, None).await?;
+    let fault = |job, place: String, what| Fault { tenant: tenant.as_str().to_owned(), job, place, what };
+    let sql = concat!("SELECT ", seal_columns!(), " FROM audit_seals WHERE tenant = $1 ORDER BY number");
+    let seals: Vec<Readable<Seal>> = db.all(sql, args![tenant]).await?;
+    if seals.iter().any(|seal| seal.0.is_none()) {
+        verdict.faults.insert(fault(None, "a seal".to_owned(), What::Unreadable));
+    }
+    let seals: Vec<Seal> = seals.into_iter().filter_map(|seal| seal.0).collect();
+    verdict.seals = seals.len() as u64;
+    if !job_ids(db, tenant).await?.1 {
+        verdict.faults.insert(fault(None, "the id of a job".to_owned(), What::Unreadable));
+    }
+    let mut chain = ChainVerifier::new(tenant, &seals, kept, key);
+    let sql = concat!(
+        "SELECT ",
+        entry_columns!(),
+        ", c.number, c.sha256, a.id IS NOT NULL AS is_there, EXISTS (SELECT 1 FROM purges WHERE job = a.job) AS is_purged
+         FROM audit_chain c LEFT JOIN audit a ON a.id = c.entry WHERE c.tenant = $1 ORDER BY c.number"
+    );
+    let mut rows = db.each::<Placed>(sql, args![tenant])?;
+    while let Some(Placed { entry, link, is_there, is_purged }) = rows.try_next().await? {
+        let Some(link) = link.0 else {
+            verdict.faults.insert(fault(None, "a place in the chain".to_owned(), What::Unreadable));
+            continue;
+        };
+        let entry = entry.0.as_ref().ok_or(if is_there { What::Unreadable } else { What::Missing });
+        chain.entry(link, entry, is_purged);
+    }
+    verdict.faults.extend(chain.conclude().into_iter().map(|(job, place, what)| fault(job, place, what)));
+    Ok(verdict)
+}
+
+impl SqlAuditor {
+    async fn read_tenants(&self) -> Outcome<BTreeSet<String>> {
+        let sql = "SELECT name FROM tenants UNION SELECT tenant FROM jobs UNION SELECT tenant FROM api_keys
+                   UNION SELECT tenant FROM audit UNION SELECT tenant FROM audit_chain
+                   UNION SELECT tenant FROM audit_seals";
+        let rows: Vec<Readable<(Cell<String>,)>> = self.0.connection().await?.all(sql, args![]).await?;
+        // whatever is of a tenant whose name cannot be read is missing elsewhere
+        Ok(rows.into_iter().filter_map(|row| row.0).map(|(Cell(name),)| name).collect())
+    }
+
+    async fn of_job(&self, tenant: &Tenant, job: Uuid) -> Outcome<Verdict> {
+        let mut db = self.0.snapshot().await?;
+        Ok(Verdict { jobs: 1, ..verify_rows(&mut db, tenant, Some(job)).await? })
+    }
+
+    async fn of_chain(&self, tenant: &Tenant, kept: &BTreeMap<u64, Seal>, key: Option<[u8; 32]>) -> Outcome<Verdict> {
+        verify_chain(&mut self.0.snapshot().await?, tenant, kept, key).await
     }
 }
 
 impl Auditor for SqlAuditor {
-    fn tenants(&self) -> RepositoryFuture<'_, BTreeSet<Tenant>> {
+    fn tenants(&self) -> RepositoryFuture<'_, BTreeSet<String>> {
         Box::pin(async move { self.read_tenants().await.map_err(reported) })
     }
 
-    fn chains(&self, tenant: Tenant) -> RepositoryFuture<'_, BTreeSet<Uuid>> {
-        Box::pin(async move { self.read_chains(&tenant).await.map_err(reported) })
+    fn jobs(&self, tenant: Tenant) -> RepositoryFuture<'_, BTreeSet<Uuid>> {
+        Box::pin(async move {
+            let mut db = self.0.connection().await.map_err(|error| failure(&error))?;
+            job_ids(&mut db, &tenant).await.map(|(jobs, _)| jobs).map_err(reported)
+        })
     }
 
-    fn verify(
-        &self,
-        tenant: Tenant,
-        chain: Chain,
-        sealed: BTreeMap<u64, Sha256Digest>,
-    ) -> RepositoryFuture<'_, Verdict> {
-        Box::pin(async move { self.verified(&tenant, chain, sealed).await.map_err(reported) })
+    fn job(&self, tenant: Tenant, job: Uuid) -> RepositoryFuture<'_, Verdict> {
+        Box::pin(async move { self.of_job(&tenant, job).await.map_err(reported) })
     }
 
-    fn whole_seals(&self, tenant: Tenant, after: u64, limit: u32) -> RepositoryFuture<'_, Vec<WholeSeal>> {
-        Box::pin(async move { self.read_seals(&tenant, after, limit).await.map_err(reported) })
+    fn chain(&self, tenant: Tenant, kept: BTreeMap<u64, Seal>, key: Option<[u8; 32]>) -> RepositoryFuture<'_, Verdict> {
+        Box::pin(async move { self.of_chain(&tenant, &kept, key).await.map_err(reported) })
     }
 }

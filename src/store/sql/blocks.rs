@@ -1,19 +1,18 @@
 //! Blocks of an open stream, and the estimate's numbers after some of them.
 
+use std::slice;
+
 use uuid::Uuid;
 
 use super::{
+    audit,
     db::Db,
     error::Outcome,
-    growing::target,
-    streams,
-    write::{Intent, Subject, Tx, Write},
+    streams, subject,
+    write::{Intent, Tx, Write},
     writes::InsertBlock,
 };
-use crate::jobs::{
-    Block, Caller, RepositoryError, Stored, Stream, StreamState,
-    audit::{Action, Contents, block_digest},
-};
+use crate::jobs::{Block, Caller, RepositoryError, Stored, Stream, StreamState, audit::Action};
 
 /// Bytes of blocks that are read at a time, in addition to the first block.
 const BYTES_AT_A_TIME: i64 = 8 << 20;
@@ -56,14 +55,8 @@ impl Write for InsertBlock {
 
     fn intent(&self) -> Intent<'_> {
         let block = &self.block;
-        let digest = block_digest(block.sequence, &block.sha256, block.nodes.posted() as u64, block.nodes.bytes());
-        Intent {
-            subject: Subject::Stream(block.stream),
-            bytes: block.nodes.bytes().len() + block.state.as_ref().map_or(0, Vec::len),
-            entries: vec![Contents::one("block", digest)],
-            ..Intent::default()
-        }
-        .receipt(&self.receipt)
+        let bytes = block.nodes.bytes().len() + block.state.as_ref().map_or(0, Vec::len);
+        Intent::stream(block.stream).bytes(bytes).receipt(&self.receipt)
     }
 
     async fn run(&self, tx: &mut Tx<'_>) -> Outcome<Stored> {
@@ -75,14 +68,11 @@ impl Write for InsertBlock {
             return Err(RepositoryError::UnexpectedBlock { expected }.into());
         }
         tx.refuse_taken()?;
-        tx.enter(stream.job_id, Action::AddBlock, target::block(block.stream, block.sequence)).await?;
+        let mut entry = tx.draft(stream.job_id, Action::AddBlock, subject::block(block.stream, block.sequence))?;
         let (db, posted, version) = (tx.db(), block.nodes.posted() as u64, stream.version + 1);
-        db.run(
-            "INSERT INTO stream_blocks (stream, sequence, sha256, count, data, created_at)
-             VALUES ($1, $2, $3, $4, $5, $6)",
-            args![block.stream, block.sequence, &block.sha256, posted, block.nodes.bytes(), block.created_at],
-        )
-        .await?;
+        let row = args![block.stream, block.sequence, &block.sha256, posted, block.nodes.bytes(), block.created_at];
+        let columns = "stream, sequence, sha256, count, data, created_at";
+        audit::insert(db, "stream_blocks", columns, &[row.to_vec()], slice::from_mut(&mut entry)).await?;
         db.run(
             "UPDATE streams SET sequence = $1, node_count = $2, input_sha256 = $3, version = $4, updated_at = $5
              WHERE id = $6",
@@ -103,7 +93,11 @@ impl Write for InsertBlock {
                 args![block.stream, block.sequence, state],
             )
             .await?;
+            entry.note("stream_states", "stream, sequence, data", args![block.stream, block.sequence, state]);
         }
+        entry.note_stored(db, "streams", "id = $1", args![block.stream]).await?;
+        entry.note_event(db, stream.job_id).await?;
+        tx.enter(entry);
         let stored = Stored { number: 0, version };
         tx.keep(&self.receipt, stored, None, block.created_at);
         Ok(stored)

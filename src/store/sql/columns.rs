@@ -74,7 +74,7 @@ impl<T: Column> Column for Option<T> {
 pub struct Moment(Timestamp);
 
 /// A JSON document, stored as its text or, where that is long, as a frame of zstd.
-pub struct Document(String);
+pub struct Document(pub String);
 
 /// Reads what the databases store in different forms.
 macro_rules! forms {

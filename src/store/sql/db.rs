@@ -124,7 +124,7 @@ macro_rules! on {
 }
 
 /// Encodes the values of a statement.
-fn encoded<D: Database>(args: &[Value<'_>]) -> Result<D::Arguments, sqlx::Error>
+pub fn encoded<D: Database>(args: &[Value<'_>]) -> Result<D::Arguments, sqlx::Error>
 where
     for<'a> Value<'a>: sqlx::Encode<'a, D> + sqlx::Type<D>,
 {

@@ -3,18 +3,14 @@
 use uuid::Uuid;
 
 use super::{
+    audit::Draft,
     db::Db,
     error::Outcome,
-    fits,
-    growing::target,
-    locate, records,
+    fits, locate, records, subject,
     write::{Intent, Tx, Write},
     writes::{Amend, Decide},
 };
-use crate::jobs::{
-    Amendment, DecisionEvent, JobGear, Stored,
-    audit::{Action, Contents, choice_digest, decision_digest, record_digest},
-};
+use crate::jobs::{Amendment, DecisionEvent, JobGear, Stored, audit::Action};
 
 /// Returns the latest decision on an iteration.
 pub async fn latest(db: &mut Db, job: Uuid, number: u32) -> Outcome<Option<DecisionEvent>> {
@@ -32,7 +28,7 @@ pub async fn last(db: &mut Db, job: Uuid, number: u32) -> Outcome<(Vec<DecisionE
     locate::last(db, sql, job, number).await
 }
 
-async fn insert(db: &mut Db, job: Uuid, number: u32, decision: &DecisionEvent) -> Outcome<()> {
+async fn insert(db: &mut Db, job: Uuid, number: u32, decision: &DecisionEvent, entry: &mut Draft) -> Outcome<()> {
     let DecisionEvent { decision, concession, event } = decision;
     db.run(
         "INSERT INTO decisions (job, number, position, decision, concession, reason, actor, created_at)
@@ -49,14 +45,15 @@ async fn insert(db: &mut Db, job: Uuid, number: u32, decision: &DecisionEvent) -
         ],
     )
     .await?;
-    Ok(())
+    let last = "job = $1 AND number = $2 ORDER BY position DESC LIMIT 1";
+    entry.note_stored(db, "decisions", last, args![job, number]).await
 }
 
 impl Write for Decide {
     type Reply = Stored;
 
     fn intent(&self) -> Intent<'_> {
-        Intent::job(self.job, Contents::one("decision", decision_digest(&self.decision)))
+        Intent::job(self.job)
     }
 
     async fn run(&self, tx: &mut Tx<'_>) -> Outcome<Stored> {
@@ -70,8 +67,9 @@ impl Write for Decide {
         if latest.is_some_and(is_same) {
             return Ok(Stored { number: *number, version });
         }
-        tx.enter(*job, Action::Decide, target::iteration(*job, *number)).await?;
-        insert(tx.db(), *job, *number, decision).await?;
+        let mut entry = tx.draft(*job, Action::Decide, subject::iteration(*job, *number))?;
+        insert(tx.db(), *job, *number, decision, &mut entry).await?;
+        tx.enter(entry);
         Ok(Stored { number: *number, version: version + 1 })
     }
 }
@@ -80,12 +78,9 @@ impl Write for Amend {
     type Reply = Stored;
 
     fn intent(&self) -> Intent<'_> {
-        let Amendment { record, fit, decision, .. } = &*self.amendment;
+        let Amendment { record, fit, .. } = &*self.amendment;
         let bytes = record.bytes() + fit.as_ref().map_or(0, |fit| fit.bytes());
-        let fit = fit.iter().flat_map(|fit| [("fit", fit.digest()), ("choice", choice_digest(&fit.choice()))]);
-        let decision = decision.iter().map(|decision| ("decision", decision_digest(decision)));
-        let rows = [("record", record_digest(record))].into_iter().chain(fit).chain(decision);
-        Intent::job(self.job, Contents::of(rows.collect())).bytes(bytes)
+        Intent::job(self.job).bytes(bytes)
     }
 
     async fn run(&self, tx: &mut Tx<'_>) -> Outcome<Stored> {
@@ -95,16 +90,17 @@ impl Write for Amend {
         let gear: Option<JobGear> = tx.db().one("SELECT gear FROM jobs WHERE id = $1", args![job]).await?;
         let teeth = gear.as_ref().and_then(JobGear::teeth);
         amendment.measurand.check_tooth(teeth)?;
-        tx.enter(*job, Action::Amend, target::iteration(*job, *number)).await?;
+        let mut entry = tx.draft(*job, Action::Amend, subject::iteration(*job, *number))?;
         let db = tx.db();
-        records::insert_next(db, *job, *number, &amendment.record).await?;
+        records::insert_next(db, *job, *number, &amendment.record, &mut entry).await?;
         if let Some(fit) = &amendment.fit {
-            let place = fits::insert_next(db, *job, *number, fit).await?;
-            fits::insert_choice(db, place, &fit.choice()).await?;
+            let place = fits::insert_next(db, *job, *number, fit, &mut entry).await?;
+            fits::insert_choice(db, place, &fit.choice(), &mut entry).await?;
         }
         if let Some(decision) = &amendment.decision {
-            insert(db, *job, *number, decision).await?;
+            insert(db, *job, *number, decision, &mut entry).await?;
         }
+        tx.enter(entry);
         Ok(Stored { number: *number, version: version + amendment.steps() })
     }
 }

@@ -146,8 +146,7 @@ async fn forget_another_servers(db: &mut Db) -> Outcome<()> {
         )
         .await?;
     if brought {
-        let sql = "DELETE FROM told WHERE changed_by >= greatest((SELECT audit_next FROM horizon),
-                                                                 pg_current_xact_id()::text::bigint + 1)";
+        let sql = "DELETE FROM told WHERE changed_by >= greatest((SELECT next FROM horizon), pg_current_xact_id()::text::bigint + 1)";
         db.run(sql, args![]).await?;
     }
     Ok(())

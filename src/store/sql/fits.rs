@@ -3,22 +3,22 @@
 use uuid::Uuid;
 
 use super::{
+    audit::{self, Draft},
     db::Db,
     error::Outcome,
     gone,
-    growing::target,
     keys::{FitPlace, StoredFit},
     lists::{self, Counted, Listed, page},
     locate,
     row::{TracedFitRow, figure_columns},
+    subject,
     value::Value,
     write::{Intent, Tx, Write},
     writes::{Choose, InsertFit},
 };
 use crate::jobs::{
     Caller, Choice, Computed, EncodedText, FitRecord, FitSummary, MAX_LISTED, NewFit, Page, PageRequest,
-    RepositoryError, Resource, Stored, TracedFit,
-    audit::{Action, Contents, choice_digest},
+    RepositoryError, Resource, Stored, TracedFit, audit::Action,
 };
 
 /// The position of the chosen fit of the iteration that is the statement's first two values.
@@ -50,9 +50,8 @@ macro_rules! total {
     };
 }
 
-/// Stores fits.
-pub async fn insert(db: &mut Db, fits: &[(FitPlace, &NewFit)]) -> Outcome<()> {
-    let bytes = |text: &Option<EncodedText>| Value::Bytes(text.as_ref().map(|text| text.bytes().to_vec().into()));
+/// Stores fits, each noted in the entry at its place.
+pub async fn insert(db: &mut Db, fits: &[(FitPlace, &NewFit)], entries: &mut [Draft]) -> Outcome<()> {
     let mut rows = Vec::with_capacity(fits.len());
     for (FitPlace { job, number, position }, fit) in fits {
         let Computed { spec, result, figures, flank } = &fit.computed;
@@ -76,10 +75,10 @@ pub async fn insert(db: &mut Db, fits: &[(FitPlace, &NewFit)]) -> Outcome<()> {
             figures.rms.into(),
             figures.max_abs.into(),
             Value::document(spec),
-            result.bytes().into(),
+            Value::Document(Some(EncodedText::clone(result))),
             flank.as_deref().into(),
-            bytes(&beside.coefficients),
-            bytes(&beside.prior),
+            Value::Document(beside.coefficients.clone()),
+            Value::Document(beside.prior.clone()),
         ]);
     }
     let columns = concat!(
@@ -87,7 +86,7 @@ pub async fn insert(db: &mut Db, fits: &[(FitPlace, &NewFit)]) -> Outcome<()> {
         figure_columns!(),
         ", spec, result, flank_figures, coefficients, prior"
     );
-    Ok(db.insert("fits", columns, &rows).await?)
+    Ok(audit::insert(db, "fits", columns, &rows, entries).await?)
 }
 
 /// Returns the last fits of an iteration, and how many come before them.
@@ -167,16 +166,16 @@ pub async fn fit(db: &mut Db, caller: &Caller, job: &Uuid, number: &u32, fit: &U
 }
 
 /// Adds a fit to those of an iteration; returns its place.
-pub async fn insert_next(db: &mut Db, job: Uuid, number: u32, fit: &NewFit) -> Outcome<FitPlace> {
+pub async fn insert_next(db: &mut Db, job: Uuid, number: u32, fit: &NewFit, entry: &mut Draft) -> Outcome<FitPlace> {
     let sql = "SELECT max(position) FROM fits WHERE job = $1 AND number = $2";
     let last: i64 = db.one(sql, args![job, number]).await?;
     let place = FitPlace { job, number, position: last + 1 };
-    insert(db, &[(place, fit)]).await?;
+    insert(db, &[(place, fit)], std::slice::from_mut(entry)).await?;
     Ok(place)
 }
 
 /// Stores the choice of a fit.
-pub async fn insert_choice(db: &mut Db, fit: FitPlace, choice: &Choice) -> Outcome<()> {
+pub async fn insert_choice(db: &mut Db, fit: FitPlace, choice: &Choice, entry: &mut Draft) -> Outcome<()> {
     let event = &choice.event;
     db.run(
         "INSERT INTO fit_choices (job, number, position, fit, reason, actor, created_at)
@@ -185,23 +184,24 @@ pub async fn insert_choice(db: &mut Db, fit: FitPlace, choice: &Choice) -> Outco
         args![fit.job, fit.number, fit.position, event.reason.as_deref(), event.by.as_deref(), event.created_at],
     )
     .await?;
-    Ok(())
+    let last = "job = $1 AND number = $2 ORDER BY position DESC LIMIT 1";
+    entry.note_stored(db, "fit_choices", last, args![fit.job, fit.number]).await
 }
 
 impl Write for InsertFit {
     type Reply = Stored;
 
     fn intent(&self) -> Intent<'_> {
-        let entry = Contents::one("fit", self.fit.digest());
-        Intent::job(self.job, entry).receipt(&self.receipt).bytes(self.fit.bytes())
+        Intent::job(self.job).receipt(&self.receipt).bytes(self.fit.bytes())
     }
 
     async fn run(&self, tx: &mut Tx<'_>) -> Outcome<Stored> {
         let (InsertFit { job, number, fit, .. }, tenant) = (self, tx.tenant());
         let version = locate::version(tx.db(), tenant, *job, *number).await?;
         tx.refuse_taken()?;
-        tx.enter(*job, Action::AddFit, target::fit(*job, *number, fit.id)).await?;
-        let place = insert_next(tx.db(), *job, *number, fit).await?;
+        let mut entry = tx.draft(*job, Action::AddFit, subject::fit(*job, *number, fit.id))?;
+        let place = insert_next(tx.db(), *job, *number, fit, &mut entry).await?;
+        tx.enter(entry);
         let stored = Stored { number: *number, version: version + 1 };
         let stored_fit = StoredFit { place, result: &fit.computed.result };
         tx.keep(&self.receipt, stored, Some(stored_fit), fit.event.created_at);
@@ -213,7 +213,7 @@ impl Write for Choose {
     type Reply = Stored;
 
     fn intent(&self) -> Intent<'_> {
-        Intent::job(self.job, Contents::one("choice", choice_digest(&self.choice)))
+        Intent::job(self.job)
     }
 
     async fn run(&self, tx: &mut Tx<'_>) -> Outcome<Stored> {
@@ -228,8 +228,9 @@ impl Write for Choose {
         if latest.is_some_and(|(fit, reason)| (fit, &reason) == (position, &choice.event.reason)) {
             return Ok(Stored { number: *number, version });
         }
-        tx.enter(*job, Action::ChooseFit, target::fit(*job, *number, choice.fit_id)).await?;
-        insert_choice(tx.db(), FitPlace { job: *job, number: *number, position }, choice).await?;
+        let mut entry = tx.draft(*job, Action::ChooseFit, subject::fit(*job, *number, choice.fit_id))?;
+        insert_choice(tx.db(), FitPlace { job: *job, number: *number, position }, choice, &mut entry).await?;
+        tx.enter(entry);
         Ok(Stored { number: *number, version: version + 1 })
     }
 }

@@ -5,15 +5,15 @@ use uuid::Uuid;
 use super::{
     db::Db,
     error::{Outcome, StoreError},
-    row::{self, JobPurge},
+    row::JobPurge,
 };
 use crate::jobs::Tenant;
 
 /// Returns the refusal of something of a job that was taken away.
 pub async fn refusal(db: &mut Db, job: Uuid) -> StoreError {
-    let sql = "SELECT at, reason, archive_sha256 FROM purges WHERE job = $1";
+    let sql = "SELECT at AS purged_at, reason AS purge_reason FROM purges WHERE job = $1";
     match db.maybe(sql, args![job]).await {
-        Ok(purge) => row::refusal(purge).into(),
+        Ok(purge) => JobPurge::refusal(purge).into(),
         Err(error) => error.into(),
     }
 }

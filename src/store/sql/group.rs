@@ -26,7 +26,7 @@ pub async fn run_group(session: &mut Session, group: &mut [Queued]) -> Result<()
 
 fn incoming(pending: &Pending<InsertIteration>) -> Incoming<'_> {
     let InsertIteration { iteration, receipt } = &pending.write;
-    Incoming::of(&pending.asked, iteration, receipt.as_ref(), &pending.asked.prepared[0])
+    Incoming::of(&pending.asked, iteration, receipt.as_ref())
 }
 
 /// Inserts iterations together. Where they are refused together, because the row of one job does

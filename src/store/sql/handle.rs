@@ -21,7 +21,7 @@ use super::{
 };
 use crate::{
     jobs::{
-        audit::{Chain, Entry, Seal, Verdict},
+        audit::{ListedEntry, Seal},
         *,
     },
     key_operations, repository_operations, telemetry,
@@ -109,7 +109,7 @@ impl Handle {
     fn write<W: Write>(&self, write: W) -> RepositoryFuture<'_, W::Reply> {
         let database = &self.database;
         let at = database.clock.now();
-        let asked = Asked::of(self.caller.clone(), at, write.intent(), || database.ids.fresh(at));
+        let asked = Asked::of(self.caller.clone(), at, write.intent());
         let span = telemetry::store_span(database.system(), type_name::<W>());
         let writing = database.queue(asked.subject).write(asked, write);
         Box::pin(async move { told(writing.await) }.instrument(span))

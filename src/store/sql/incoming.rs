@@ -2,10 +2,10 @@
 
 use uuid::Uuid;
 
-use super::{growing::target, keys::OwnedKey, write::Asked};
+use super::{keys::OwnedKey, subject, write::Asked};
 use crate::jobs::{
     Lease, NewIteration, Receipt, Tenant,
-    audit::{Action, By, Prepared},
+    audit::{Action, By},
 };
 
 /// An iteration about to be stored, with the caller whose tenant's job it names.
@@ -17,21 +17,15 @@ pub struct Incoming<'a> {
     pub key: Option<&'a OwnedKey>,
     /// The lease under which a task asks for it.
     pub lease: Option<Lease>,
-    pub prepared: &'a Prepared,
     /// The stream that it was.
     pub stream: Option<Uuid>,
 }
 
 impl<'a> Incoming<'a> {
-    pub fn of(
-        asked: &'a Asked,
-        iteration: &'a NewIteration,
-        receipt: Option<&'a Receipt>,
-        prepared: &'a Prepared,
-    ) -> Self {
+    pub fn of(asked: &'a Asked, iteration: &'a NewIteration, receipt: Option<&'a Receipt>) -> Self {
         let key = asked.key.as_ref().filter(|_| receipt.is_some());
         let lease = asked.lease.filter(|_| receipt.is_some());
-        Incoming { by: asked.by(), iteration, receipt, key, lease, prepared, stream: None }
+        Incoming { by: asked.by(), iteration, receipt, key, lease, stream: None }
     }
 
     pub fn tenant(&self) -> &'a Tenant {
@@ -41,6 +35,6 @@ impl<'a> Incoming<'a> {
     /// Returns the action, and the path of the iteration.
     pub fn deed(&self, number: u32) -> (Action, String) {
         let action = if self.stream.is_some() { Action::FinishStream } else { Action::AddIteration };
-        (action, target::iteration(self.iteration.job_id, number))
+        (action, subject::iteration(self.iteration.job_id, number))
     }
 }

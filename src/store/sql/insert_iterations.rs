@@ -11,9 +11,9 @@ use jiff::Timestamp;
 use uuid::Uuid;
 
 use super::{
+    audit::{self, Draft},
     error::{Outcome, StoreError},
     fits,
-    growing::target,
     incoming::Incoming,
     jobs,
     keys::{FitPlace, Keys, OwnedKey, StoredFit},
@@ -25,22 +25,19 @@ use super::{
     write::{Intent, Tx, Write},
     writes::{InsertIteration, InsertRuns},
 };
-use crate::jobs::{
-    NewFit, NewIteration, NewRun, RepositoryError, Resource, Stored,
-    audit::{Action, Contents, new_iteration},
-};
+use crate::jobs::{NewFit, NewIteration, NewRun, RepositoryError, Resource, Stored};
 
 impl Write for InsertIteration {
     type Reply = Stored;
 
     fn intent(&self) -> Intent<'_> {
         let new = &self.iteration;
-        Intent::job(new.job_id, new_iteration(new)).receipt(&self.receipt).bytes(new.bytes())
+        Intent::job(new.job_id).receipt(&self.receipt).bytes(new.bytes())
     }
 
     async fn run(&self, tx: &mut Tx<'_>) -> Outcome<Stored> {
         let Tx { session, asked } = tx;
-        one(session, Incoming::of(asked, &self.iteration, self.receipt.as_ref(), &asked.prepared[0])).await
+        one(session, Incoming::of(asked, &self.iteration, self.receipt.as_ref())).await
     }
 
     fn queued(pending: Pending<Self>) -> Queued {
@@ -51,36 +48,21 @@ impl Write for InsertIteration {
 impl Write for InsertRuns {
     type Reply = Stored;
 
-    /// Each job has an entry, and after it those of its iterations.
     fn intent(&self) -> Intent<'_> {
-        let entries = |run: &NewRun| -> Vec<Contents> {
-            let iterations = run.iterations.iter().map(|iteration| new_iteration(iteration));
-            [jobs::contents(&run.job)].into_iter().chain(iterations).collect()
-        };
         let bytes = self.runs.iter().flat_map(|run| &run.iterations).map(|iteration| iteration.bytes()).sum();
-        let of = match self.runs.first() {
-            Some(run) => Intent::job(run.job.id, Contents::default()),
-            None => Intent::default(),
-        };
-        Intent { entries: self.runs.iter().flat_map(entries).collect(), ..of }.receipt(&self.receipt).bytes(bytes)
+        let of = self.runs.first().map_or_else(Intent::default, |run| Intent::job(run.job.id));
+        of.receipt(&self.receipt).bytes(bytes)
     }
 
     async fn run(&self, tx: &mut Tx<'_>) -> Outcome<Stored> {
         tx.refuse_taken()?;
-        let (asked, session) = (tx.asked, &mut *tx.session);
-        let mut prepared = asked.prepared.iter();
+        let asked = tx.asked;
         for NewRun { job, iterations } in &self.runs {
-            let Some(of_job) = prepared.next() else { break };
-            session.begin_chain(asked.by(), job.id);
-            let chain = session.chain(asked.by(), job.id).await?;
-            chain.add(asked.by(), of_job.clone(), Action::CreateJob, target::job(job.id));
-            jobs::insert(&mut session.db, &asked.caller.tenant, job).await?;
-            let incoming = iterations.iter().zip(&mut prepared);
-            let incoming: Vec<_> =
-                incoming.map(|(iteration, prepared)| Incoming::of(asked, iteration, None, prepared)).collect();
+            jobs::create(tx, job).await.map_err(StoreError::too_late)?;
+            let incoming: Vec<_> = iterations.iter().map(|iteration| Incoming::of(asked, iteration, None)).collect();
             // none is refused of a job that is there and without a key; otherwise all would be
             // undone
-            for stored in insert(session, &incoming).await.map_err(StoreError::too_late)? {
+            for stored in insert(&mut *tx.session, &incoming).await.map_err(StoreError::too_late)? {
                 stored.map_err(|error| StoreError::from(error).too_late())?;
             }
         }
@@ -99,6 +81,11 @@ struct Numbered<'a> {
 impl<'a> Numbered<'a> {
     fn iteration(&self) -> &'a NewIteration {
         self.new.iteration
+    }
+
+    fn draft(&self) -> Outcome<Draft> {
+        let (action, subject) = self.new.deed(self.number);
+        Draft::new(self.new.by, self.new.tenant(), Some(self.iteration().job_id), action, subject)
     }
 
     fn first_fit(&self) -> FitPlace {
@@ -145,17 +132,10 @@ pub async fn insert(session: &mut Session, incoming: &[Incoming<'_>]) -> Outcome
             Stored { number, version: 1 }
         }));
     }
-    // a chain that is refused leaves no entry in the others
-    for Numbered { new, .. } in &accepted {
-        session.chain(new.by, new.iteration.job_id).await?;
-    }
-    for Numbered { new, number } in &accepted {
-        let (action, target) = new.deed(*number);
-        let chain = session.chain(new.by, new.iteration.job_id).await?;
-        chain.add(new.by, new.prepared.clone(), action, target);
-    }
     if !accepted.is_empty() {
-        change(session, &accepted).await.map_err(StoreError::too_late)?;
+        let mut entries = accepted.iter().map(Numbered::draft).collect::<Outcome<Vec<_>>>()?;
+        change(session, &accepted, &mut entries).await.map_err(StoreError::too_late)?;
+        session.entries.extend(entries);
     }
     Ok(replies)
 }
@@ -180,7 +160,7 @@ fn number<'a>(
     Ok(job.last_number)
 }
 
-async fn change(session: &mut Session, accepted: &[Numbered<'_>]) -> Outcome<()> {
+async fn change(session: &mut Session, accepted: &[Numbered<'_>], entries: &mut [Draft]) -> Outcome<()> {
     let db = &mut session.db;
     // once for each job; otherwise a trigger would do so for each iteration
     let mut jobs: BTreeMap<Uuid, (u32, Timestamp)> = BTreeMap::new();
@@ -200,14 +180,15 @@ async fn change(session: &mut Session, accepted: &[Numbered<'_>]) -> Outcome<()>
     )
     .await?;
     let columns = "job, number, id, measured_at, instrument, operator, note, flank, tooth, axes, created_at";
-    db.insert("iterations", columns, &accepted.iter().map(iteration_row).collect::<Vec<_>>()).await?;
+    let rows: Vec<_> = accepted.iter().map(iteration_row).collect();
+    audit::insert(db, "iterations", columns, &rows, entries).await?;
     let nodes: Vec<_> = accepted
         .iter()
         .map(|row| row.row([row.iteration().nodes.posted().into(), row.iteration().nodes.bytes().into()]))
         .collect();
-    db.insert("nodes", "job, number, count, data", &nodes).await?;
+    audit::insert(db, "nodes", "job, number, count, data", &nodes, entries).await?;
     let first: Vec<(FitPlace, &NewFit)> = accepted.iter().map(|row| (row.first_fit(), &row.iteration().fit)).collect();
-    fits::insert(db, &first).await?;
+    fits::insert(db, &first, entries).await?;
     let choices: Vec<_> = accepted
         .iter()
         .map(|row| {
@@ -215,9 +196,9 @@ async fn change(session: &mut Session, accepted: &[Numbered<'_>]) -> Outcome<()>
             row.row([1_i64.into(), 1_i64.into(), event.by.as_deref().into(), event.created_at.into()])
         })
         .collect();
-    db.insert("fit_choices", "job, number, position, fit, actor, created_at", &choices).await?;
-    for row in accepted {
-        records::insert(db, row.iteration().job_id, row.number, 0, &row.iteration().records).await?;
+    audit::insert(db, "fit_choices", "job, number, position, fit, actor, created_at", &choices, entries).await?;
+    for (row, entry) in accepted.iter().zip(&mut *entries) {
+        records::insert(db, row.iteration().job_id, row.number, 0, &row.iteration().records, entry).await?;
     }
     for row in accepted {
         let Incoming { iteration, receipt, .. } = row.new;

@@ -7,16 +7,12 @@ use super::{
     db::Db,
     error::Outcome,
     gone,
-    growing::target,
     row::{MeasuredTooth, job_columns},
-    streams,
+    streams, subject,
     write::{Intent, Tx, Write},
     writes::{DeleteJob, InsertJob, PatchJob},
 };
-use crate::jobs::{
-    Caller, Job, JobGear, RepositoryError, Resource, Stored, Tenant,
-    audit::{Action, Contents, job_digest},
-};
+use crate::jobs::{Caller, Job, JobGear, RepositoryError, Resource, Stored, Tenant, audit::Action};
 
 /// Returns a job of a tenant.
 pub async fn located(db: &mut Db, tenant: &Tenant, id: Uuid) -> Outcome<Job> {
@@ -36,13 +32,18 @@ async fn refuse_purged(db: &mut Db, job: &Job) -> Outcome<()> {
     }
 }
 
-/// Returns the contents of an entry about a job.
-pub fn contents(job: &Job) -> Contents {
-    Contents::one("job", job_digest(job))
+/// Stores a job of the caller's tenant, with its entry.
+pub async fn create(tx: &mut Tx<'_>, job: &Job) -> Outcome<()> {
+    let mut entry = tx.draft(job.id, Action::CreateJob, subject::job(job.id))?;
+    let tenant = tx.tenant();
+    insert(tx.db(), tenant, job).await?;
+    entry.note_stored(tx.db(), "jobs", "id = $1", args![job.id]).await?;
+    tx.enter(entry);
+    Ok(())
 }
 
 /// Stores a job of a tenant.
-pub async fn insert(db: &mut Db, tenant: &Tenant, job: &Job) -> Outcome<()> {
+async fn insert(db: &mut Db, tenant: &Tenant, job: &Job) -> Outcome<()> {
     db.run(
         "INSERT INTO jobs (tenant, id, name, part_number, serial_number, machine, gear, requirements, tags, version,
                            created_at, updated_at, folded)
@@ -71,15 +72,13 @@ impl Write for InsertJob {
     type Reply = Stored;
 
     fn intent(&self) -> Intent<'_> {
-        Intent::job(self.job.id, contents(&self.job)).receipt(&self.receipt)
+        Intent::job(self.job.id).receipt(&self.receipt)
     }
 
     async fn run(&self, tx: &mut Tx<'_>) -> Outcome<Stored> {
         let job = &self.job;
         tx.refuse_taken()?;
-        tx.session.begin_chain(tx.asked.by(), job.id);
-        tx.enter(job.id, Action::CreateJob, target::job(job.id)).await?;
-        insert(&mut tx.session.db, &tx.asked.caller.tenant, job).await?;
+        create(tx, job).await?;
         let stored = Stored { number: 0, version: job.version };
         tx.keep(&self.receipt, stored, None, job.created_at);
         Ok(stored)
@@ -90,7 +89,7 @@ impl Write for PatchJob {
     type Reply = Job;
 
     fn intent(&self) -> Intent<'_> {
-        Intent::job(self.id, Contents::default())
+        Intent::job(self.id)
     }
 
     async fn run(&self, tx: &mut Tx<'_>) -> Outcome<Job> {
@@ -103,26 +102,29 @@ impl Write for PatchJob {
             refuse_fewer_teeth(tx.db(), self.id, after.gear.as_ref()).await?;
         }
         if after.version != before.version {
-            tx.enter_found(self.id, contents(&after), Action::ChangeJob, target::job(self.id)).await?;
-            tx.db()
-                .run(
-                    "UPDATE jobs SET name = $1, part_number = $2, serial_number = $3, machine = $4, gear = $5,
+            let mut entry = tx.draft(self.id, Action::ChangeJob, subject::job(self.id))?;
+            let db = tx.db();
+            db.run(
+                "UPDATE jobs SET name = $1, part_number = $2, serial_number = $3, machine = $4, gear = $5,
                             requirements = $6, tags = $7, version = $8, updated_at = $9, folded = $10 WHERE id = $11",
-                    args![
-                        &after.name,
-                        after.part_number.as_deref(),
-                        after.serial_number.as_deref(),
-                        after.machine.as_deref(),
-                        after.gear.as_deref(),
-                        after.requirements.as_deref(),
-                        tags_text(&after.tags),
-                        after.version,
-                        after.updated_at,
-                        after.searched(),
-                        self.id,
-                    ],
-                )
-                .await?;
+                args![
+                    &after.name,
+                    after.part_number.as_deref(),
+                    after.serial_number.as_deref(),
+                    after.machine.as_deref(),
+                    after.gear.as_deref(),
+                    after.requirements.as_deref(),
+                    tags_text(&after.tags),
+                    after.version,
+                    after.updated_at,
+                    after.searched(),
+                    self.id,
+                ],
+            )
+            .await?;
+            entry.note_stored(db, "jobs", "id = $1", args![self.id]).await?;
+            entry.note_event(db, self.id).await?;
+            tx.enter(entry);
         }
         Ok(after)
     }
@@ -144,7 +146,7 @@ impl Write for DeleteJob {
     type Reply = ();
 
     fn intent(&self) -> Intent<'_> {
-        Intent::job(self.id, Contents::default())
+        Intent::job(self.id)
     }
 
     async fn run(&self, tx: &mut Tx<'_>) -> Outcome<()> {
@@ -157,8 +159,9 @@ impl Write for DeleteJob {
         if iterations > 0 {
             return Err(RepositoryError::HasIterations(iterations).into());
         }
+        let entry = tx.draft(self.id, Action::DeleteJob, subject::job(self.id))?;
         streams::release_job(tx.db(), self.id).await?;
-        tx.enter(self.id, Action::DeleteJob, target::job(self.id)).await?;
+        tx.enter(entry);
         tx.db().run("DELETE FROM jobs WHERE id = $1", args![self.id]).await?;
         let told = "INSERT INTO told (tenant, job, state, created_at) VALUES ($1, $2, 'deleted', $3)";
         tx.session.db.run(told, args![tenant, self.id, tx.asked.at]).await?;

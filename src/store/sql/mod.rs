@@ -15,9 +15,6 @@ mod answers;
 mod api_keys;
 mod around;
 mod audit;
-mod audit_keys;
-mod audit_reads;
-mod audit_seals;
 mod auditor;
 mod blocks;
 mod columns;
@@ -28,7 +25,6 @@ mod events;
 mod fits;
 mod gone;
 mod group;
-mod growing;
 mod handle;
 mod holdings;
 mod incoming;
@@ -49,10 +45,12 @@ mod queue;
 mod read_turns;
 mod records;
 mod row;
+mod rows;
 mod search;
 mod session;
 mod store;
 mod streams;
+mod subject;
 mod tasks;
 mod trace;
 mod upkeep;
@@ -78,8 +76,7 @@ mod reads {
     pub use super::{
         answers::answer,
         api_keys::{find_certificate, find_key, has_keys, key, keys},
-        audit_reads::{audit, verify_audit},
-        audit_seals::seals,
+        audit::{audit, seals},
         blocks::{block_sha256, blocks, stream_state},
         events::{all_events, events, last_event, last_place, tells_all_after},
         fits::{fit, fits},

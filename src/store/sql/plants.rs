@@ -6,15 +6,12 @@ use super::{
     api_keys,
     db::Db,
     error::{Outcome, StoreError},
-    growing::target,
     row::plant_columns,
+    subject,
     write::{Intent, Tx, Write},
     writes::{InsertPlant, PatchPlant},
 };
-use crate::jobs::{
-    Caller, Cursor, Page, PageRequest, Plant, RepositoryError, Resource, Stored, Tenant,
-    audit::{Action, Contents},
-};
+use crate::jobs::{Caller, Cursor, Page, PageRequest, Plant, RepositoryError, Resource, Stored, Tenant, audit::Action};
 
 pub async fn plant(db: &mut Db, _caller: &Caller, name: &Tenant) -> Outcome<Plant> {
     let sql = concat!("SELECT ", plant_columns!(), " FROM tenants WHERE name = $1");
@@ -32,13 +29,14 @@ impl Write for InsertPlant {
     type Reply = Stored;
 
     fn intent(&self) -> Intent<'_> {
-        Intent::no_job(api_keys::contents([&self.plant.key], Some(&self.plant.plant))).receipt(&self.receipt)
+        Intent::default().receipt(&self.receipt)
     }
 
     async fn run(&self, tx: &mut Tx<'_>) -> Outcome<Stored> {
         let plant = &self.plant.plant;
         tx.refuse_taken()?;
         tx.session.lock_tenant(&plant.name).await?;
+        let mut entry = tx.draft_of(&plant.name, Action::CreateTenant, subject::tenant(&plant.name))?;
         let inserted = tx
             .db()
             .run(
@@ -58,9 +56,11 @@ impl Write for InsertPlant {
         if inserted == 0 {
             return Err(RepositoryError::TenantExists.into());
         }
-        let entered = tx.enter_tenant(&plant.name, None, None, Action::CreateTenant, target::tenant(&plant.name));
-        entered.await.map_err(StoreError::too_late)?;
-        api_keys::insert(tx.db(), &plant.name, &self.plant.key).await.map_err(StoreError::too_late)?;
+        let db = tx.db();
+        api_keys::insert(db, &plant.name, &self.plant.key).await.map_err(StoreError::too_late)?;
+        entry.note_stored(db, "tenants", "name = $1", args![&plant.name]).await?;
+        entry.note_stored(db, "api_keys", "id = $1", args![self.plant.key.key.id]).await?;
+        tx.enter(entry);
         let stored = Stored { number: 0, version: plant.version };
         tx.keep(&self.receipt, stored, None, plant.created_at);
         Ok(stored)
@@ -70,10 +70,6 @@ impl Write for InsertPlant {
 impl Write for PatchPlant {
     type Reply = Plant;
 
-    fn intent(&self) -> Intent<'_> {
-        Intent::no_job(Contents::default())
-    }
-
     async fn run(&self, tx: &mut Tx<'_>) -> Outcome<Plant> {
         tx.session.lock_tenant(&self.name).await?;
         let asked = tx.asked;
@@ -81,16 +77,16 @@ impl Write for PatchPlant {
         self.precondition.check(before.version)?;
         let after = before.patched(self.patch.clone(), self.now);
         if after.version != before.version {
-            let contents = api_keys::contents([], Some(&after));
-            let target = target::tenant(&after.name);
-            tx.enter_tenant(&after.name, None, Some(contents), Action::ChangeTenant, target).await?;
-            tx.db()
-                .run(
-                    "UPDATE tenants SET description = $1, suspended = $2, version = $3, updated_at = $4
+            let mut entry = tx.draft_of(&after.name, Action::ChangeTenant, subject::tenant(&after.name))?;
+            let db = tx.db();
+            db.run(
+                "UPDATE tenants SET description = $1, suspended = $2, version = $3, updated_at = $4
                      WHERE name = $5",
-                    args![after.description.as_deref(), after.suspended, after.version, after.updated_at, &after.name],
-                )
-                .await?;
+                args![after.description.as_deref(), after.suspended, after.version, after.updated_at, &after.name],
+            )
+            .await?;
+            entry.note_stored(db, "tenants", "name = $1", args![&after.name]).await?;
+            tx.enter(entry);
         }
         Ok(after)
     }

@@ -3,35 +3,35 @@
 use uuid::Uuid;
 
 use super::{
+    audit::{self, Draft},
     db::Db,
     error::Outcome,
     gone,
-    growing::target,
     lists::{Listed, page},
-    locate,
+    locate, subject,
     value::Value,
     write::{Intent, Tx, Write},
     writes::InsertRecord,
 };
 use crate::jobs::{
     Caller, Page, PageRequest, Record, RecordDraft, RecordKind, RecordSummary, RepositoryError, Resource, Stored,
-    audit::{Action, Contents, record_digest},
+    audit::Action,
 };
 
 impl Write for InsertRecord {
     type Reply = Stored;
 
     fn intent(&self) -> Intent<'_> {
-        let entry = Contents::one("record", record_digest(&self.record));
-        Intent::job(self.job, entry).receipt(&self.receipt).bytes(self.record.bytes())
+        Intent::job(self.job).receipt(&self.receipt).bytes(self.record.bytes())
     }
 
     async fn run(&self, tx: &mut Tx<'_>) -> Outcome<Stored> {
         let (InsertRecord { job, number, record, receipt }, tenant) = (self, tx.tenant());
         let version = locate::version(tx.db(), tenant, *job, *number).await?;
         tx.refuse_taken()?;
-        tx.enter(*job, Action::AddRecord, target::record(*job, *number, record.id)).await?;
-        insert_next(tx.db(), *job, *number, record).await?;
+        let mut entry = tx.draft(*job, Action::AddRecord, subject::record(*job, *number, record.id))?;
+        insert_next(tx.db(), *job, *number, record, &mut entry).await?;
+        tx.enter(entry);
         // a record does not change the version of its iteration
         let stored = Stored { number: *number, version };
         tx.keep(receipt, stored, None, record.created_at);
@@ -40,37 +40,40 @@ impl Write for InsertRecord {
 }
 
 /// Adds a record to those of an iteration.
-pub async fn insert_next(db: &mut Db, job: Uuid, number: u32, record: &Record) -> Outcome<()> {
+pub async fn insert_next(db: &mut Db, job: Uuid, number: u32, record: &Record, entry: &mut Draft) -> Outcome<()> {
     let sql = "SELECT coalesce(max(position), 0) FROM records WHERE job = $1 AND number = $2";
     let last: u64 = db.one(sql, args![job, number]).await?;
-    insert(db, job, number, last, std::slice::from_ref(record)).await
+    insert(db, job, number, last, std::slice::from_ref(record), entry).await
 }
 
-/// Stores records of an iteration after the one at the position `last`.
-pub async fn insert(db: &mut Db, job: Uuid, number: u32, last: u64, records: &[Record]) -> Outcome<()> {
+/// Stores records of an iteration after the one at the position `last`, noted in an entry.
+pub async fn insert(
+    db: &mut Db,
+    job: Uuid,
+    number: u32,
+    last: u64,
+    records: &[Record],
+    entry: &mut Draft,
+) -> Outcome<()> {
+    let columns = "job, number, position, id, kind, method, created_at, actor, request, result, gear, class, measurand";
     for (position, record) in (last + 1..).zip(records) {
         let RecordDraft { kind, method, request, result, gear, class, measurand } = &record.draft;
-        db.run(
-            "INSERT INTO records (job, number, position, id, kind, method, created_at, actor, request, result, gear,
-                                  class, measurand)
-             VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13)",
-            args![
-                job,
-                number,
-                position,
-                record.id,
-                kind.name(),
-                method,
-                record.created_at,
-                record.by.as_deref(),
-                Value::document(request),
-                Value::document(result),
-                gear.as_deref(),
-                *class,
-                measurand.as_deref(),
-            ],
-        )
-        .await?;
+        let row = args![
+            job,
+            number,
+            position,
+            record.id,
+            kind.name(),
+            method,
+            record.created_at,
+            record.by.as_deref(),
+            Value::document(request),
+            Value::document(result),
+            gear.as_deref(),
+            *class,
+            measurand.as_deref(),
+        ];
+        audit::insert(db, "records", columns, &[row.to_vec()], std::slice::from_mut(entry)).await?;
     }
     Ok(())
 }

@@ -7,10 +7,9 @@ use jiff::Timestamp;
 
 use super::{
     answers::ForgetAnswers,
-    audit_seals::{self, SealAudit},
-    auditor::SqlAuditor,
+    auditor::{SealAudit, SqlAuditor},
     db::Pool,
-    error::{failure, reported},
+    error::reported,
     events::ForgetTold,
     handle::Handle,
     holdings::SqlHoldings,
@@ -22,9 +21,9 @@ use super::{
 };
 use crate::{
     jobs::{
-        self, Caller, Clock, Credentials, Ids, Keys, Repository, RepositoryFuture, Tasks, Turn, Upkeep, Wakes,
+        self, Caller, Clock, Credentials, Keys, Repository, RepositoryFuture, Tasks, Upkeep, Wakes,
         archive::{Holdings, Key},
-        audit::{Auditor, Sealing, Unsealed, WholeSeal},
+        audit::{Auditor, Seal, Sealing},
     },
     store::postgres::{self, Notifications, PostgresSettings},
     telemetry,
@@ -43,7 +42,6 @@ pub struct Database {
     /// One for each writer.
     pub queues: Vec<Queue>,
     pub read_seconds: metrics::Histogram,
-    pub ids: Arc<dyn Ids>,
     pub clock: Arc<dyn Clock>,
     /// None where one process uses the database.
     pub shared: Option<Shared>,
@@ -127,25 +125,12 @@ impl Upkeep for SqlStore {
         self.0.write(ForgetTold { now, before, most })
     }
 
-    fn seal_audit(&self, sealing: Sealing) -> RepositoryFuture<'_, Option<Vec<WholeSeal>>> {
+    fn seal_audit(&self, sealing: Sealing) -> RepositoryFuture<'_, (Vec<Seal>, bool)> {
         self.0.write(SealAudit(sealing))
     }
 
-    fn unsealed(&self) -> RepositoryFuture<'_, Unsealed> {
-        Box::pin(async { audit_seals::unsealed(&self.0.aside).await.map_err(reported) })
-    }
-
-    fn turn(&self) -> RepositoryFuture<'_, Option<Turn>> {
-        Box::pin(async {
-            match &self.0.shared {
-                Some(shared) => postgres::turn(&shared.settings).await.map_err(|error| failure(&error)),
-                None => Ok(Some(Turn(None))),
-            }
-        })
-    }
-
-    fn untouched(&self, since: Timestamp, most: u32) -> RepositoryFuture<'_, Vec<Key>> {
-        Box::pin(async move { purges::untouched(&self.0.aside, since, most).await.map_err(reported) })
+    fn untouched(&self, since: Timestamp, after: Option<Key>, most: u32) -> RepositoryFuture<'_, Vec<Key>> {
+        Box::pin(async move { purges::untouched(&self.0.aside, since, after, most).await.map_err(reported) })
     }
 
     fn check_writable(&self, now: Timestamp) -> RepositoryFuture<'_, ()> {

@@ -6,17 +6,17 @@ use super::{
     db::Db,
     error::Outcome,
     gone,
-    growing::target,
     incoming::Incoming,
     insert_iterations, locate,
     row::JobPurge,
+    subject,
     value::Value,
-    write::{Intent, Subject, Tx, Write},
+    write::{Intent, Tx, Write},
     writes::{DeleteStream, FinishStream, InsertStream},
 };
 use crate::jobs::{
-    Caller, Cursor, JobGear, Page, PageRequest, RepositoryError, Resource, Stored, Stream, Tenant,
-    audit::{Action, Contents, new_iteration, stream_digest},
+    Caller, Cursor, FinishedStream, JobGear, Page, PageRequest, RepositoryError, Resource, Stored, Stream, Tenant,
+    audit::Action,
 };
 
 /// The columns of a [`Stream`].
@@ -71,9 +71,7 @@ impl Write for InsertStream {
     type Reply = Stored;
 
     fn intent(&self) -> Intent<'_> {
-        let new = &self.stream;
-        let digest = stream_digest(new.id, &new.spec, new.forgetting_factor, &new.measurand, new.created_at);
-        Intent::job(new.job_id, Contents::one("stream", digest)).receipt(&self.receipt)
+        Intent::job(self.stream.job_id).receipt(&self.receipt)
     }
 
     async fn run(&self, tx: &mut Tx<'_>) -> Outcome<Stored> {
@@ -85,25 +83,28 @@ impl Write for InsertStream {
         purge.refuse()?;
         tx.refuse_taken()?;
         stream.measurand.check_tooth(gear.as_ref().and_then(JobGear::teeth))?;
-        tx.enter(stream.job_id, Action::OpenStream, target::stream(stream.id)).await?;
-        tx.db()
-            .run(
-                "INSERT INTO streams (id, job, spec, forgetting_factor, sequence, node_count, input_sha256, version,
+        let mut entry = tx.draft(stream.job_id, Action::OpenStream, subject::stream(stream.id))?;
+        let db = tx.db();
+        db.run(
+            "INSERT INTO streams (id, job, spec, forgetting_factor, sequence, node_count, input_sha256, version,
                                       created_at, updated_at, flank, tooth, axes)
                  VALUES ($1, $2, $3, $4, 0, 0, $5, 1, $6, $6, $7, $8, $9)",
-                args![
-                    stream.id,
-                    stream.job_id,
-                    Value::document(&stream.spec),
-                    stream.forgetting_factor,
-                    &stream.input_sha256,
-                    stream.created_at,
-                    stream.measurand.flank_name(),
-                    stream.measurand.tooth.as_deref(),
-                    stream.measurand.axes.as_deref(),
-                ],
-            )
-            .await?;
+            args![
+                stream.id,
+                stream.job_id,
+                Value::document(&stream.spec),
+                stream.forgetting_factor,
+                &stream.input_sha256,
+                stream.created_at,
+                stream.measurand.flank_name(),
+                stream.measurand.tooth.as_deref(),
+                stream.measurand.axes.as_deref(),
+            ],
+        )
+        .await?;
+        entry.note_stored(db, "streams", "id = $1", args![stream.id]).await?;
+        entry.note_event(db, stream.job_id).await?;
+        tx.enter(entry);
         let stored = Stored { number: 0, version: 1 };
         tx.keep(&self.receipt, stored, None, stream.created_at);
         Ok(stored)
@@ -114,14 +115,8 @@ impl Write for FinishStream {
     type Reply = Stored;
 
     fn intent(&self) -> Intent<'_> {
-        let iteration = &self.finished.iteration;
-        Intent {
-            subject: Subject::Stream(self.finished.stream),
-            bytes: iteration.bytes(),
-            entries: vec![new_iteration(iteration)],
-            ..Intent::default()
-        }
-        .receipt(&self.receipt)
+        let FinishedStream { stream, iteration, .. } = &self.finished;
+        Intent::stream(*stream).bytes(iteration.bytes()).receipt(&self.receipt)
     }
 
     /// The iteration is inserted like any other; the blocks go, since the iteration holds the
@@ -133,10 +128,8 @@ impl Write for FinishStream {
         if finished.sequence != stream.sequence {
             return Err(RepositoryError::UnexpectedBlock { expected: stream.expected() }.into());
         }
-        let incoming = Incoming {
-            stream: Some(stream.id),
-            ..Incoming::of(tx.asked, &finished.iteration, self.receipt.as_ref(), &tx.asked.prepared[0])
-        };
+        let incoming =
+            Incoming { stream: Some(stream.id), ..Incoming::of(tx.asked, &finished.iteration, self.receipt.as_ref()) };
         let stored = insert_iterations::one(tx.session, incoming).await?;
         let version = stream.version + 1;
         tx.db()
@@ -145,7 +138,13 @@ impl Write for FinishStream {
                 args![version, finished.iteration.created_at, stored.number, stream.id],
             )
             .await?;
-        delete_blocks(tx.db(), stream.id).await?;
+        let Tx { session, .. } = tx;
+        delete_blocks(&mut session.db, stream.id).await?;
+        // that of its iteration
+        if let Some(entry) = session.entries.last_mut() {
+            entry.note_stored(&mut session.db, "streams", "id = $1", args![stream.id]).await?;
+            entry.note_event(&mut session.db, stream.job_id).await?;
+        }
         Ok(stored)
     }
 }
@@ -154,19 +153,21 @@ impl Write for DeleteStream {
     type Reply = ();
 
     fn intent(&self) -> Intent<'_> {
-        Intent { subject: Subject::Stream(self.id), ..Intent::no_job(Contents::default()) }
+        Intent::stream(self.id)
     }
 
     async fn run(&self, tx: &mut Tx<'_>) -> Outcome<()> {
         let tenant = tx.tenant();
         let stream = located(tx.db(), tenant, self.id).await?;
         self.precondition.check(stream.version)?;
-        tx.enter(stream.job_id, Action::DeleteStream, target::stream(self.id)).await?;
+        let mut entry = tx.draft(stream.job_id, Action::DeleteStream, subject::stream(self.id))?;
         let db = tx.db();
         delete_blocks(db, self.id).await?;
         // the event of the deletion has this time
         db.run("UPDATE streams SET updated_at = $1 WHERE id = $2", args![self.now, self.id]).await?;
         db.run("DELETE FROM streams WHERE id = $1", args![self.id]).await?;
+        entry.note_event(db, stream.job_id).await?;
+        tx.enter(entry);
         Ok(())
     }
 }

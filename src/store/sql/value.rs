@@ -1,6 +1,6 @@
 //! Values of statements, encoded as each database stores them.
 
-use std::{borrow::Cow, sync::Arc};
+use std::sync::Arc;
 
 use jiff::Timestamp;
 use jiff_sqlx::ToSqlx as _;
@@ -8,37 +8,13 @@ use sqlx::{Database, Encode, Postgres, Sqlite, Type, encode::IsNull, error::BoxD
 use uuid::Uuid;
 
 use super::columns::time_text;
+pub use crate::jobs::rows::Value;
 use crate::jobs::{EncodedText, KeyId, Tenant};
 
-/// A value of a statement. PostgreSQL needs the type of a missing one too.
-#[derive(Clone, Debug)]
-pub enum Value<'a> {
-    Flag(bool),
-    Integer(Option<i64>),
-    Real(Option<f64>),
-    Text(Option<Cow<'a, str>>),
-    Bytes(Option<Cow<'a, [u8]>>),
-    Id(Option<Uuid>),
-    Time(Option<Timestamp>),
-}
-
 impl Value<'_> {
-    /// Returns the missing value of the same type.
-    pub fn none(&self) -> Self {
-        match self {
-            Value::Flag(_) => Value::Flag(false),
-            Value::Integer(_) => Value::Integer(None),
-            Value::Real(_) => Value::Real(None),
-            Value::Text(_) => Value::Text(None),
-            Value::Bytes(_) => Value::Bytes(None),
-            Value::Id(_) => Value::Id(None),
-            Value::Time(_) => Value::Time(None),
-        }
-    }
-
     /// Returns the stored form of a document.
     pub fn document(text: &str) -> Self {
-        Value::Bytes(Some(EncodedText::from(text).bytes().to_vec().into()))
+        Value::Document(Some(text.into()))
     }
 }
 
@@ -82,6 +58,7 @@ values! {
     &'a [u8] => Bytes, |value| value.into();
     &'a Vec<u8> => Bytes, |value| value.as_slice().into();
     &'a [u8; 32] => Bytes, |value| value.as_slice().into();
+    &'a EncodedText => Document, |value| value.clone();
     Uuid => Id, |value| value;
     &'a Uuid => Id, |value| *value;
     Timestamp => Time, |value| value;
@@ -117,6 +94,7 @@ macro_rules! encode {
                     Value::Real(value) => Encode::<$Db>::encode(*value, to),
                     Value::Text(value) => Encode::<$Db>::encode(value.as_deref(), to),
                     Value::Bytes(value) => Encode::<$Db>::encode(value.as_deref(), to),
+                    Value::Document(value) => Encode::<$Db>::encode(value.as_ref().map(EncodedText::bytes), to),
                     Value::Id(value) => Encode::<$Db>::encode(*value, to),
                     Value::Time(value) => Encode::<$Db>::encode(value.map(|$at| $time), to),
                 }
@@ -128,7 +106,7 @@ macro_rules! encode {
                     Value::Integer(_) => <i64 as Type<$Db>>::type_info(),
                     Value::Real(_) => <f64 as Type<$Db>>::type_info(),
                     Value::Text(_) => <str as Type<$Db>>::type_info(),
-                    Value::Bytes(_) => <[u8] as Type<$Db>>::type_info(),
+                    Value::Bytes(_) | Value::Document(_) => <[u8] as Type<$Db>>::type_info(),
                     Value::Id(_) => <Uuid as Type<$Db>>::type_info(),
                     Value::Time(_) => <$Time as Type<$Db>>::type_info(),
                 })

@@ -4,16 +4,16 @@ use jiff::Timestamp;
 use uuid::Uuid;
 
 use super::{
+    audit::Draft,
     db::Db,
     error::Outcome,
-    growing::Growing,
     keys::{OwnedKey, StoredFit},
     queue::{Pending, Queued},
     session::Session,
 };
 use crate::jobs::{
-    Caller, KeyId, Lease, Receipt, Stored, Tenant,
-    audit::{Action, By, Contents, Prepared},
+    Caller, Lease, Receipt, Stored, Tenant,
+    audit::{Action, By},
 };
 
 /// The subject of a write. Two writes of one subject do not run at the same time.
@@ -34,21 +34,19 @@ pub struct Intent<'a> {
     /// The bytes that it adds to the log, roughly.
     pub bytes: usize,
     pub receipt: Option<&'a Receipt>,
-    /// The contents of its entries in the audit, as far as they are known before.
-    pub entries: Vec<Contents>,
     /// True if nothing that it takes away may be left in a file afterwards.
     pub erases: bool,
 }
 
 impl<'a> Intent<'a> {
-    /// A change of a job, with one entry.
-    pub fn job(job: Uuid, entry: Contents) -> Self {
-        Intent { subject: Subject::Job(job), entries: vec![entry], ..Intent::default() }
+    /// A change of a job.
+    pub fn job(job: Uuid) -> Self {
+        Intent { subject: Subject::Job(job), ..Intent::default() }
     }
 
-    /// A change of no job, with one entry.
-    pub fn no_job(entry: Contents) -> Self {
-        Intent { entries: vec![entry], ..Intent::default() }
+    /// A change of a stream.
+    pub fn stream(stream: Uuid) -> Self {
+        Intent { subject: Subject::Stream(stream), ..Intent::default() }
     }
 
     pub fn receipt(self, receipt: &'a Option<Receipt>) -> Self {
@@ -91,23 +89,20 @@ pub struct Asked {
     pub key: Option<OwnedKey>,
     /// The lease under which a task asks for it.
     pub lease: Option<Lease>,
-    /// The entries that it leaves.
-    pub prepared: Vec<Prepared>,
 }
 
 impl Asked {
-    pub fn of(caller: Caller, at: Timestamp, intent: Intent<'_>, fresh: impl Fn() -> Uuid) -> Self {
-        let Intent { subject, bytes, receipt, entries, erases } = intent;
+    pub fn of(caller: Caller, at: Timestamp, intent: Intent<'_>) -> Self {
+        let Intent { subject, bytes, receipt, erases } = intent;
         let key = receipt.map(|receipt| OwnedKey::of(&caller.tenant, receipt));
         let lease = receipt.and_then(|receipt| receipt.request.lease);
-        let prepared = entries.into_iter().map(|contents| Prepared { id: fresh(), contents }).collect();
-        Asked { caller, at, subject, bytes, erases, key, lease, prepared }
+        Asked { caller, at, subject, bytes, erases, key, lease }
     }
 
     /// A write of the server itself, which is not audited.
     pub fn of_nobody(subject: Subject, bytes: usize) -> Self {
         let intent = Intent { subject, bytes, ..Intent::default() };
-        Asked::of(Caller::nobody(), Timestamp::UNIX_EPOCH, intent, Uuid::nil)
+        Asked::of(Caller::nobody(), Timestamp::UNIX_EPOCH, intent)
     }
 
     pub fn by(&self) -> By<'_> {
@@ -146,39 +141,18 @@ impl<'a> Tx<'a> {
         self.session.keys.keep(self.tenant(), receipt.as_ref(), stored, fit, now);
     }
 
-    /// Enters a change of a job of the caller, before it is made. The entry is stored with the
-    /// others of the transaction.
-    pub async fn enter(&mut self, job: Uuid, action: Action, target: String) -> Outcome<()> {
-        let (by, prepared) = (self.by(), self.asked.prepared[0].clone());
-        self.session.chain(by, job).await?.add(by, prepared, action, target);
-        Ok(())
+    /// Begins the entry of a change of a job of the caller.
+    pub fn draft(&self, job: Uuid, action: Action, subject: String) -> Outcome<Draft> {
+        Draft::new(self.by(), self.tenant(), Some(job), action, subject)
     }
 
-    /// Enters a change of a job, with contents that are known only now.
-    pub async fn enter_found(&mut self, job: Uuid, contents: Contents, action: Action, target: String) -> Outcome<()> {
-        let (by, prepared) = (self.by(), Prepared { contents, ..self.asked.prepared[0].clone() });
-        self.session.chain(by, job).await?.add(by, prepared, action, target);
-        Ok(())
+    /// Begins the entry of a change of a tenant or its keys.
+    pub fn draft_of(&self, tenant: &Tenant, action: Action, subject: String) -> Outcome<Draft> {
+        Draft::new(self.by(), tenant, None, action, subject)
     }
 
-    /// Enters a change of a tenant or its keys, with contents that are known only now, if there are
-    /// any. `new` is a key that was stored already.
-    pub async fn enter_tenant(
-        &mut self,
-        tenant: &Tenant,
-        new: Option<KeyId>,
-        contents: Option<Contents>,
-        action: Action,
-        target: String,
-    ) -> Outcome<()> {
-        let (by, prepared) = (self.by(), self.asked.prepared[0].clone());
-        let prepared = Prepared { contents: contents.unwrap_or(prepared.contents), ..prepared };
-        self.tenant_chain(tenant, new).await?.add(by, prepared, action, target);
-        Ok(())
-    }
-
-    /// Returns the chain of a tenant.
-    pub async fn tenant_chain(&mut self, tenant: &Tenant, new: Option<KeyId>) -> Outcome<&mut Growing> {
-        self.session.tenant_chain(self.asked.by(), tenant, new).await
+    /// Enters a change that was made. The entry is stored with the others of the transaction.
+    pub fn enter(&mut self, entry: Draft) {
+        self.session.entries.push(entry);
     }
 }

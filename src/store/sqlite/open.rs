@@ -16,7 +16,7 @@ use sqlx::{
 
 use super::{error::OpenError, lock, writer::Writer};
 use crate::{
-    jobs::{ANSWERS_KEPT, Clock, Ids},
+    jobs::{ANSWERS_KEPT, Clock},
     store::{
         migrations::{embedded, is_earlier},
         sql::{Database, Db, Pool, READING, ReadTurns, SqlAuditor, SqlHoldings, SqlStore, Value, queue, seconds},
@@ -39,6 +39,8 @@ pub struct StoreSettings {
     pub readers: u32,
     /// Writes that may wait; more are refused.
     pub queue: usize,
+    /// Write even if a server has the database open, which then must be there.
+    pub beside: bool,
 }
 
 /// Connections for requests of callers.
@@ -80,12 +82,17 @@ impl StoreSettings {
         if options.get_filename().as_os_str().is_empty() {
             return Err(refused("no file is named".into()));
         }
-        Ok(StoreSettings { options, readers: READERS, queue: 4096 })
+        Ok(StoreSettings { options, readers: READERS, queue: 4096, beside: false })
     }
 
     /// Settings for a database file.
     pub fn of_file(path: impl Into<PathBuf>) -> Self {
-        StoreSettings { options: SqliteConnectOptions::new().filename(path.into()), readers: READERS, queue: 4096 }
+        StoreSettings {
+            options: SqliteConnectOptions::new().filename(path.into()),
+            readers: READERS,
+            queue: 4096,
+            beside: false,
+        }
     }
 
     /// Uses a registered SQLite VFS (tests watch the file system through one).
@@ -193,24 +200,25 @@ impl StoreSettings {
 }
 
 /// Opens the database (making it where there is none), brings it up to date and starts the writer.
-pub async fn open_sqlite(
-    settings: StoreSettings,
-    ids: Arc<dyn Ids>,
-    clock: Arc<dyn Clock>,
-) -> Result<SqlStore, OpenError> {
+pub async fn open_sqlite(settings: StoreSettings, clock: Arc<dyn Clock>) -> Result<SqlStore, OpenError> {
     // a measurement from before there is a recorder is lost
     telemetry::metrics();
-    let lock = lock::take(&settings.path()).await?;
+    let lock = match settings.beside {
+        true => settings.must_exist().map(|()| None)?,
+        false => lock::take(&settings.path()).await?,
+    };
     let mut db = settings.open_writer().await?;
-    let failed = |source| OpenError::from_sqlx(settings.path(), source);
-    free_tasks(&mut db, clock.now()).await.map_err(failed)?;
+    if !settings.beside {
+        let failed = |source| OpenError::from_sqlx(settings.path(), source);
+        free_tasks(&mut db, clock.now()).await.map_err(failed)?;
+    }
     let (readers, aside) = (Pool::Sqlite(settings.open_readers().await?), settings.open_aside().await?);
     let turns = ReadTurns::new(settings.readers);
     let (queue, waiting) = queue(settings.queue, seconds("write"));
     tokio::spawn(Writer::new(settings, db, lock, waiting).run());
     let queues = vec![queue];
     let read_seconds = seconds("read");
-    let database = Database { readers, turns, aside, queues, read_seconds, ids, clock, shared: None };
+    let database = Database { readers, turns, aside, queues, read_seconds, clock, shared: None };
     Ok(SqlStore(Arc::new(database)))
 }
 

@@ -1,6 +1,5 @@
 //! How clients come in: TLS, limits on callers, the listener for operation, draining.
 
-mod archives;
 mod callers;
 mod collector;
 mod draining;

@@ -110,7 +110,7 @@ fn operations_ask_for_what_they_do() {
     assert_eq!(by_scope[OF_REQUEST], of_requests);
     assert_eq!(by_scope["measure"], measure);
     assert_eq!(by_scope["judge"], judge);
-    assert_eq!(by_scope["audit"], ["list_audit", "list_audit_seals", "list_job_audit", "verify_job_audit"]);
+    assert_eq!(by_scope["audit"], ["list_audit", "list_audit_seals", "verify_audit"]);
     assert!(by_scope["compute"].iter().all(|id| !id.starts_with("create_iteration") && !id.contains("stream")));
 }
 

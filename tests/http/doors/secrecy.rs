@@ -214,8 +214,6 @@ fn help_tells_no_secret() {
     let variables: Vec<(&str, &str)> = [
         "FLANKFIT_DATABASE_URL",
         "FLANKFIT_DATABASE_DIRECT_URL",
-        "FLANKFIT_COPY_FROM",
-        "FLANKFIT_COPY_TO",
         "FLANKFIT_API_KEYS_SHA256",
         "FLANKFIT_OIDC_ISSUER",
         "FLANKFIT_OIDC_JWKS_URL",

@@ -113,7 +113,7 @@ async fn flank_tooth_and_axes_are_added_later_and_stay_in_the_trace() {
     assert_eq!(ok(&app, &place, &json!({"flank": "right"})).await, before);
     let stale = app.client.patch(app.url(&place)).header("if-match", "\"1\"").json(&json!({"flank": "left"}));
     assert_eq!(send(stale).await.status, 412);
-    let verified = get(&app, &format!("{job}/audit/verify")).await;
+    let verified = get(&app, &crate::jobs::audit::verify_of(&job)).await;
     assert_eq!(verified["intact"], json!(true), "{verified}");
     app.stop().await;
 }

@@ -3,7 +3,7 @@
 use std::{path::Path, process::Command, sync::Arc};
 
 use flankfit::{
-    jobs::{Caller, OrderedIds, PageRequest, Store, SystemClock, Tenant, Upkeep},
+    jobs::{Caller, PageRequest, Store, SystemClock, Tenant, Upkeep},
     store::{StoreSettings, open_sqlite},
 };
 
@@ -37,8 +37,7 @@ async fn a_backup_is_made_while_the_service_runs() {
     assert!(!done && said.contains("overwrites nothing"), "{said}");
     app.iteration(&job).await;
 
-    let store =
-        open_sqlite(StoreSettings::of_file(&copy), Arc::new(OrderedIds::new()), Arc::new(SystemClock)).await.unwrap();
+    let store = open_sqlite(StoreSettings::of_file(&copy), Arc::new(SystemClock)).await.unwrap();
     let caller = Caller { tenant: Tenant::default(), actor: "test".into(), origin: Default::default() };
     let id = job.rsplit('/').next().unwrap().parse().unwrap();
     let trace = store.of(&caller).trace(id, PageRequest { limit: 50, after: None }).await.unwrap();
@@ -84,7 +83,7 @@ fn what_is_not_there_is_told_in_one_line() {
     for (arguments, told) in [
         (vec!["backup", copy.to_str().unwrap()], ["there is no database at", "--database-url"]),
         (vec!["export", copy.to_str().unwrap()], ["there is no database at", "none.db"]),
-        (vec!["copy", "--from", &url(&nowhere), "--to", &url(&copy)], ["there is no database at", "none.db"]),
+        (vec!["purge", "--older-than", "1"], ["there is no database at", "none.db"]),
         (vec!["audit", "verify"], ["there is no database at", "none.db"]),
         // and what there is nothing to do for
         (vec!["migrate"], ["is for PostgreSQL", "`flankfit serve`"]),
@@ -139,27 +138,4 @@ fn a_name_is_an_address_and_no_keys_are_no_fault() {
     server.kill().unwrap();
     server.wait().unwrap();
     assert!(healthy, "{address:?}: {said}");
-}
-
-/// What purges by age needs a folder that takes files; without it the server does not start.
-#[test]
-fn what_is_old_is_purged_into_a_folder_alone() {
-    let place = tempfile::tempdir().unwrap();
-    let database = place.path().join("jobs.db");
-    let serve = |more: &[&str]| {
-        let (served, said) = flankfit(&[&["serve", "--bind", "127.0.0.1:0"][..], more].concat(), &database);
-        assert!(!served, "{said}");
-        said
-    };
-    let said = serve(&["--retain-bulk-days", "30"]);
-    assert!(said.contains("--archive-dir"), "{said}");
-    let said = serve(&["--retain-bulk-days", "0", "--archive-dir", "."]);
-    assert!(said.contains("--retain-bulk-days"), "{said}");
-    let file = place.path().join("file");
-    std::fs::write(&file, "").unwrap();
-    let said = serve(&["--retain-bulk-days", "30", "--archive-dir", file.to_str().unwrap()]);
-    assert!(said.contains("archives of jobs cannot be kept in"), "{said}");
-    let said = serve(&["--archive-dir", file.to_str().unwrap()]);
-    assert!(said.contains(&format!("cannot be kept in {}", file.display())), "{said}");
-    assert!(!database.exists(), "nothing was opened");
 }

@@ -22,7 +22,6 @@ pub mod long;
 mod measurand;
 mod plant;
 mod previews;
-mod purged_later;
 pub mod purges;
 mod refusals;
 mod replicas;

@@ -4,8 +4,7 @@ use std::{fs, path::Path, process::Command};
 
 use flankfit::api::jobs::purge::PurgeBody;
 use reqwest::Method;
-use serde_json::{Value, json};
-use sha2::{Digest as _, Sha256};
+use serde_json::json;
 
 use super::{
     app::{Answer, TestApp, iteration, nodes, send},
@@ -14,33 +13,19 @@ use super::{
 
 pub const NOBODY: &str = "/v1/jobs/0190b0de-0000-7000-8000-000000000000";
 
-/// The archive of a job, and its digest as it is told.
-pub async fn archived(app: &TestApp, job: &str) -> (Vec<u8>, String) {
-    let response = app.request(Method::POST, &format!("{job}/archive")).send().await.unwrap();
-    assert_eq!(response.status(), 200);
-    let header = |name: &str| response.headers()[name].to_str().unwrap().to_owned();
-    let (told, length) = (header("archive-sha256"), header("content-length"));
-    assert_eq!(header("content-type"), "application/zstd");
+/// The archive of a job.
+pub async fn archived(app: &TestApp, job: &str) -> String {
+    let answer = app.get(&format!("{job}/archive")).await.expect(200);
+    assert_eq!(answer.header("content-type"), Some("application/jsonl"));
     let id = job.rsplit('/').next().unwrap();
-    assert_eq!(header("content-disposition"), format!("attachment; filename=\"job-{id}.jsonl.zst\""));
-    let bytes = response.bytes().await.unwrap().to_vec();
-    // as it is: compressed once, though this client takes gzip
-    assert_eq!(length, bytes.len().to_string());
-    let digest: String = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
-    assert_eq!(told, digest);
-    (bytes, told)
+    let name = format!("attachment; filename=\"job-{id}.jsonl\"");
+    assert_eq!(answer.header("content-disposition"), Some(name.as_str()));
+    assert!(answer.text.ends_with("\n{\"archive\":{\"jobs\":1}}\n"), "{}", answer.text);
+    answer.text
 }
 
-/// Purges a job by its archive as it is now.
-pub async fn purged(app: &TestApp, job: &str) -> Vec<u8> {
-    let (bytes, told) = archived(app, job).await;
-    let body = json!({"reason": "agreed", "archive_sha256": told});
-    app.post(&format!("{job}/purge"), &body).await.expect(200);
-    bytes
-}
-
-pub fn lines(archive: &[u8]) -> String {
-    String::from_utf8(zstd::decode_all(archive).unwrap()).unwrap()
+pub async fn purged(app: &TestApp, job: &str) {
+    app.post(&format!("{job}/purge"), &json!({"reason": "agreed"})).await.expect(200);
 }
 
 /// The program, told to do something, and what it printed.
@@ -52,103 +37,51 @@ fn flankfit(arguments: &[&str]) -> String {
 }
 
 /// What an archive becomes on its way through another database.
-fn through_another(archive: &[u8], folder: &Path, name: &str) -> Vec<u8> {
-    let [file, back] = ["there", "back"].map(|way| folder.join(format!("{name}-{way}.zst")));
+fn through_another(archive: &str, folder: &Path, name: &str) -> String {
+    let file = folder.join(name);
     let url = format!("sqlite://{}", folder.join(format!("{name}.db")).display());
     fs::write(&file, archive).unwrap();
     let imported = flankfit(&["import", file.to_str().unwrap(), "--database-url", &url]);
-    assert_eq!(imported, "1 jobs stored, 0 were there already\n");
+    assert_eq!(imported, "1 jobs stored, 0 existed already\n");
     assert!(flankfit(&["audit", "verify", "--database-url", &url]).starts_with("intact: "));
-    flankfit(&["export", back.to_str().unwrap(), "--database-url", &url]);
-    fs::read(back).unwrap()
+    flankfit(&["export", "--database-url", &url])
 }
 
+/// What a real server stores is read back by its readers.
 #[tokio::test]
-async fn an_archive_is_the_same_file_while_nothing_changes() {
+async fn an_archive_is_the_same_while_nothing_changes_and_elsewhere() {
     let mut app = TestApp::start().await;
-    let job = app.job().await;
-    app.iteration(&job).await;
-    let (first, told) = archived(&app, &job).await;
-    assert_eq!(archived(&app, &job).await, (first.clone(), told.clone()));
-    let text = lines(&first);
-    assert!(text.contains("\"operator\":\"J. Doe\"") && text.contains("\n{\"whole\":{\"sections\":1,"), "{text}");
-    // what it is when it is imported elsewhere, bit for bit
+    let Filled { job, .. } = filled(&app).await;
+    let first = archived(&app, &job).await;
+    assert_eq!(archived(&app, &job).await, first);
+    assert!(first.contains("\"operator\":\"J. Doe\""), "{first}");
     let folder = tempfile::tempdir().unwrap();
     assert_eq!(through_another(&first, folder.path(), "whole"), first);
     app.patch(&job, &json!({"name": "pinion"})).await.expect(200);
-    assert_ne!(archived(&app, &job).await.1, told);
-    app.post(&format!("{NOBODY}/archive"), &json!({})).await.problem(404, "not_found");
-    app.stop().await;
-}
-
-/// Nodes that cannot be compressed: about 16 bytes of an archive for each.
-pub fn noisy(count: u32) -> Value {
-    let mut state = 0x9e37_79b9_7f4a_7c15_u64;
-    let mut next = || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 11) as f64 / (1_u64 << 53) as f64
-    };
-    let x: Vec<f64> = (0..count).map(f64::from).collect();
-    let y: Vec<f64> = x.iter().map(|_| next()).collect();
-    json!({"nodes": {"type": "curve", "x": x, "y": y}, "model": {"type": "polynomial", "degree": 2}})
-}
-
-/// One whose archive does not fit into memory is sent from a file.
-#[tokio::test]
-async fn a_long_archive_is_whole() {
-    let mut app = TestApp::start().await;
-    let job = app.job().await;
-    let body = noisy(150_000);
-    app.post(&format!("{job}/iterations"), &body).await.expect(201);
-    let (bytes, told) = archived(&app, &job).await;
-    assert!(bytes.len() > 1 << 20, "{}", bytes.len());
-    assert!(lines(&bytes).ends_with("}}\n"));
-    let purge = json!({"reason": "agreed", "archive_sha256": told});
-    app.post(&format!("{job}/purge"), &purge).await.expect(200);
+    assert_ne!(archived(&app, &job).await, first);
+    app.get(&format!("{NOBODY}/archive")).await.problem(404, "not_found");
     app.stop().await;
 }
 
 #[tokio::test]
-async fn a_purge_takes_the_digest_of_the_archive_as_it_is() {
+async fn a_purge_is_done_once() {
     let mut app = TestApp::start().await;
     let job = app.job().await;
     app.iteration(&job).await;
-    let place = format!("{job}/purge");
-    let (_, told) = archived(&app, &job).await;
-    let body = |digest: &str| json!({"reason": "agreed", "archive_sha256": digest});
-    for wrong in ["", "0", &"0".repeat(63), &"g".repeat(64), &"0".repeat(64)] {
-        assert_eq!(app.post(&place, &body(wrong)).await.problem(422, "invalid_request"), ["/archive_sha256"]);
-    }
-    assert_eq!(app.post(&place, &json!({"archive_sha256": told})).await.problem(422, "invalid_request"), ["/reason"]);
-    let empty = json!({"reason": "", "archive_sha256": told});
-    assert_eq!(app.post(&place, &empty).await.problem(422, "invalid_request"), ["/reason"]);
-    // both at once
-    let mut wrong =
-        app.post(&place, &json!({"reason": "", "archive_sha256": "0"})).await.problem(422, "invalid_request");
-    wrong.sort_unstable();
-    assert_eq!(wrong, ["/archive_sha256", "/reason"]);
-    app.post(&format!("{NOBODY}/purge"), &body(&told)).await.problem(404, "not_found");
-    // one that has gone on since
-    app.iteration(&job).await;
-    let late = app.post(&place, &body(&told)).await;
-    assert_eq!(late.problem(422, "invalid_request"), ["/archive_sha256"]);
-    let detail = late.json()["detail"].as_str().unwrap().to_owned();
-    assert!(
-        detail.starts_with("/archive_sha256: the digest is not that of the job's archive as it stands now;"),
-        "{detail}"
-    );
+    let (place, body) = (format!("{job}/purge"), json!({"reason": "agreed"}));
+    assert_eq!(app.post(&place, &json!({"reason": ""})).await.problem(422, "invalid_request"), ["/reason"]);
+    let mut both = app.post(&place, &json!({"why": "x"})).await.problem(422, "invalid_request");
+    both.sort_unstable();
+    assert_eq!(both, ["/reason", "/why"]);
+    app.post(&format!("{NOBODY}/purge"), &body).await.problem(404, "not_found");
     assert_eq!(app.get(&job).await.expect(200).json().get("purged_at"), None);
-
-    // it is done once, whatever becomes of the answer
-    let (_, told) = archived(&app, &job).await;
-    let done = app.post_keyed(&place, "one", &body(&told.to_uppercase())).await.expect(200);
+    let done = app.post_keyed(&place, "one", &body).await.expect(200);
     let documented: PurgeBody = serde_json::from_str(&done.text).unwrap();
     assert_eq!(serde_json::to_value(documented).unwrap(), done.json());
-    assert_eq!((&done.json()["reason"], &done.json()["archive_sha256"]), (&json!("agreed"), &json!(told)));
-    let again = app.post_keyed(&place, "one", &body(&told.to_uppercase())).await.expect(200);
+    assert_eq!(done.json()["reason"], "agreed");
+    let again = app.post_keyed(&place, "one", &body).await.expect(200);
     assert_eq!((&again.text, again.header("idempotency-replayed")), (&done.text, Some("true")));
-    let other = app.post_keyed(&place, "two", &body(&told)).await;
-    other.problem(410, "purged");
+    app.post_keyed(&place, "two", &body).await.problem(410, "purged");
     app.stop().await;
 }
 
@@ -200,7 +133,8 @@ async fn what_was_purged_is_gone_and_its_numbers_stay() {
     let place = format!("{job}/iterations/1");
     let figures = app.get(&place).await.expect(200);
     let tag = figures.header("etag").unwrap().to_owned();
-    let whole = purged(&app, &job).await;
+    let whole = archived(&app, &job).await;
+    purged(&app, &job).await;
 
     // what needs it
     let model = json!({"model": {"type": "polynomial", "degree": [1, 1]}});
@@ -271,11 +205,11 @@ async fn what_was_purged_is_gone_and_its_numbers_stay() {
     assert_eq!(traced["fits"][0]["rms"], is["fits"][0]["rms"]);
     assert_eq!(app.get(&format!("{place}/fits")).await.expect(200).json()["items"].as_array().unwrap().len(), 2);
     assert_eq!(app.get(&format!("{place}/records")).await.expect(200).json()["items"].as_array().unwrap().len(), 1);
-    let verdict = app.get(&format!("{job}/audit/verify")).await.expect(200).json();
+    let verdict = app.get(&super::audit::verify_of(&job)).await.expect(200).json();
     assert_eq!(verdict["intact"], true, "{verdict}");
     // and can be taken elsewhere, as what was taken away can
-    let (left, _) = archived(&app, &job).await;
-    assert!(!lines(&left).contains("J. Doe") && lines(&left).contains("\n{\"purge\":{"), "{}", lines(&left));
+    let left = archived(&app, &job).await;
+    assert!(!left.contains("J. Doe") && left.contains("\n{\"purges\":{"), "{left}");
     let folder = tempfile::tempdir().unwrap();
     assert_eq!(through_another(&left, folder.path(), "left"), left);
     assert_eq!(through_another(&whole, folder.path(), "whole"), whole);
@@ -290,8 +224,7 @@ async fn an_operation_that_has_not_ended_keeps_a_purge() {
     let request = app.request(Method::POST, &format!("{job}/iterations")).header("prefer", "respond-async");
     let begun = send(request.json(&trimmed(100))).await.expect(202);
     let operation = begun.header("location").unwrap().to_owned();
-    let (_, told) = archived(&app, &job).await;
-    let body = json!({"reason": "agreed", "archive_sha256": told});
+    let body = json!({"reason": "agreed"});
     let busy = app.post(&format!("{job}/purge"), &body).await;
     busy.problem(409, "conflict");
     assert!(busy.text.contains("1 operation that has not ended"), "{}", busy.text);
@@ -349,27 +282,5 @@ async fn nobodys_name_is_left_in_the_file() {
         app.iteration(&other).await;
     }
     assert!(pages(&file).await.1 < free);
-    app.stop().await;
-}
-
-/// Where something was changed behind the service's back, nothing is taken away.
-#[tokio::test]
-async fn a_broken_audit_keeps_what_there_is_to_find_out_by() {
-    let mut app = TestApp::start_on_file().await;
-    let job = app.job().await;
-    app.iteration(&job).await;
-    app.restart_after(async |database| {
-        let options = sqlx::sqlite::SqliteConnectOptions::new().filename(database);
-        let mut own = sqlx::ConnectOptions::connect(&options).await.unwrap();
-        let sql = "DROP TRIGGER iterations_no_update; UPDATE iterations SET instrument = 'other'";
-        sqlx::raw_sql(sql).execute(&mut own).await.unwrap();
-        sqlx::Connection::close(own).await.unwrap();
-    })
-    .await;
-    let (_, told) = archived(&app, &job).await;
-    let refused = app.post(&format!("{job}/purge"), &json!({"reason": "agreed", "archive_sha256": told})).await;
-    refused.problem(409, "conflict");
-    assert!(refused.text.contains("broken at entry 2"), "{}", refused.text);
-    assert_eq!(app.get(&format!("{job}/iterations/1")).await.expect(200).json()["operator"], Value::from("J. Doe"));
     app.stop().await;
 }

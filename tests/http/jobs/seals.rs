@@ -8,10 +8,14 @@ use std::{
 };
 
 use flankfit::config::ServeSettings;
-use serde_json::Value;
-use sqlx::{AssertSqlSafe, ConnectOptions as _, sqlite::SqliteConnectOptions};
+use serde_json::{Value, json};
+use sqlx::{ConnectOptions as _, sqlite::SqliteConnectOptions};
 
-use super::{app::TestApp, audit::by_python_with};
+use super::{
+    app::TestApp,
+    audit::{by_python_with, verify_of},
+    purges::purged,
+};
 use crate::{database::in_file, harness};
 
 /// Seals every second, signed, into the file `seals` of the folder.
@@ -27,14 +31,13 @@ pub fn sealing(folder: &Path) -> impl FnOnce(&mut ServeSettings) + use<> {
     }
 }
 
-/// The lines of a file of seals, once a head of a chain is among them.
-pub async fn lines(file: &Path, chain: &str, number: u64) -> Vec<Value> {
+/// The lines of a file of seals, once so many entries are sealed.
+pub async fn lines(file: &Path, entries: u64) -> Vec<Value> {
     let begun = Instant::now();
     loop {
         let text = fs::read_to_string(file).unwrap_or_default();
         let lines: Vec<Value> = text.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
-        let heads = lines.iter().flat_map(|line| line["chains"].as_array().unwrap());
-        if heads.into_iter().any(|head| head["chain"] == *chain && head["number"] == number) {
+        if lines.iter().any(|line| line["last_entry"] == entries) {
             return lines;
         }
         assert!(begun.elapsed() < Duration::from_secs(30), "{text}");
@@ -49,38 +52,37 @@ async fn a_server_seals_what_was_changed() {
     let mut app = TestApp::around(harness::TestApp::start_in(folder, change).await);
     let job = app.job().await;
     app.iteration(&job).await;
-    let id = job.rsplit('/').next().unwrap();
-    let made = lines(&file, id, 2).await;
+    let made = lines(&file, 2).await;
     let listed = app.get("/v1/audit/seals").await.expect(200).json();
-    let answered = listed["items"].as_array().unwrap();
-    assert_eq!(answered.len(), made.len());
-    for (answered, line) in answered.iter().zip(&made) {
-        let mut line = line.as_object().unwrap().clone();
-        let chains = line.remove("chains").unwrap();
-        assert_eq!(Value::Object(line), *answered);
-        assert_eq!(answered["heads"], chains.as_array().unwrap().len());
-        assert_eq!(
-            (answered["tenant"].as_str(), answered["signature"].as_str().unwrap().len()),
-            (Some("default"), 128)
-        );
-    }
-    let head = app.get(&format!("{job}/audit/verify")).await.expect(200).json()["head"].clone();
-    let sealed =
-        made.iter().flat_map(|line| line["chains"].as_array().unwrap().clone()).find(|head| head["number"] == 2);
-    assert_eq!(sealed.unwrap()["sha256"], head);
+    assert_eq!(*listed["items"].as_array().unwrap(), made);
+    let last = made.last().unwrap();
+    assert_eq!((last["tenant"].as_str(), last["signature"].as_str().unwrap().len()), (Some("default"), 128));
+    assert_eq!(app.get(&verify_of(&job)).await.expect(200).json()["unsealed"], 0);
     // somebody else's program comes to the same, and to another of a chain that was written anew
-    let page = app.get(&format!("{job}/audit")).await.expect(200).json();
+    let page = app.get("/v1/audit").await.expect(200).json();
     let seals = file.display().to_string();
-    let by_python = |page: &Value| by_python_with(&["--against", &seals], id, page);
-    assert_eq!(by_python(&page), format!("intact 2 {}", head.as_str().unwrap()));
-    let mut shorter = page.clone();
-    shorter["items"].as_array_mut().unwrap().pop();
-    assert_eq!(by_python(&shorter), "2 entry");
+    let by_python = |page: &Value| by_python_with(&["--against", &seals], page);
+    let head = last["last_sha256"].as_str().unwrap();
+    assert_eq!(by_python(&page), format!("intact 2 {head}"));
+    let tampered = |change: fn(&mut Value)| {
+        let mut page = page.clone();
+        change(&mut page["items"]);
+        by_python(&page)
+    };
+    assert_eq!(tampered(|items| drop(items.as_array_mut().unwrap().pop())), "2 entry");
+    assert_eq!(tampered(|items| items[1]["actor"] = json!("other")), "2 entry");
+    assert_eq!(tampered(|items| items[0]["contents"]["jobs/1"] = json!("00".repeat(32))), "1 entry");
+    assert_eq!(tampered(|items| drop(items.as_array_mut().unwrap().remove(0))), "1 entry");
     let forged = file.with_file_name("forged").display().to_string();
-    let text = fs::read_to_string(&file).unwrap();
-    fs::write(&forged, text.replace(head.as_str().unwrap(), &"0".repeat(64))).unwrap();
-    let found = by_python_with(&["--against", &forged], id, &page);
+    fs::write(&forged, fs::read_to_string(&file).unwrap().replace(head, &"0".repeat(64))).unwrap();
+    let found = by_python_with(&["--against", &forged], &page);
     assert!(found.ends_with("is not as it was made"), "{found}");
+    // after a purge nobody has a name any more
+    purged(&app, &job).await;
+    lines(&file, 3).await;
+    let page = app.get("/v1/audit").await.expect(200).json();
+    assert_eq!((page["items"][0].get("actor"), &page["items"][2]["actor"]), (None, &json!("anonymous")));
+    assert!(by_python(&page).starts_with("intact 3 "), "{}", by_python(&page));
     let refused = app.get(&format!("/v1/audit/seals?cursor=08{:032}", 1)).await;
     assert_eq!(refused.problem(422, "invalid_request"), ["/cursor"]);
     app.stop().await;
@@ -125,44 +127,50 @@ async fn the_command_line_finds_what_was_changed() {
     let [job, other] = [app.job().await, app.job().await];
     app.iteration(&job).await;
     let [id, other] = [&job, &other].map(|job| job.rsplit('/').next().unwrap().to_owned());
-    let made = lines(&file, &id, 2).await;
-    // a copy elsewhere; its last line was cut off
+    let made = lines(&file, 3).await;
     let kept = path.join("kept").display().to_string();
-    fs::write(&kept, fs::read_to_string(&file).unwrap() + "{\"tenant\":\"defa").unwrap();
+    let text = fs::read_to_string(&file).unwrap();
+    fs::write(&kept, &text).unwrap();
     let public = path.join("public.pem").display().to_string();
     let (code, said, errors) = verified(&database, &["--against", &kept, "--public-key", &public]);
     assert_eq!(code, Some(0), "{said}{errors}");
-    assert_eq!(said, format!("intact: 3 chains, 3 entries, {} seals\n", made.len()));
-    assert!(errors.contains(&format!("line {} of {kept} is left out", made.len() + 1)), "{errors}");
-    assert_eq!(verified(&database, &["--job", &other]).1.split(',').next(), Some("intact: 1 chains"));
+    assert!(
+        said.starts_with(&format!("intact: 2 jobs, 3 entries, {} seals; 0 entries are not sealed", made.len())),
+        "{said}"
+    );
+    assert!(verified(&database, &["--job", &other]).1.starts_with("intact: 1 jobs, 1 entries, "));
+    // the last line of the copy was cut in half
+    let cut = path.join("cut").display().to_string();
+    fs::write(&cut, &text[..text.len() - 100]).unwrap();
+    let (code, said, _) = verified(&database, &["--against", &cut]);
+    let spoilt = format!("broken: line {} of {cut} is no seal, or was cut off", made.len());
+    assert!(code == Some(1) && said.starts_with(&spoilt), "{said}");
 
     let mut own = SqliteConnectOptions::new().filename(&database).connect().await.unwrap();
-    let drop = "DROP TRIGGER audit_no_update; DROP TRIGGER audit_sealed_no_update; DROP TRIGGER nodes_no_update;";
-    sqlx::raw_sql(AssertSqlSafe(format!("{drop} UPDATE nodes SET count = count + 1"))).execute(&mut own).await.unwrap();
-    let content = format!("broken: job {id} of tenant default, entry 2: content\n");
+    let change = "DROP TRIGGER nodes_no_update; UPDATE nodes SET count = count + 1";
+    sqlx::raw_sql(change).execute(&mut own).await.unwrap();
+    let changed = format!("broken: job {id} of tenant default, nodes/1: changed\n");
     for more in [&["--all"][..], &["--job", &id], &["--against", &kept]] {
         let (code, said, _) = verified(&database, more);
-        assert_eq!((code, said.as_str()), (Some(1), &*content));
+        assert_eq!((code, said.as_str()), (Some(1), &*changed));
     }
     assert_eq!(verified(&database, &["--job", &other]).0, Some(0));
-    let forget = "UPDATE nodes SET count = count - 1; UPDATE audit_sealed SET sha256 = zeroblob(32) WHERE number = 2";
+    let forget = "UPDATE nodes SET count = count - 1; DROP TRIGGER audit_seals_no_delete; DELETE FROM audit_seals";
     sqlx::raw_sql(forget).execute(&mut own).await.unwrap();
-    let (code, said, _) = verified(&database, &["--all"]);
-    let number =
-        made.iter().find(|line| line["chains"].to_string().contains("\"number\":2")).unwrap()["number"].clone();
-    let seal = format!("broken: seals of tenant default, seal {number}: content\n");
-    assert_eq!((code, said), (Some(1), format!("{seal}broken: job {id} of tenant default, entry 2: seal\n")));
-    // what was kept counts more than the seals of the database
-    assert_eq!(verified(&database, &["--against", &kept]).1, seal);
+    let (code, said, _) = verified(&database, &["--against", &kept]);
+    let missing = format!("broken: tenant default, seal {}: missing\n", made.len());
+    assert!(code == Some(1) && said.contains(&missing), "{said}");
 
     // what cannot be found out
     let nowhere = path.join("nowhere").display().to_string();
     let forged = path.join("forged").display().to_string();
-    fs::write(&forged, fs::read_to_string(&file).unwrap().replace("\"heads\":", "\"heads\":1")).unwrap();
+    fs::write(&forged, text.replace("\"last_entry\":", "\"last_entry\":1")).unwrap();
+    let empty = path.join("empty").display().to_string();
+    fs::write(&empty, "\n").unwrap();
     for (more, why) in [
         (&["--job", "0190b0de-0000-7000-8000-000000000000"][..], "there is no such job"),
         (&["--against", &nowhere], "cannot read"),
-        (&["--against", &public], "no seals in"),
+        (&["--against", &empty], "no seals in"),
         (&["--against", &forged], "the seal in line 1 of"),
         (&["--public-key", &kept], "no Ed25519 public key"),
         (&["--all", "--job", &id], "cannot be used with"),

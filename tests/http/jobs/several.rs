@@ -34,7 +34,7 @@ impl Replicas {
     pub async fn on_sqlite(count: usize) -> Self {
         let directory = tempfile::tempdir().unwrap();
         let settings = StoreSettings::of_file(directory.path().join("jobs.db"));
-        let store = Arc::new(open_sqlite(settings, Arc::new(OrderedIds::new()), Arc::new(SystemClock)).await.unwrap());
+        let store = Arc::new(open_sqlite(settings, Arc::new(SystemClock)).await.unwrap());
         let (mut bases, mut states) = (Vec::new(), Vec::new());
         for _ in 0..count {
             let jobs = JobService::new(store.clone(), Arc::new(SystemClock), Arc::new(OrderedIds::new()));

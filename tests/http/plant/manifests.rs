@@ -202,22 +202,6 @@ fn manifests_name_each_other_and_their_ports() {
     }
 }
 
-/// The root of a container is read only, and archives are put together in the image's `TMPDIR`.
-#[test]
-fn archives_have_a_place_to_be_written() {
-    let image = read("Dockerfile");
-    let (_, folder) = image.split_once(" TMPDIR=").unwrap();
-    let folder = folder.split_whitespace().next().unwrap();
-    let deployment = manifest("Deployment");
-    let pod = at(&deployment, "/spec/template/spec");
-    let mounts = at(pod, "/containers/0/volumeMounts").as_array().unwrap();
-    let mount = mounts.iter().find(|mount| mount["mountPath"] == folder).unwrap();
-    assert!(mount.get("readOnly").is_none(), "{mount}");
-    let volumes = at(pod, "/volumes").as_array().unwrap();
-    let volume = volumes.iter().find(|volume| volume["name"] == mount["name"]).unwrap();
-    assert!(volume.get("emptyDir").is_some(), "{volume}");
-}
-
 /// No secret is in the environment: each file that it names is there.
 #[test]
 fn secrets_are_mounted_as_files() {

@@ -6,7 +6,7 @@ use super::{
     pair::Pair,
     purges::{filled, purged},
 };
-use crate::support::actor;
+use crate::support::{actor, sealed};
 
 /// What must be refused, of every table of the trace.
 const CHANGES: [&str; 20] = [
@@ -26,10 +26,10 @@ const CHANGES: [&str; 20] = [
     "DELETE FROM events",
     "UPDATE audit SET actor = actor",
     "DELETE FROM audit",
-    "UPDATE audit_seals SET root = root",
+    "UPDATE audit_seals SET at = at",
     "DELETE FROM audit_seals",
-    "UPDATE audit_sealed SET number = number",
-    "DELETE FROM audit_sealed",
+    "UPDATE audit_chain SET number = number",
+    "DELETE FROM audit_chain",
 ];
 
 /// The same of what says that a job was purged.
@@ -45,9 +45,9 @@ const TRUNCATIONS: [(&str, &str); 11] = [
     ("decisions", "TRUNCATE decisions"),
     ("records", "TRUNCATE records"),
     ("events", "TRUNCATE events"),
-    ("audit", "TRUNCATE audit"),
-    ("audit_seals", "TRUNCATE audit_seals CASCADE"),
-    ("audit_sealed", "TRUNCATE audit_sealed"),
+    ("audit", "TRUNCATE audit CASCADE"),
+    ("audit_seals", "TRUNCATE audit_seals"),
+    ("audit_chain", "TRUNCATE audit_chain"),
     ("purges", "TRUNCATE purges"),
 ];
 
@@ -59,7 +59,7 @@ pub async fn the_trace_is_changed_by_nobody(pair: &mut Pair) {
     let event = Event { reason: Some("slope".to_owned()), by: actor(), created_at: place.now() };
     let decision = DecisionEvent { decision: Decision::Remachine, concession: false, event };
     store.decide(job, 1, decision, Precondition::None).await.unwrap();
-    super::seals::sealed(pair, 1).await;
+    sealed(&pair.handles[0], place.now()).await;
     for sql in CHANGES {
         let refusal = pair.ground.refusal(sql).await;
         assert!(refusal.as_deref().is_some_and(|why| why.contains("append-only")), "{sql}: {refusal:?}");

@@ -5,10 +5,9 @@
 mod answers;
 mod append_only;
 mod audit;
-mod audit_keys;
 mod blocks;
-mod examination;
 mod extremes;
+mod forgery;
 mod grounds;
 mod job_list;
 mod keys;
@@ -16,14 +15,11 @@ mod mappings;
 mod neighbours;
 mod paging;
 mod pair;
-mod purged_audit;
 mod purges;
 mod recorder;
 mod records;
 mod runs;
-mod seals;
 pub mod streams;
-mod tampering;
 mod tasks;
 mod teeth;
 mod tenants;
@@ -91,36 +87,21 @@ conformance! {
             the_trace_is_changed_by_nobody;
         audit:
             each_change_leaves_one_entry,
-            what_is_refused_leaves_none,
-            a_job_that_is_older_begins_with_what_was_found,
-            chains_of_many_writers_have_no_gaps;
-        audit_keys:
             changes_of_keys_and_tenants_are_entered,
-            keys_from_before_begin_the_chain,
-            changed_keys_are_found_at_their_numbers,
-            missing_last_entries_of_keys_are_found_at_their_numbers,
-            chains_of_keys_have_no_gaps;
-        tampering:
-            what_is_as_it_was_written_is_intact,
-            changed_entries_are_found_at_their_numbers,
-            missing_last_entries_are_found_at_their_numbers,
-            a_missing_entry_of_what_was_deleted_is_known_by_its_seal,
-            a_fault_before_a_missing_end_is_told_first,
-            a_missing_end_is_told_from_what_is_older,
-            changed_rows_are_found_at_their_numbers,
-            a_job_that_was_given_to_another_tenant_is_found,
-            what_a_job_is_listed_by_is_compared,
-            a_job_from_before_is_verified_too,
-            a_chain_that_began_without_salts_is_verified_too,
-            long_results_are_guarded_too;
+            what_is_refused_leaves_none,
+            many_writers_leave_one_chain_without_gaps,
+            a_chain_that_was_written_anew_is_convicted_by_its_seals,
+            names_cannot_be_tried_after_a_purge;
+        forgery:
+            every_column_of_every_table_is_guarded,
+            nothing_is_removed_unnoticed,
+            what_is_exchanged_is_noticed,
+            what_is_made_by_hand_is_noticed,
+            one_unreadable_value_hides_nothing;
         blocks:
             the_last_estimate_stays_while_blocks_come,
             blocks_are_read_a_few_megabytes_at_a_time,
             a_deleted_stream_leaves_its_iteration;
-        examination:
-            all_that_is_as_it_was_written_is_intact,
-            what_was_kept_elsewhere_convicts,
-            changed_seals_are_found_at_their_numbers;
         extremes:
             nodes_keep_their_bits,
             figures_keep_their_bits_or_are_none,
@@ -154,14 +135,9 @@ conformance! {
         paging:
             lists_that_grow_are_read_without_gaps_or_repeats,
             the_order_is_that_of_storing_not_of_ids;
-        purged_audit:
-            what_was_purged_is_no_break,
-            names_cannot_be_tried_after_a_purge,
-            what_is_changed_after_a_purge_is_found,
-            a_purge_that_was_none_is_found;
         purges:
             a_purged_job_keeps_its_numbers_and_no_more,
-            a_purge_takes_the_archive_as_it_is_now,
+            a_purge_is_done_once,
             a_purge_comes_before_or_after_each_writer,
             of_two_purges_one_is_told_of_the_other,
             the_trace_loses_only_what_a_purge_takes,
@@ -173,11 +149,6 @@ conformance! {
             an_iteration_comes_with_its_records;
         runs:
             runs_are_stored_as_a_whole_or_not_at_all;
-        seals:
-            seals_have_the_ends_of_chains_that_grew,
-            every_head_is_sealed_once,
-            entries_are_unsealed_until_a_seal_holds_them,
-            a_rewritten_chain_is_convicted_by_its_seals;
         streams:
             blocks_are_taken_in_their_turn_by_whoever_comes_first,
             a_job_lets_go_of_its_events_only_with_everything_else,

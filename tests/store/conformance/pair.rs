@@ -44,6 +44,15 @@ pub trait Ground {
     /// Has the database refuse each new entry of the audit, or take them again.
     fn refuse_entries(&self, refused: bool) -> Soon<'_, ()>;
 
+    /// Takes away the triggers and checks that a forger does not meet either.
+    fn defenceless(&self) -> Soon<'_, ()>;
+
+    /// Every column of every table: table, name and type.
+    fn columns(&self) -> Soon<'_, Vec<(String, String, String)>>;
+
+    /// SQL that makes another value of a column of a type; of several rows it makes different ones.
+    fn changed(&self, column: &str, kind: &str) -> String;
+
     /// A number that the database tells.
     fn scalar(&self, sql: &'static str) -> Soon<'_, i64>;
 

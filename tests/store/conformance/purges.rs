@@ -5,16 +5,15 @@ use std::sync::Arc;
 
 use flankfit::jobs::{
     Answer, Caller, Choice, Decision, DecisionEvent, Event, EventKind, FinishedStream, JobEvent, JobPatch, Measurand,
-    NewIteration, NewPurge, NewTask, Precondition, Predecessors, Receipt, RecordKind, RecordSummary, Repository,
-    RepositoryError, Resource, Scope, Scopes, Seen, Stored, StreamEvent, Turn,
-    audit::{Chain, Verdict},
+    NewIteration, NewTask, Precondition, Predecessors, Purge, Receipt, RecordKind, RecordSummary, Repository,
+    RepositoryError, Resource, Scope, Scopes, Stored, StreamEvent,
 };
 use jiff::SignedDuration;
 use tokio::task::JoinSet;
 use uuid::Uuid;
 
 use super::pair::Pair;
-use crate::support::{WHOLE, all_jobs, archived, caller, purge_of, receipt};
+use crate::support::{WHOLE, all_jobs, caller, intact, purge_of, receipt};
 
 /// Stands in every text and name that is to go.
 const CANARY: &str = "canary";
@@ -101,18 +100,17 @@ fn task(pair: &Pair, key: &str, job: Uuid) -> Arc<NewTask> {
 }
 
 /// Purges a job as it is now.
-pub async fn purged(pair: &Pair, job: Uuid) -> (Arc<NewPurge>, Stored) {
-    let (_, told) = archived(&pair.handles[1], "default", job).await;
-    let purge = purge_of(&pair.values, job, &told);
+pub async fn purged(pair: &Pair, job: Uuid) -> (Arc<Purge>, Stored) {
+    let purge = purge_of(&pair.values, job);
     let stored = pair.store.purge_job(purge.clone(), None).await.unwrap();
     (purge, stored)
 }
 
 #[track_caller]
-fn gone<T: std::fmt::Debug>(answer: Result<T, RepositoryError>, purge: &NewPurge) {
+fn gone<T: std::fmt::Debug>(answer: Result<T, RepositoryError>, purge: &Purge) {
     match answer {
         Err(RepositoryError::Purged { at, reason }) => {
-            assert_eq!((at, &reason), (purge.purge.at, &purge.purge.reason));
+            assert_eq!((at, &reason), (purge.at, &purge.reason));
         }
         other => panic!("{other:?}"),
     }
@@ -130,12 +128,7 @@ fn without_reasons(mut events: Vec<JobEvent>) -> Vec<JobEvent> {
 }
 
 /// After those that there were, without the reasons that were taken away.
-async fn the_last_event_tells_of_it(
-    store: &Arc<dyn Repository>,
-    job: Uuid,
-    before: Vec<JobEvent>,
-    NewPurge { purge, .. }: &NewPurge,
-) {
+async fn the_last_event_tells_of_it(store: &Arc<dyn Repository>, job: Uuid, before: Vec<JobEvent>, purge: &Purge) {
     let mut heard = store.events(job, 0, 100).await.unwrap();
     let last = heard.pop().unwrap();
     assert_eq!(heard, without_reasons(before));
@@ -166,7 +159,7 @@ pub async fn a_purged_job_keeps_its_numbers_and_no_more(pair: &mut Pair) {
     assert!(!pair.ground.holds(CANARY).await);
     // the row, with when it was
     let after = store.job(job).await.unwrap();
-    assert_eq!(after, before.purged(purge.purge.at));
+    assert_eq!(after, before.purged(purge.at));
     assert_eq!(stored.version, after.version);
     let mut all = store.jobs(all_jobs()).await.unwrap().items;
     assert_eq!(all[0].job, after);
@@ -177,7 +170,7 @@ pub async fn a_purged_job_keeps_its_numbers_and_no_more(pair: &mut Pair) {
     assert_eq!(all, listed.items);
     // numbers, times and figures
     let is = store.iteration(job, 1).await.unwrap();
-    assert_eq!((is.purged_at, is.version), (Some(purge.purge.at), was.version + 1));
+    assert_eq!((is.purged_at, is.version), (Some(purge.at), was.version + 1));
     assert_eq!((is.number, is.node_count, is.created_at), (1, was.node_count, was.created_at));
     assert_eq!((&is.details.operator, &is.details.note), (&None, &None));
     assert_eq!((&is.details.instrument, is.details.measured_at), (&was.details.instrument, was.details.measured_at));
@@ -190,7 +183,7 @@ pub async fn a_purged_job_keeps_its_numbers_and_no_more(pair: &mut Pair) {
     assert_eq!(store.fits(job, 1, WHOLE).await.unwrap().items, is.fits);
     assert_eq!(store.records(job, 1, WHOLE).await.unwrap().items, [RecordSummary { by: None, ..record.clone() }]);
     let traced = store.trace(job, WHOLE).await.unwrap();
-    assert_eq!(traced.job.purged_at, Some(purge.purge.at));
+    assert_eq!(traced.job.purged_at, Some(purge.at));
     assert_eq!(traced.iterations.len(), told.iterations.len());
     for (is, was) in traced.iterations.iter().zip(&told.iterations) {
         assert_eq!(
@@ -243,53 +236,29 @@ pub async fn a_purged_job_keeps_its_numbers_and_no_more(pair: &mut Pair) {
     assert!(!pair.ground.holds(CANARY).await, "what was refused left nothing");
 }
 
-pub async fn a_purge_takes_the_archive_as_it_is_now(pair: &mut Pair) {
+pub async fn a_purge_is_done_once(pair: &mut Pair) {
     let (store, place) = (pair.store.clone(), pair.values.clone());
     let job = filled(pair).await;
-    let (first, told) = archived(&pair.handles[0], "default", job).await;
-    // the same file from either handle, as long as nothing changes
-    let (again, same) = archived(&pair.handles[1], "default", job).await;
-    assert_eq!((&first, &told), (&again, &same));
-    // whatever is stored makes it another
-    store
-        .patch_job(job, JobPatch { name: Some("w".into()), ..JobPatch::default() }, Precondition::None, place.now())
-        .await
-        .unwrap();
-    let late = store.purge_job(purge_of(&place, job, &told), None).await;
-    assert!(matches!(late, Err(RepositoryError::ArchiveDiffers)), "{late:?}");
-    let (_, told) = archived(&pair.handles[0], "default", job).await;
-    // an event alone, too
+    // what is under way keeps it
     let open = task(pair, "7", job);
     store.insert_task(open.clone(), 1 << 20).await.unwrap();
-    let (_, begun) = archived(&pair.handles[0], "default", job).await;
-    assert_eq!((begun.seen.head, begun.seen.last_event), (told.seen.head, told.seen.last_event + 1));
-    // and what is under way keeps it
-    let busy = store.purge_job(purge_of(&place, job, &begun), None).await;
+    let busy = store.purge_job(purge_of(&place, job), None).await;
     assert!(matches!(busy, Err(RepositoryError::HasTasks(1))), "{busy:?}");
     store.cancel_task(open.id, Some(job), place.now()).await.unwrap();
-    let (_, now) = archived(&pair.handles[0], "default", job).await;
     // another tenant's does not exist
-    let other = pair.seen_by("other").purge_job(purge_of(&place, job, &now), None).await;
+    let other = pair.seen_by("other").purge_job(purge_of(&place, job), None).await;
     assert!(matches!(other, Err(RepositoryError::NotFound(Resource::Job))), "{other:?}");
-    // it is done once, and its own answer is kept
+    // its own answer is kept
     let scope = format!("POST /v1/jobs/{job}/purge");
-    store.purge_job(purge_of(&place, job, &now), Some(receipt("8", &scope))).await.unwrap();
+    store.purge_job(purge_of(&place, job), Some(receipt("8", &scope))).await.unwrap();
     assert!(store.answer("8".into(), scope.clone()).await.unwrap().is_some());
-    let again = store.purge_job(purge_of(&place, job, &now), Some(receipt("8", &scope))).await;
+    let again = store.purge_job(purge_of(&place, job), Some(receipt("8", &scope))).await;
     assert!(matches!(again, Err(RepositoryError::KeyTaken)), "{again:?}");
-    let again = store.purge_job(purge_of(&place, job, &now), None).await;
+    let again = store.purge_job(purge_of(&place, job), None).await;
     assert!(matches!(again, Err(RepositoryError::Purged { .. })), "{again:?}");
-    // also of one whose archive was looked for in vain: it was purged meanwhile
-    let missed = NewPurge { seen: None, ..(*purge_of(&place, job, &now)).clone() };
-    let again = store.purge_job(Arc::new(missed.clone()), None).await;
-    assert!(matches!(again, Err(RepositoryError::Purged { .. })), "{again:?}");
-    let other = place.stored_job(&store).await.id;
-    let differs = store.purge_job(Arc::new(NewPurge { job: other, ..missed }), None).await;
-    assert!(matches!(differs, Err(RepositoryError::ArchiveDiffers)), "{differs:?}");
-    let seen = Some(Seen::default());
-    let nobody = NewPurge { job: place.id(), seen, ..(*purge_of(&place, job, &now)).clone() };
-    let nothing = store.purge_job(Arc::new(nobody), None).await;
+    let nothing = store.purge_job(purge_of(&place, place.id()), None).await;
     assert!(matches!(nothing, Err(RepositoryError::NotFound(Resource::Job))), "{nothing:?}");
+    intact(&pair.handles[0]).await;
 }
 
 /// Of many writers each comes before the purge, or is refused; nothing is half.
@@ -315,25 +284,18 @@ pub async fn a_purge_comes_before_or_after_each_writer(pair: &mut Pair) {
                 }
             });
         }
-        let mut late = 0;
-        loop {
-            let (_, told) = archived(&pair.handles[late % 2], "default", job).await;
-            match store.purge_job(purge_of(&place, job, &told), None).await {
-                Ok(_) => break,
-                Err(RepositoryError::ArchiveDiffers) => late += 1,
-                Err(other) => panic!("{other}"),
-            }
+        while store.last_event(job).await.unwrap() < 4 {
+            tokio::task::yield_now().await;
         }
+        store.purge_job(purge_of(&place, job), None).await.unwrap();
         let stored: usize = writers.join_all().await.into_iter().sum();
         let traced = store.trace(job, WHOLE).await.unwrap();
         assert_eq!(traced.iterations.len(), stored);
         for number in 1..=u32::try_from(stored).unwrap() {
             assert!(matches!(store.nodes(job, number).await, Err(RepositoryError::Purged { .. })), "{number}");
         }
-        let entries = stored as u64 + 2;
-        let verdict = store.verify_audit(Chain::Job(job)).await.unwrap();
-        assert!(matches!(verdict, Verdict::Intact { entries: told, .. } if told == entries), "{verdict:?}");
     }
+    intact(&pair.handles[1]).await;
 }
 
 /// Two at once: one is done, the other is told of it, at whichever handle.
@@ -341,9 +303,8 @@ pub async fn of_two_purges_one_is_told_of_the_other(pair: &mut Pair) {
     let place = pair.values.clone();
     for _ in 0..8 {
         let job = place.stored_job(&pair.store).await.id;
-        let (_, told) = archived(&pair.handles[0], "default", job).await;
         let purges = [0, 1].map(|handle| {
-            let (store, new) = (pair.handles[handle].of(&caller("default")), purge_of(&place, job, &told));
+            let (store, new) = (pair.handles[handle].of(&caller("default")), purge_of(&place, job));
             tokio::spawn(async move { store.purge_job(new, None).await })
         });
         let [one, two] = purges;
@@ -367,7 +328,7 @@ pub async fn the_trace_loses_only_what_a_purge_takes(pair: &mut Pair) {
         "fit_choices SET reason = NULL".to_owned(),
         "decisions SET reason = NULL".to_owned(),
         format!("records SET request = {nothing}, result = {nothing}, gear = NULL"),
-        "audit SET actor = ''".to_owned(),
+        "audit SET actor = NULL, salt = NULL".to_owned(),
     ];
     let takes = takes.map(|sql| &*format!("UPDATE {sql}").leak());
     let refused = async |pair: &Pair, sql: &'static str| {
@@ -390,13 +351,13 @@ pub async fn the_trace_loses_only_what_a_purge_takes(pair: &mut Pair) {
         "UPDATE nodes SET count = 0",
         "UPDATE fits SET rms = NULL",
         "UPDATE fits SET lambda_star = -lambda_star",
-        "UPDATE fits SET result = (SELECT sha256 FROM audit LIMIT 1)",
+        "UPDATE fits SET result = (SELECT who FROM audit LIMIT 1)",
         "UPDATE fit_choices SET position = position + 10",
         "UPDATE decisions SET decision = 'accept'",
         "UPDATE records SET method = 'x'",
         "UPDATE audit SET actor = 'x'",
-        "UPDATE audit SET actor = '', target = ''",
-        "UPDATE audit SET actor = '', contents = previous",
+        "UPDATE audit SET actor = NULL, salt = NULL, subject = ''",
+        "UPDATE audit SET actor = NULL, salt = NULL, contents = who",
         "UPDATE purges SET reason = ''",
         "DELETE FROM purges",
         "DELETE FROM nodes",
@@ -408,7 +369,7 @@ pub async fn the_trace_loses_only_what_a_purge_takes(pair: &mut Pair) {
     assert!(pair.ground.refusal("DELETE FROM jobs").await.is_some());
 }
 
-/// What is due, of every tenant, oldest first; and whose turn it is.
+/// What is due, of every tenant.
 pub async fn jobs_that_nobody_touches_are_due(pair: &mut Pair) {
     let (store, place) = (pair.store.clone(), pair.values.clone());
     let first = place.stored_job(&store).await.id;
@@ -420,34 +381,27 @@ pub async fn jobs_that_nobody_touches_are_due(pair: &mut Pair) {
     let task = task(pair, "k", busy);
     store.insert_task(task.clone(), 1 << 20).await.unwrap();
     let since = place.now();
-    let due = async |handle: usize, most: u32| {
-        let due = pair.handles[handle].untouched(since, most).await.unwrap();
-        due.into_iter().map(|key| (key.tenant.as_str().to_owned(), key.job)).collect::<Vec<_>>()
+    let due = async |handle: usize| {
+        let (mut due, mut after) = (Vec::new(), None);
+        loop {
+            let some = pair.handles[handle].untouched(since, after, 1).await.unwrap();
+            after = some.last().cloned();
+            due.extend(some.into_iter().map(|key| (key.tenant.as_str().to_owned(), key.job)));
+            if after.is_none() {
+                return due;
+            }
+        }
     };
     let of = |tenant: &str, job: Uuid| (tenant.to_owned(), job);
-    assert_eq!(due(0, 10).await, [of("default", first), of("other", other), of("default", streaming)]);
-    assert_eq!(due(1, 1).await, [of("default", first)]);
-    assert_eq!(pair.handles[0].untouched(since - SignedDuration::from_hours(1), 10).await.unwrap(), []);
+    assert_eq!(due(0).await, [of("default", first), of("default", streaming), of("other", other)]);
+    assert_eq!(pair.handles[0].untouched(since - SignedDuration::from_hours(1), None, 10).await.unwrap(), []);
     // a block touches its job, and so does an iteration; a purged one is not due again
     store.insert_block(place.block(stream.id, 1), None).await.unwrap();
-    assert_eq!(due(0, 10).await, [of("default", first), of("other", other)]);
+    assert_eq!(due(1).await, [of("default", first), of("other", other)]);
     purged(pair, first).await;
-    assert_eq!(due(1, 10).await, [of("other", other)]);
+    assert_eq!(due(0).await, [of("other", other)]);
     place.stored_iteration(&pair.seen_by("other"), other).await;
-    assert_eq!(due(0, 10).await, []);
+    assert_eq!(due(1).await, []);
     store.cancel_task(task.id, Some(busy), place.now()).await.unwrap();
-    assert_eq!(due(0, 10).await, [of("default", busy)]);
-
-    // one process at a time, where there are several
-    let turn = pair.handles[0].turn().await.unwrap().unwrap();
-    let shared = matches!(turn, Turn(Some(_)));
-    assert_eq!(pair.handles[1].turn().await.unwrap().is_none(), shared);
-    turn.end().await;
-    let next = pair.handles[1].turn().await.unwrap().expect("a turn that has ended is free");
-    drop(next);
-    let ended = std::time::Instant::now();
-    while pair.handles[1].turn().await.unwrap().is_none() {
-        assert!(ended.elapsed().as_secs() < 60, "a turn that was dropped is free");
-        tokio::time::sleep(std::time::Duration::from_millis(20)).await;
-    }
+    assert_eq!(due(0).await, [of("default", busy)]);
 }

@@ -12,12 +12,12 @@ use flankfit::{
         Amendment, Answer, ApiKey, Block, Caller, Choice, ClaimedTask, Credentials, DecisionEvent, EndedTask,
         EventPlace, FinishedStream, FitRecord, FitSummary, Iteration, Job, JobCounts, JobEvent, JobPage, JobPatch,
         JobQuery, KeptMapping, KeyId, KeyPatch, Keys, KnownKey, Lease, ListedIteration, Measurand, NewBlock, NewFit,
-        NewIteration, NewKey, NewPlant, NewPurge, NewRun, NewStream, NewTask, Page, PageRequest, Plant, PlantPatch,
-        Precondition, Predecessor, Predecessors, Receipt, Record, RecordKind, RecordSummary, Repository,
-        RepositoryError, RepositoryFuture, Resource, Rotation, Rounds, San, Store, Stored, Stream, StreamState,
-        Successors, Task, TaskQuery, TaskResult, Tasks, Tenant, ToldEvent, Trace, Turn, Upkeep, Wakes,
+        NewIteration, NewKey, NewPlant, NewRun, NewStream, NewTask, Page, PageRequest, Plant, PlantPatch, Precondition,
+        Predecessor, Predecessors, Purge, Receipt, Record, RecordKind, RecordSummary, Repository, RepositoryError,
+        RepositoryFuture, Resource, Rotation, Rounds, San, Store, Stored, Stream, StreamState, Successors, Task,
+        TaskQuery, TaskResult, Tasks, Tenant, ToldEvent, Trace, Upkeep, Wakes,
         archive::{Holdings, Key},
-        audit::{Auditor, Chain, Entry, Seal, Sealing, Unsealed, Verdict, WholeSeal},
+        audit::{Auditor, ListedEntry, Seal, Sealing},
     },
     key_operations, repository_operations,
 };
@@ -51,7 +51,7 @@ impl Exercised {
 }
 
 /// Every refusal.
-const ERRORS: [&str; 32] = [
+const ERRORS: [&str; 31] = [
     "no job",
     "no iteration",
     "no fit",
@@ -78,7 +78,6 @@ const ERRORS: [&str; 32] = [
     "version",
     "foreign fit",
     "purged",
-    "archive differs",
     "open tasks",
     "key taken",
     "overloaded",
@@ -115,12 +114,7 @@ fn name_of(error: &RepositoryError) -> &'static str {
         RepositoryError::VersionMismatch { .. } => "version",
         RepositoryError::ForeignFit(_) => "foreign fit",
         RepositoryError::Purged { .. } => "purged",
-        RepositoryError::ArchiveDiffers => "archive differs",
         RepositoryError::HasTasks(_) => "open tasks",
-        // the use case says so, which asks the store for a verdict
-        RepositoryError::AuditBroken(_) => "broken audit",
-        // the use case says so, whose file is not the store's
-        RepositoryError::NotArchived(_) => "not archived",
         RepositoryError::KeyTaken => "key taken",
         RepositoryError::Unavailable(_) => "unavailable",
         RepositoryError::Overloaded => "overloaded",
@@ -133,11 +127,9 @@ fn name_of(error: &RepositoryError) -> &'static str {
 }
 
 /// What is done for no caller.
-const UPKEEP: [&str; 19] = [
-    "turn",
+const UPKEEP: [&str; 17] = [
     "untouched",
     "seal_audit",
-    "unsealed",
     "forget_answers",
     "forget_told",
     "check_writable",
@@ -202,24 +194,14 @@ impl Upkeep for Watched {
         self.store.forget_told(now, before, most)
     }
 
-    fn seal_audit(&self, sealing: Sealing) -> RepositoryFuture<'_, Option<Vec<WholeSeal>>> {
+    fn seal_audit(&self, sealing: Sealing) -> RepositoryFuture<'_, (Vec<Seal>, bool)> {
         self.exercised.operation("seal_audit");
         self.store.seal_audit(sealing)
     }
 
-    fn unsealed(&self) -> RepositoryFuture<'_, Unsealed> {
-        self.exercised.operation("unsealed");
-        self.store.unsealed()
-    }
-
-    fn turn(&self) -> RepositoryFuture<'_, Option<Turn>> {
-        self.exercised.operation("turn");
-        self.store.turn()
-    }
-
-    fn untouched(&self, since: Timestamp, most: u32) -> RepositoryFuture<'_, Vec<Key>> {
+    fn untouched(&self, since: Timestamp, after: Option<Key>, most: u32) -> RepositoryFuture<'_, Vec<Key>> {
         self.exercised.operation("untouched");
-        self.store.untouched(since, most)
+        self.store.untouched(since, after, most)
     }
 
     fn check_writable(&self, now: Timestamp) -> RepositoryFuture<'_, ()> {

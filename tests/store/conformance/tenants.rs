@@ -4,7 +4,7 @@ use std::{fmt::Debug, sync::Arc};
 
 use flankfit::jobs::{
     Choice, Decision, DecisionEvent, Event, FinishedStream, JobPatch, Measurand, NewIteration, Precondition,
-    Predecessors, RecordKind, Repository, RepositoryError, Resource, audit::Chain,
+    Predecessors, RecordKind, Repository, RepositoryError, Resource,
 };
 use flankfit_engine::gear::Side;
 use uuid::Uuid;
@@ -41,7 +41,7 @@ pub async fn possessions(store: &Arc<dyn Repository>, place: &Values) -> Possess
 pub async fn everything(store: &Arc<dyn Repository>, of: &Possessions) -> String {
     let Possessions { job, iteration, record, stream, empty } = of;
     let all: [Box<dyn Debug>; 15] = [
-        Box::new(store.audit(Chain::Job(*job), WHOLE).await.unwrap()),
+        Box::new(store.audit(Some(*job), WHOLE).await.unwrap()),
         Box::new(store.jobs(all_jobs()).await.unwrap()),
         Box::new(store.job(*job).await.unwrap()),
         Box::new(store.trace(*job, WHOLE).await.unwrap()),
@@ -85,8 +85,7 @@ pub async fn another_tenants_reads_find_nothing(pair: &mut Pair) {
     missing(other.last_event(job).await, Resource::Job);
     missing(other.stream(stream).await, Resource::Stream);
     missing(other.stream_state(stream).await, Resource::Stream);
-    missing(other.audit(Chain::Job(job), WHOLE).await.map(|page| page.items), Resource::Job);
-    missing(other.verify_audit(Chain::Job(job)).await, Resource::Job);
+    missing(other.audit(Some(job), WHOLE).await.map(|page| page.items), Resource::Job);
     // what follows or precedes nothing, as for a job that there is not
     let alike = Predecessors { of: iteration.measurand.clone(), from: 1, before: None, most: 10 };
     assert_eq!(store.predecessors(job, alike.clone()).await.unwrap().len(), 2);

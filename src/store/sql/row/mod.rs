@@ -3,23 +3,19 @@
 
 mod audit;
 mod fit;
-mod found;
 mod iteration;
 mod job;
 mod key;
 mod listing;
-mod purge;
 mod record;
 mod stream;
 mod task;
 
-pub use audit::{GrownRow, NewestSealRow, SealRow, grown};
+pub use audit::JobPurge;
 pub use fit::TracedFitRow;
-pub use found::{FoundBlock, FoundFit, FoundIteration, FoundNodes, FoundRow, FoundStreamRow};
 pub use iteration::{IterationRow, MeasuredTooth, NodesRow, SuccessorRow, TracedIterationRow};
 pub use job::AnswerRow;
 pub use listing::{Count, ListedJobRow, counts};
-pub use purge::{FoundJobPurge, FoundPurge, JobPurge, purge_name, refusal};
 pub use stream::{EventRow, ToldEventRow};
 pub use task::{ClaimedTaskRow, TaskResultRow};
 pub(super) use {

@@ -43,7 +43,7 @@ async fn what_is_stored_is_there_when_the_operation_has_ended() {
     let trace = app.get(&format!("{job}/trace")).await.expect(200).json();
     assert_eq!(trace["iterations"].as_array().unwrap().len(), 1);
     assert_eq!(trace["iterations"][0]["fits"].as_array().unwrap().len(), 2);
-    assert_eq!(app.get(&format!("{job}/audit/verify")).await.expect(200).json()["intact"], true);
+    assert_eq!(app.get(&crate::jobs::audit::verify_of(&job)).await.expect(200).json()["intact"], true);
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

@@ -93,7 +93,7 @@ async fn is_begun_anew(first: kill::Server, body: &Value, next: impl FnOnce(kill
     let trace = second.get(&format!("{job}/trace")).await.expect(200).json();
     let iterations = trace["iterations"].as_array().unwrap();
     assert_eq!((iterations.len(), &iterations[0]["id"]), (1, &made.json()["id"]), "{trace}");
-    assert_eq!(second.get(&format!("{job}/audit/verify")).await.expect(200).json()["intact"], true);
+    assert_eq!(second.get(&crate::jobs::audit::verify_of(&job)).await.expect(200).json()["intact"], true);
     second.server.kill();
 }
 

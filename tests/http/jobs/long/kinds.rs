@@ -13,24 +13,19 @@ use serde_json::{Value, json};
 use super::{alike, begun, later, masked, result, same, slow_iteration, study};
 use crate::{
     gears::import::file,
-    jobs::{
-        app::{TestApp, send},
-        purges::archived,
-    },
+    jobs::app::{TestApp, send},
 };
 
 /// What is sent.
 enum Body {
     Json(fn() -> Value),
     Form(fn() -> Form),
-    /// What purges the job, which names its archive.
-    OfArchive,
 }
 
-use Body::{Json, OfArchive};
+use Body::Json;
 
 /// Operations of the document, their paths, and something that takes computing.
-const KINDS: [(&str, &str, Body); 14] = [
+const KINDS: [(&str, &str, Body); 13] = [
     ("create_fit", "/v1/fits", Json(|| example("fit_least_trimmed"))),
     ("study_randomization", "/v1/studies/randomization", Json(|| study(300))),
     ("simulate_closed_loop", "/v1/simulations/closed-loop", Json(|| with("closed_loop", "store", json!(false)))),
@@ -44,8 +39,6 @@ const KINDS: [(&str, &str, Body); 14] = [
     ("create_iteration_fit", "{job}/iterations/1/fits", Json(|| example("refit"))),
     ("create_iteration_surface", "{job}/iterations/1/surfaces", Json(|| example("iteration_surface"))),
     ("import_iteration", "{job}/import", Body::Form(testers_file)),
-    // the last one: nothing is left of the job
-    ("purge_job", "{job}/purge", OfArchive),
 ];
 
 pub fn example(name: &str) -> Value {
@@ -82,10 +75,6 @@ impl Body {
         match self {
             Json(body) => request.json(&body()),
             Body::Form(form) => request.multipart(form()),
-            OfArchive => {
-                let (_, sha256) = archived(app, path.trim_end_matches("/purge")).await;
-                request.json(&json!({"reason": "as agreed", "archive_sha256": sha256}))
-            }
         }
     }
 }
@@ -141,9 +130,7 @@ async fn the_answer_is_the_one_that_the_plain_request_has() {
         // and so is what there is then
         assert_eq!(count_of_jobs(&app).await - jobs, 2 * by_plain, "{id}");
         stored_jobs += by_plain;
-        let lists: &[&str] =
-            if *id == "purge_job" { &[] } else { &["trace", "iterations/1/fits", "iterations/1/records"] };
-        for list in lists {
+        for list in ["trace", "iterations/1/fits", "iterations/1/records"] {
             let [plain, later] = [&plain_job, &later_job].map(|job| format!("{job}/{list}"));
             alike(&app.get(&later).await.expect(200), &app.get(&plain).await.expect(200));
         }
@@ -152,7 +139,7 @@ async fn the_answer_is_the_one_that_the_plain_request_has() {
     assert_eq!(seen, offered(), "a new one needs a line here");
     assert!(stored_jobs > 0, "the closed loop stores jobs");
     for job in [plain_job, later_job] {
-        assert_eq!(app.get(&format!("{job}/audit/verify")).await.expect(200).json()["intact"], true);
+        assert_eq!(app.get(&crate::jobs::audit::verify_of(&job)).await.expect(200).json()["intact"], true);
     }
 }
 

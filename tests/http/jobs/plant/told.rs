@@ -41,7 +41,7 @@ pub async fn check_iterations(plant: &Plant, job: &str, told: &mut [Written]) {
         cursor = format!("&cursor={next}");
     }
     assert!(there.iter().eq(told.iter().map(|written| &written.id)), "and is there once");
-    let audit = plant.get(&format!("{}{job}/audit/verify", plant.base)).await.expect(200);
+    let audit = plant.get(&format!("{}{}", plant.base, crate::jobs::audit::verify_of(job))).await.expect(200);
     assert_eq!(audit.json()["intact"], true, "{}", audit.text);
 }
 

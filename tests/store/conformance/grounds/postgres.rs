@@ -147,6 +147,47 @@ impl Ground for Postgres {
         })
     }
 
+    fn defenceless(&self) -> Soon<'_, ()> {
+        Box::pin(async move {
+            let mut own = PgConnection::connect(&self.url).await.unwrap();
+            // triggers sleep while it intrudes
+            let unchecked = "DO $$ DECLARE c record; BEGIN
+                FOR c IN SELECT conrelid::regclass AS of, conname FROM pg_constraint
+                         WHERE contype = 'c' AND conrelid <> 0 LOOP
+                    EXECUTE format('ALTER TABLE %s DROP CONSTRAINT %I', c.of, c.conname);
+                END LOOP; DROP INDEX api_keys_one_for_each_san; END $$";
+            sqlx::raw_sql(unchecked).execute(&mut own).await.unwrap();
+            own.close().await.unwrap();
+        })
+    }
+
+    fn columns(&self) -> Soon<'_, Vec<(String, String, String)>> {
+        Box::pin(async move {
+            let mut own = PgConnection::connect(&self.url).await.unwrap();
+            let sql = "SELECT c.table_name::text, c.column_name::text, c.data_type::text
+                       FROM information_schema.columns c
+                            JOIN information_schema.tables t USING (table_schema, table_name)
+                       WHERE c.table_schema = 'public' AND t.table_type = 'BASE TABLE'";
+            let columns = sqlx::query_as(sql).fetch_all(&mut own).await.unwrap();
+            own.close().await.unwrap();
+            columns
+        })
+    }
+
+    fn changed(&self, column: &str, kind: &str) -> String {
+        match kind {
+            "bigint" | "double precision" => format!("coalesce({column}, 0) + 1000"),
+            "boolean" => format!("NOT {column}"),
+            "timestamp with time zone" => format!("coalesce({column}, 'epoch') + interval '1 year'"),
+            "text" => format!("coalesce({column}, '') || 'x'"),
+            "uuid" => format!("md5(coalesce({column}::text, ''))::uuid"),
+            "bytea" => {
+                format!("'\\xff'::bytea || substr(coalesce({column}, ''), 1, greatest(0, length({column}) - 1))")
+            }
+            other => panic!("a column of the type {other}"),
+        }
+    }
+
     fn scalar(&self, sql: &'static str) -> Soon<'_, i64> {
         Box::pin(async move {
             let mut own = PgConnection::connect(&self.url).await.unwrap();

@@ -15,7 +15,7 @@ use crate::{
         grounds::hex,
         pair::{Ground, Soon},
     },
-    support::{Place, ids, still},
+    support::{Place, still},
 };
 
 pub struct Sqlite {
@@ -33,7 +33,7 @@ impl Sqlite {
         if let Some(store) = &*open {
             return store.clone();
         }
-        let store: Arc<dyn Store> = Arc::new(open_sqlite(settings, ids(), still(self.place.now())).await.unwrap());
+        let store: Arc<dyn Store> = Arc::new(open_sqlite(settings, still(self.place.now())).await.unwrap());
         *open = Some(store.clone());
         store
     }
@@ -60,7 +60,7 @@ impl Ground for Sqlite {
             let triggers = "SELECT name FROM sqlite_schema WHERE type = 'trigger' AND sql LIKE '%RAISE%'";
             let triggers: Vec<String> = sqlx::query_scalar(triggers).fetch_all(&mut own).await.unwrap();
             let drop: String = triggers.iter().map(|name| format!("DROP TRIGGER {name};")).collect();
-            let all = format!("PRAGMA foreign_keys = OFF; {drop} {sql}");
+            let all = format!("PRAGMA foreign_keys = OFF; PRAGMA ignore_check_constraints = ON; {drop} {sql}");
             sqlx::raw_sql(AssertSqlSafe(all)).execute(&mut own).await.unwrap();
             own.close().await.unwrap();
         })
@@ -93,6 +93,43 @@ impl Ground for Sqlite {
             sqlx::raw_sql(sql).execute(&mut own).await.unwrap();
             own.close().await.unwrap();
         })
+    }
+
+    fn defenceless(&self) -> Soon<'_, ()> {
+        Box::pin(async move {
+            let mut own = self.place.connect().await;
+            let triggers = "SELECT name FROM sqlite_schema WHERE type = 'trigger'";
+            let triggers: Vec<String> = sqlx::query_scalar(triggers).fetch_all(&mut own).await.unwrap();
+            let drop: String = triggers.iter().map(|name| format!("DROP TRIGGER {name};")).collect();
+            let all = format!("{drop} DROP INDEX api_keys_one_for_each_san");
+            sqlx::raw_sql(AssertSqlSafe(all)).execute(&mut own).await.unwrap();
+            own.close().await.unwrap();
+        })
+    }
+
+    fn columns(&self) -> Soon<'_, Vec<(String, String, String)>> {
+        Box::pin(async move {
+            let mut own = self.place.connect().await;
+            let sql = "SELECT m.name, p.name, p.type FROM sqlite_schema m JOIN pragma_table_info(m.name) p
+                       WHERE m.type = 'table'";
+            let columns = sqlx::query_as(sql).fetch_all(&mut own).await.unwrap();
+            own.close().await.unwrap();
+            columns
+        })
+    }
+
+    fn changed(&self, column: &str, kind: &str) -> String {
+        match kind {
+            "INTEGER" | "REAL" => format!("coalesce({column}, 0) + 1000"),
+            "TEXT" if column == "at" || column.ends_with("_at") => {
+                format!("coalesce('2027' || substr({column}, 5), '2027-01-01T00:00:00.000000Z')")
+            }
+            "TEXT" => format!("coalesce({column}, '') || 'x'"),
+            "BLOB" => {
+                format!("coalesce(unhex(substr('FF' || hex({column}), 1, max(2, length(hex({column}))))), x'FF')")
+            }
+            other => panic!("a column of the type {other}"),
+        }
     }
 
     fn scalar(&self, sql: &'static str) -> Soon<'_, i64> {
