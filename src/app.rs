@@ -132,8 +132,6 @@ impl App {
         let state = self.state.clone();
         // ends with this function
         let _background = background(&state, self.tls.clone(), self.seals);
-        // ends by itself when the server stops
-        let operations = tokio::spawn(http::run_operations(state.clone()));
         let (operation_ends, operation_ended) = oneshot::channel::<()>();
         let operation = self.operation.map(|listener| {
             let service = Service { router: http::operation_router(state.clone()), state: state.clone(), tls: None };
@@ -160,7 +158,6 @@ impl App {
         let deadline = stopped.await.unwrap_or_else(|_| Instant::now()).min(Instant::now() + DRAIN_TIME);
         // WebSockets have left their connections; they were told to end at once
         let _late = tokio::time::timeout_at(deadline, state.shutdown.drained()).await;
-        let _late = tokio::time::timeout_at(deadline, operations).await;
         state.pool.stop();
         drop(operation_ends);
         if let Some(operation) = operation {

@@ -22,8 +22,8 @@ pub use context::{Above, TRACEPARENT, TRACESTATE, names};
 pub use export::{TraceError, flush as flush_traces};
 pub use lines::flush as flush_logs;
 pub use traces::{
-    Head, asked, asked_in_vain, asking_span, compute_span, failed, here, operation_span, queue_span, request_span,
-    responded, store_span,
+    Head, asked, asked_in_vain, asking_span, compute_span, failed, here, queue_span, request_span, responded,
+    store_span,
 };
 
 /// Seconds from a request's head to its answer's head. Labels: `method`, `path` (the route, not the

@@ -3,8 +3,8 @@
 
     tools/soak.py target/release/flankfit [--minutes 5] [--clients 6] [--extra=--store-writers=2 …]
 
-Starts the program on a database of its own. Clients measure, fit again, decide, list, read traces and events, stream blocks, begin
-operations and cancel some, archive and purge, send what is refused, and leave in the middle; jobs come and go all the time. Every
+Starts the program on a database of its own. Clients measure, fit again, decide, list, read traces and events, stream blocks, watch
+long fits and cancel some, archive and purge, send what is refused, and leave in the middle; jobs come and go all the time. Every
 few seconds resident memory, open files, threads and connections are read from /proc (Linux). The first fifth warms up. After it
 the level must hold: medians of the first and the last quarter of the rest are compared, and the program ends with 1 where the last
 is greater by more than a tenth (memory: and 16 MiB; files, threads and connections: and 8), where anything was answered by 500, or
@@ -121,7 +121,7 @@ class Client(threading.Thread):
                 self.ask("PATCH", f"{job}/iterations/{number}", {"decision": "remachine"}, keep=keep, expected=(200,))
             for path in ["/v1/jobs?limit=5", f"{job}/trace", f"{job}/iterations/1", f"{job}/iterations/1/nodes", "/metrics"]:
                 self.ask("GET", path, keep=keep, expected=(200,))
-            self.draw.choice([self.stream, self.operation, self.listen, self.leave, self.refused])(job)
+            self.draw.choice([self.stream, self.watch, self.listen, self.leave, self.refused])(job)
             if self.draw.random() < 0.5:
                 self.purge(job)
             verdict = json.loads(self.ask("GET", f"/v1/audit/verify?job={job.rsplit('/', 1)[1]}", keep=keep, expected=(200,))[2])
@@ -138,14 +138,19 @@ class Client(threading.Thread):
         end = self.draw.choice([("POST", f"{stream}/finish", {}, (201,)), ("DELETE", stream, None, (204,))])
         self.ask(*end[:3], expected=end[3])
 
-    def operation(self, job):
+    def watch(self, job):
+        """Has an iteration with progress, or leaves before it is there."""
         body = {"nodes": grid(self.draw, 12), "model": {"type": "polynomial", "degree": [2, 2]}, "estimator": {"type": "lp", "p": 1.5}}
-        status, head, _ = self.ask("POST", f"{job}/iterations", body, {"Prefer": "respond-async"}, expected=(201, 202))
-        if status == 202:
-            if self.draw.random() < 0.3:
-                self.ask("DELETE", head["location"], expected=(204,))
-            else:
-                self.ask("GET", f"{head['location']}/result", None, {"Prefer": "wait=60"}, expected=(201,))
+        text = json.dumps(body)
+        head = f"POST {job}/iterations HTTP/1.1\r\nHost: localhost\r\nAccept: text/event-stream\r\nContent-Type: application/json\r\n"
+        with socket.create_connection(("127.0.0.1", self.server.port), timeout=60) as stream:
+            stream.sendall(f"{head}Content-Length: {len(text)}\r\n\r\n{text}".encode())
+            answer = b""
+            while self.draw.random() > 0.1 and b"event: result" not in answer:
+                piece = stream.recv(1 << 16)
+                if not piece or b"event: problem" in answer:
+                    raise RuntimeError(f"no result: {answer[-300:]!r}")
+                answer += piece
 
     def listen(self, job):
         with socket.create_connection(("127.0.0.1", self.server.port), timeout=30) as stream:
@@ -170,12 +175,8 @@ class Client(threading.Thread):
         self.ask("GET", "/v1/jobs/0190b0de-0000-7000-8000-000000000000", expected=(404,))
 
     def purge(self, job):
-        while True:
-            self.ask("GET", f"{job}/archive", expected=(200,))
-            status, _, _ = self.ask("POST", f"{job}/purge", {"reason": "soak"}, expected=(200, 409))
-            if status == 200:
-                return
-            time.sleep(0.1)  # an operation of it goes on
+        self.ask("GET", f"{job}/archive", expected=(200,))
+        self.ask("POST", f"{job}/purge", {"reason": "soak"}, expected=(200,))
 
 
 def judge(levels):

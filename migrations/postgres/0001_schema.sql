@@ -228,20 +228,18 @@ ALTER TABLE stream_states ALTER COLUMN data SET STORAGE EXTERNAL;
 -- happened (fit, position: within the iteration; stream, state, …: of a stream, which may be deleted later); the rest is read from the
 -- thing.
 CREATE TABLE events (
-    job             uuid        NOT NULL REFERENCES jobs (id),
-    number          bigint      NOT NULL CHECK (number >= 1),
-    kind            text        NOT NULL CHECK (kind IN ('iteration', 'fit', 'decision', 'stream', 'operation', 'purged', 'record', 'job')),
-    iteration       bigint,
-    fit             bigint,
-    position        bigint,
-    record          uuid,
-    stream          uuid,
-    state           text        CHECK (state IN ('open', 'block', 'finished', 'deleted')),
-    sequence        bigint,
-    node_count      bigint,
-    operation       uuid,
-    operation_state text        CHECK (operation_state IN ('queued', 'succeeded', 'failed', 'cancelled')),
-    created_at      timestamptz NOT NULL,
+    job        uuid        NOT NULL REFERENCES jobs (id),
+    number     bigint      NOT NULL CHECK (number >= 1),
+    kind       text        NOT NULL CHECK (kind IN ('iteration', 'fit', 'decision', 'stream', 'purged', 'record', 'job')),
+    iteration  bigint,
+    fit        bigint,
+    position   bigint,
+    record     uuid,
+    stream     uuid,
+    state      text        CHECK (state IN ('open', 'block', 'finished', 'deleted')),
+    sequence   bigint,
+    node_count bigint,
+    created_at timestamptz NOT NULL,
     PRIMARY KEY (job, number)
 );
 
@@ -401,44 +399,6 @@ CREATE TABLE audit_seals (
 );
 -- The newest seal of any tenant says how far the audit is sealed.
 CREATE INDEX audit_seals_by_time ON audit_seals (at);
-
--- Requests that are answered later. headers and result_headers are JSON documents; body and result are frames of zstd. key: the client's
--- idempotency key, or one of the operation's own; key_scope: method and path. Of an operation that runs, lease names who does it and until
--- when; of one that waits, lease_until says before when nobody takes it. bytes: its size here. The answer of an operation that stored
--- something is in idempotency_keys, so result is NULL then; status is not.
-CREATE TABLE operations (
-    id             uuid        PRIMARY KEY,
-    tenant         text        NOT NULL CHECK (length(tenant) BETWEEN 1 AND 63),
-    actor          text        NOT NULL,
-    request_id     text,
-    peer           text,
-    scope          text        NOT NULL,
-    scopes         text        NOT NULL,
-    request        text        NOT NULL,
-    job            uuid,
-    key            text        NOT NULL,
-    key_scope      text        NOT NULL,
-    request_sha256 bytea       NOT NULL CHECK (length(request_sha256) = 32),
-    state          text        NOT NULL CHECK (state IN ('queued', 'running', 'succeeded', 'failed', 'cancelled')),
-    attempts       bigint      NOT NULL CHECK (attempts >= 0),
-    lease          uuid,
-    lease_until    timestamptz,
-    progress       float8      NOT NULL,
-    told_at        timestamptz,
-    status         bigint,
-    bytes          bigint      NOT NULL,
-    created_at     timestamptz NOT NULL,
-    begun_at       timestamptz,
-    ended_at       timestamptz,
-    headers        text        NOT NULL,
-    result_headers text,
-    body           bytea       NOT NULL,
-    result         bytea,
-    UNIQUE (tenant, key, key_scope)
-);
-CREATE INDEX operations_open ON operations (created_at, id) WHERE state IN ('queued', 'running');
-CREATE INDEX operations_of_tenant ON operations (tenant, id);
-CREATE INDEX operations_by_end ON operations (ended_at) WHERE ended_at IS NOT NULL;
 
 -- The mappings by which tables became iterations, proposed for the next table of the same instrument and form. key: digest of both, so
 -- that no name is stored. mapping: as it was sent, without the names of columns. The number of a tenant's is bounded; a new one replaces
@@ -739,21 +699,6 @@ CREATE TRIGGER events_of_finished_streams AFTER UPDATE OF iteration ON streams F
 WHEN (OLD.iteration IS NULL AND NEW.iteration IS NOT NULL) EXECUTE FUNCTION tell_stream('finished');
 -- Whoever deletes a stream first sets its updated_at.
 CREATE TRIGGER events_of_deleted_streams AFTER DELETE ON streams FOR EACH ROW EXECUTE FUNCTION tell_stream('deleted');
-
--- Whoever writes here has locked the row of the job, if it is there: it may be deleted before its operation has ended.
-CREATE FUNCTION tell_operation() RETURNS trigger LANGUAGE plpgsql AS $$
-BEGIN
-    INSERT INTO events (job, number, kind, created_at, operation, operation_state)
-    SELECT j.id, (SELECT coalesce(max(number), 0) + 1 FROM events WHERE job = j.id), 'operation',
-           coalesce(NEW.ended_at, NEW.created_at), NEW.id, NEW.state
-    FROM jobs j WHERE j.id = NEW.job AND j.tenant = NEW.tenant;
-    RETURN NULL;
-END
-$$;
-CREATE TRIGGER events_of_new_operations AFTER INSERT ON operations FOR EACH ROW WHEN (NEW.job IS NOT NULL)
-EXECUTE FUNCTION tell_operation();
-CREATE TRIGGER events_of_ended_operations AFTER UPDATE OF state ON operations FOR EACH ROW
-WHEN (NEW.job IS NOT NULL AND OLD.ended_at IS NULL AND NEW.ended_at IS NOT NULL) EXECUTE FUNCTION tell_operation();
 
 CREATE FUNCTION tell_purge() RETURNS trigger LANGUAGE plpgsql AS $$
 BEGIN

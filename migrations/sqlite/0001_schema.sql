@@ -178,22 +178,19 @@ CREATE TABLE stream_states (
 -- Three names and more after IN are looked up in a table that is made anew for each row that a trigger writes, which takes longer than
 -- all other rows of an iteration; the same with OR is compared.
 CREATE TABLE events (
-    job             BLOB    NOT NULL REFERENCES jobs (id),
-    number          INTEGER NOT NULL CHECK (number >= 1),
-    kind            TEXT    NOT NULL CHECK (kind = 'iteration' OR kind = 'fit' OR kind = 'decision' OR kind = 'stream'
-                                            OR kind = 'operation' OR kind = 'purged' OR kind = 'record' OR kind = 'job'),
-    iteration       INTEGER,
-    fit             INTEGER,
-    position        INTEGER,
-    record          BLOB    CHECK (length(record) = 16),
-    stream          BLOB    CHECK (length(stream) = 16),
-    state           TEXT    CHECK (state = 'open' OR state = 'block' OR state = 'finished' OR state = 'deleted'),
-    sequence        INTEGER,
-    node_count      INTEGER,
-    operation       BLOB    CHECK (length(operation) = 16),
-    operation_state TEXT    CHECK (operation_state = 'queued' OR operation_state = 'succeeded' OR operation_state = 'failed'
-                                   OR operation_state = 'cancelled'),
-    created_at      TEXT    NOT NULL CHECK (length(created_at) = 27),
+    job        BLOB    NOT NULL REFERENCES jobs (id),
+    number     INTEGER NOT NULL CHECK (number >= 1),
+    kind       TEXT    NOT NULL CHECK (kind = 'iteration' OR kind = 'fit' OR kind = 'decision' OR kind = 'stream'
+                                       OR kind = 'purged' OR kind = 'record' OR kind = 'job'),
+    iteration  INTEGER,
+    fit        INTEGER,
+    position   INTEGER,
+    record     BLOB    CHECK (length(record) = 16),
+    stream     BLOB    CHECK (length(stream) = 16),
+    state      TEXT    CHECK (state = 'open' OR state = 'block' OR state = 'finished' OR state = 'deleted'),
+    sequence   INTEGER,
+    node_count INTEGER,
+    created_at TEXT    NOT NULL CHECK (length(created_at) = 27),
     PRIMARY KEY (job, number)
 ) STRICT, WITHOUT ROWID;
 
@@ -324,42 +321,6 @@ CREATE TABLE audit_seals (
     PRIMARY KEY (tenant, number)
 ) STRICT, WITHOUT ROWID;
 CREATE INDEX audit_seals_by_time ON audit_seals (at);
-
--- Short columns come first: a row is read up to the last column that is asked for.
-CREATE TABLE operations (
-    id             BLOB    NOT NULL PRIMARY KEY CHECK (length(id) = 16),
-    tenant         TEXT    NOT NULL CHECK (length(tenant) BETWEEN 1 AND 63),
-    actor          TEXT    NOT NULL,
-    request_id     TEXT,
-    peer           TEXT,
-    scope          TEXT    NOT NULL,
-    scopes         TEXT    NOT NULL,
-    request        TEXT    NOT NULL,
-    job            BLOB    CHECK (length(job) = 16),
-    key            TEXT    NOT NULL,
-    key_scope      TEXT    NOT NULL,
-    request_sha256 BLOB    NOT NULL CHECK (length(request_sha256) = 32),
-    state          TEXT    NOT NULL CHECK (state IN ('queued', 'running', 'succeeded', 'failed', 'cancelled')),
-    attempts       INTEGER NOT NULL CHECK (attempts >= 0),
-    lease          BLOB    CHECK (length(lease) = 16),
-    lease_until    TEXT    CHECK (length(lease_until) = 27),
-    progress       REAL    NOT NULL,
-    told_at        TEXT    CHECK (length(told_at) = 27),
-    status         INTEGER,
-    bytes          INTEGER NOT NULL,
-    created_at     TEXT    NOT NULL CHECK (length(created_at) = 27),
-    begun_at       TEXT    CHECK (length(begun_at) = 27),
-    ended_at       TEXT    CHECK (length(ended_at) = 27),
-    headers        TEXT    NOT NULL,
-    result_headers TEXT,
-    body           BLOB    NOT NULL,
-    result         BLOB,
-    UNIQUE (tenant, key, key_scope)
-) STRICT;
-CREATE INDEX operations_open ON operations (state, tenant, created_at, lease_until, id) WHERE state IN ('queued', 'running');
-CREATE INDEX operations_held ON operations (tenant, state, bytes);
-CREATE INDEX operations_of_tenant ON operations (tenant, id);
-CREATE INDEX operations_by_end ON operations (ended_at) WHERE ended_at IS NOT NULL;
 
 CREATE TABLE table_mappings (
     tenant  TEXT NOT NULL,
@@ -705,20 +666,6 @@ BEGIN
     INSERT INTO events (job, number, kind, created_at, iteration, stream, state, sequence, node_count)
     SELECT OLD.job, (SELECT coalesce(max(number), 0) + 1 FROM events WHERE job = OLD.job), 'stream', OLD.updated_at, OLD.iteration,
            OLD.id, 'deleted', OLD.sequence, OLD.node_count;
-END;
--- A job may be deleted before its operation has ended.
-CREATE TRIGGER events_of_new_operations AFTER INSERT ON operations WHEN NEW.job IS NOT NULL
-BEGIN
-    INSERT INTO events (job, number, kind, created_at, operation, operation_state)
-    SELECT j.id, (SELECT coalesce(max(number), 0) + 1 FROM events WHERE job = j.id), 'operation', NEW.created_at, NEW.id, NEW.state
-    FROM jobs j WHERE j.id = NEW.job AND j.tenant = NEW.tenant;
-END;
-CREATE TRIGGER events_of_ended_operations AFTER UPDATE OF state ON operations
-WHEN NEW.job IS NOT NULL AND OLD.ended_at IS NULL AND NEW.ended_at IS NOT NULL
-BEGIN
-    INSERT INTO events (job, number, kind, created_at, operation, operation_state)
-    SELECT j.id, (SELECT coalesce(max(number), 0) + 1 FROM events WHERE job = j.id), 'operation', NEW.ended_at, NEW.id, NEW.state
-    FROM jobs j WHERE j.id = NEW.job AND j.tenant = NEW.tenant;
 END;
 CREATE TRIGGER events_of_purges AFTER INSERT ON purges
 BEGIN

@@ -19,6 +19,7 @@ pub mod json;
 pub mod measurand;
 pub mod params;
 pub mod problem;
+pub mod progress;
 pub mod shapes;
 pub mod simulations;
 pub mod streams;

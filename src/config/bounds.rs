@@ -5,8 +5,6 @@ use std::{fmt::Display, ops::RangeInclusive, str::FromStr};
 
 /// Seconds of a day, the upper bound of times to wait.
 pub const DAY: u64 = 86_400;
-/// Seconds of thirty days.
-pub const MONTH: u64 = 30 * DAY;
 /// Bytes of the body of a small fit.
 pub const LEAST_BODY: usize = 1 << 10;
 /// Least memory in bytes for the bodies of some requests at a time.
@@ -52,11 +50,10 @@ mod tests {
             ("--max-connections", 1, 1_048_576),
             ("--workers", 0, 4096),
             ("--queue", 1, 1_048_576),
-            ("--operation-bytes", 1_048_576, 1_099_511_627_776),
             ("--body-timeout", 1, 86_400),
             ("--write-timeout", 1, 86_400),
             ("--request-timeout", 1, 86_400),
-            ("--operation-timeout", 1, 2_592_000),
+            ("--progress-timeout", 1, 86_400),
             ("--drain-delay", 0, 86_400),
             ("--shutdown-grace", 0, 86_400),
         ] {

@@ -11,6 +11,7 @@ mod host;
 mod network;
 mod oidc;
 mod origin;
+mod pace;
 mod share;
 mod store;
 mod tls;
@@ -30,6 +31,7 @@ pub use host::{Host, Hosts, parse_hosts};
 pub use network::{Networks, parse_networks};
 pub use oidc::{Audiences, OidcSettings};
 pub use origin::{Origin, Origins, parse_origins};
+pub use pace::Pace;
 pub use share::{parse_part, parse_share};
 pub use store::{MigrateMode, PostgresArguments};
 pub use tls::{ClientAuthentication, TlsSettings};
@@ -112,14 +114,13 @@ pub struct ServeSettings {
     /// Seconds within which a request must be answered, else 503.
     #[arg(long, env = "FLANKFIT_REQUEST_TIMEOUT", default_value_t = 120, value_parser = within(1..=bounds::DAY))]
     pub request_timeout: u64,
-    /// Seconds within which an operation (`Prefer: respond-async`) must end, else it fails.
-    #[arg(long, env = "FLANKFIT_OPERATION_TIMEOUT", default_value_t = 3600, value_parser = within(1..=bounds::MONTH))]
-    pub operation_timeout: u64,
-    /// Bytes of the operations of a tenant in the database, compressed requests and results
-    /// together; beyond it new ones are answered 429.
-    #[arg(long, env = "FLANKFIT_OPERATION_BYTES", default_value_t = 1 << 30,
-        value_parser = within(bounds::LEAST_MEMORY as u64..=bounds::MOST_BYTES as u64))]
-    pub operation_bytes: u64,
+    /// Seconds within which a request with progress (`Accept: text/event-stream`) must be
+    /// answered, else its last event is a problem.
+    #[arg(long, env = "FLANKFIT_PROGRESS_TIMEOUT", default_value_t = 3600, value_parser = within(1..=bounds::DAY))]
+    pub progress_timeout: u64,
+    /// Intervals of events, which are no options.
+    #[arg(skip)]
+    pub pace: Pace,
     /// Seconds between the signal to stop and the end of accepting connections; meanwhile the
     /// server answers, reports that it is not ready and closes idle connections.
     #[arg(long, env = "FLANKFIT_DRAIN_DELAY", default_value_t = 0, value_parser = within(0..=bounds::DAY))]
@@ -235,8 +236,8 @@ impl Default for ServeSettings {
             write_timeout: 30,
             max_connections: 4096,
             request_timeout: 120,
-            operation_timeout: 3600,
-            operation_bytes: 1 << 30,
+            progress_timeout: 3600,
+            pace: Pace::default(),
             drain_delay: 0,
             ops_bind: None,
             tls: TlsSettings::default(),

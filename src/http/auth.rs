@@ -14,7 +14,7 @@ use super::server::PeerNames;
 use crate::{
     api::problem::{Problem, ProblemCode},
     config::{Authentication, Digest, KeysRole, ServeSettings},
-    jobs::{Caller, JobService, KeyId, KnownKey, KnownKeys, RepositoryError, Role, Scopes, actor, secret},
+    jobs::{Caller, JobService, KnownKey, KnownKeys, RepositoryError, Role, Scopes, actor, secret},
     oidc::{self, Token, TokenError, Tokens},
     pool::Party,
     telemetry,
@@ -32,7 +32,7 @@ pub struct Principal {
 /// What let somebody in.
 #[derive(Clone, Debug)]
 pub enum Proof {
-    /// Nothing was asked for, or it was looked at before.
+    /// Nothing was asked for.
     None,
     /// A key that the settings name.
     Listed,
@@ -140,27 +140,6 @@ impl Callers {
     async fn lets_in(&self, token: &Token) -> Result<bool, RepositoryError> {
         let tenant = &token.holder.tenant;
         if tenant.is_root() { Ok(true) } else { self.kept.lets_in(tenant).await }
-    }
-
-    /// Whether somebody whose request was kept would be let in with it now: by the key as which
-    /// they acted, or for their tenant.
-    pub async fn still_lets_in(&self, caller: &Caller) -> Result<bool, RepositoryError> {
-        if &*caller.actor == actor::ANONYMOUS {
-            return Ok(true);
-        }
-        match caller.actor.strip_prefix(actor::OF_KEYS).and_then(KeyId::named) {
-            Some(id) => self.kept.let_in(id).await,
-            // a key from the settings, perhaps those of another server, or a token
-            None if caller.tenant.is_root() => Ok(true),
-            None => self.kept.lets_in(&caller.tenant).await,
-        }
-    }
-
-    /// Ready when they would not be any more. The store that does not answer ends nobody.
-    pub async fn let_out(&self, caller: &Caller) {
-        while !matches!(self.still_lets_in(caller).await, Ok(false)) {
-            sleep(AGAIN).await;
-        }
     }
 
     /// Whether requests need a key.
@@ -317,9 +296,6 @@ fn presented(headers: &HeaderMap) -> Option<(&[u8], Form)> {
 
 /// Between two looks whether a token still lets in whoever is in already.
 const LOOK: Duration = Duration::from_secs(5);
-
-/// The same for those whose kept requests are done.
-const AGAIN: Duration = Duration::from_secs(2);
 
 /// The header that may carry a key instead of `Authorization`.
 const API_KEY: &str = "x-api-key";

@@ -110,11 +110,6 @@ impl Permit {
         if wanted > room { Err(never(room)) } else { Ok(()) }
     }
 
-    /// Most that it may hold, if no other holder has any.
-    pub fn room(&self) -> usize {
-        self.budget.limit_for(usize::MAX)
-    }
-
     /// Takes more whether there is room or not, for what is there already and must not be lost.
     pub fn force(&mut self, more: usize) {
         self.budget.0.held.fetch_add(more, Ordering::Relaxed);

@@ -7,7 +7,7 @@ use axum::{extract::FromRequestParts, http::request::Parts};
 use super::{auth::Principal, observe::RequestId, server::Peer, state::AppState};
 use crate::{
     api::problem::Problem,
-    jobs::{Jobs, Lease, Origin, TenantKeys},
+    jobs::{Jobs, Origin, TenantKeys},
 };
 
 /// The state of the service, with the jobs of the tenant whose caller is answered.
@@ -17,8 +17,6 @@ pub struct CallerState {
     pub jobs: Jobs,
     /// The caller.
     pub principal: Principal,
-    /// The task whose request it is, where it is answered later.
-    pub lease: Option<Lease>,
 }
 
 impl CallerState {
@@ -46,8 +44,7 @@ impl FromRequestParts<AppState> for CallerState {
             request_id: parts.extensions.get::<RequestId>().map(|id| id.as_str().into()),
             peer: parts.extensions.get::<Peer>().map(|peer| peer.0),
         };
-        let lease = parts.extensions.get::<Lease>().copied();
-        Ok(CallerState { app: state.clone(), jobs: state.jobs.of(&principal.caller), principal, lease })
+        Ok(CallerState { app: state.clone(), jobs: state.jobs.of(&principal.caller), principal })
     }
 }
 

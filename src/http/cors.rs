@@ -36,7 +36,6 @@ pub fn layer(origins: &[Origin]) -> Option<CorsLayer> {
             header::IF_MATCH,
             header::IF_NONE_MATCH,
             name("last-event-id"),
-            name("prefer"),
             REQUEST_ID.clone(),
             TRACEPARENT.clone(),
             TRACESTATE.clone(),
@@ -48,7 +47,6 @@ pub fn layer(origins: &[Origin]) -> Option<CorsLayer> {
             header::ALLOW,
             header::CONTENT_DISPOSITION,
             REPLAYED.clone(),
-            name("preference-applied"),
             REQUEST_ID.clone(),
             TRACEPARENT.clone(),
         ])

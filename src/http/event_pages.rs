@@ -1,8 +1,8 @@
 //! Pages of events, read once for all listeners at the same position.
 //!
 //! Many clients may listen to one job, and each stream reads after the last event it has sent.
-//! Streams that were woken by the same change and are at the same position share one read and the
-//! bytes of its page.
+//! Streams that were woken by the same change and are at the same position share one read and its
+//! page.
 
 use std::{
     collections::HashMap,
@@ -10,7 +10,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use axum::body::Bytes;
+use axum::response::sse::Event;
 use tokio::sync::OnceCell;
 use uuid::Uuid;
 
@@ -27,8 +27,8 @@ pub struct PageKey {
     pub after: EventPlace,
 }
 
-/// The text of some events with the position of the last; `None` if there are none.
-pub type EventPage = Option<(Bytes, EventPlace)>;
+/// Some events with the position of the last; `None` if there are none.
+pub type EventPage = Option<(Arc<[Event]>, EventPlace)>;
 
 /// A page that is being read, or has just been read.
 #[derive(Debug)]
@@ -80,12 +80,12 @@ mod tests {
         let read = async || {
             reads.fetch_add(1, Ordering::Relaxed);
             tokio::task::yield_now().await;
-            Ok(Some((Bytes::from_static(b"data"), EventPlace { change: 0, number: 7 })))
+            Ok(Some((Arc::from([Event::default().data("x")]), EventPlace { change: 0, number: 7 })))
         };
         let told = join_all((0..1500).map(|_| pages.get(key(3), 1, read()))).await;
         let first = told[0].as_ref().unwrap().as_ref().unwrap().0.as_ptr();
         let same = |page: &Result<EventPage, _>| page.as_ref().unwrap().as_ref().unwrap().0.as_ptr() == first;
-        assert!(told.iter().all(same), "the same bytes");
+        assert!(told.iter().all(same), "the same page");
         assert_eq!(reads.load(Ordering::Relaxed), 1);
         // a listener woken later, or at another position, has its own read
         pages.get(key(3), 2, read()).await.unwrap();

@@ -6,16 +6,15 @@
 //! where it was. A wake only means that new events may exist; listeners at the same position share
 //! one read (`event_pages`).
 
-use std::{pin::Pin, time::Duration};
+use std::{fmt::Display, future, pin::Pin, sync::Arc, time::Duration};
 
 use axum::{
-    body::{Body, Bytes},
-    http::{HeaderMap, HeaderName, HeaderValue, header},
-    response::Response,
+    http::{HeaderMap, HeaderName},
+    response::{Response, sse::Event},
 };
 use futures_util::{FutureExt, StreamExt, stream};
 use serde::Deserialize;
-use tokio::{sync::watch, time::Instant};
+use tokio::sync::watch;
 use utoipa::IntoParams;
 use utoipa_axum::{router::OpenApiRouter, routes};
 use uuid::Uuid;
@@ -24,6 +23,7 @@ use crate::{
     api::{
         faults::Faults,
         jobs::events::{self, JobEventBody},
+        json::writer::text_of,
         problem::{Problem, ProblemCode},
     },
     http::{
@@ -31,6 +31,7 @@ use crate::{
         event_pages::PageKey,
         extract::{PathOf, QueryOf},
         shutdown::OpenConnection,
+        sse,
         state::AppState,
     },
     jobs::{EventPlace, Jobs, RepositoryError},
@@ -38,10 +39,10 @@ use crate::{
 
 /// Events read at a time.
 const PAGE: u32 = 256;
-/// After so long without an event a comment shows that the connection lives.
-const KEEP_ALIVE: Duration = Duration::from_secs(15);
-/// The first line: how long a client waits before it comes back, in milliseconds.
-const RETRY_LINE: &str = "retry: 2000\n\n";
+/// Time between two looks at a job, whatever happens: it may be there no more.
+const JOB_LOOK: Duration = Duration::from_secs(15);
+/// How long a client waits before it comes back.
+const RETRY: Duration = Duration::from_secs(2);
 static LAST_EVENT_ID: HeaderName = HeaderName::from_static("last-event-id");
 
 pub fn group() -> OpenApiRouter<AppState> {
@@ -86,8 +87,8 @@ struct EventsQuery {
     last_event_id: Option<String>,
 }
 
-/// Sends the events of a job: `iteration`, `fit`, `decision`, `record`, `stream`, `operation`,
-/// `job` (its own data), `purged`; from the first event, or after `Last-Event-ID`.
+/// Sends the events of a job: `iteration`, `fit`, `decision`, `record`, `stream`, `job`
+/// (its own data), `purged`; from the first event, or after `Last-Event-ID`.
 ///
 /// As server-sent events; the connection stays open, and comment lines keep it alive. The id of
 /// each event is its number within the job; after a lost connection a client continues from the
@@ -185,7 +186,7 @@ enum Subject {
 
 impl Subject {
     /// The next events, if there are any; they count as sent.
-    async fn page(&mut self, state: &CallerState, wakes: u64) -> Result<Option<Bytes>, RepositoryError> {
+    async fn page(&mut self, state: &CallerState, wakes: u64) -> Result<Option<Arc<[Event]>>, RepositoryError> {
         let (jobs, tenant) = (&state.jobs, state.principal.caller.tenant.clone());
         match self {
             Subject::Job { job, after } => {
@@ -194,29 +195,33 @@ impl Subject {
                 let read = async {
                     let page = jobs.events(job, begin, PAGE).await?;
                     let last = page.last().map(|last| EventPlace { change: 0, number: last.number });
-                    Ok(last.map(|last| (events::to_text(page).into(), last)))
+                    let told = page.into_iter().map(|told| event(told.number, &told.into())).collect();
+                    Ok(last.map(|last| (told, last)))
                 };
                 let page = state.event_pages.get(key, wakes, read).await?;
-                Ok(page.map(|(text, last)| {
+                Ok(page.map(|(page, last)| {
                     *after = last.number;
-                    text
+                    page
                 }))
             }
             Subject::All { after, missed } => {
                 if std::mem::take(missed) {
-                    return Ok(Some(events::reset_text(*after, jobs.now()).into()));
+                    let reset = event(events::place_text(*after), &JobEventBody::reset(jobs.now()));
+                    return Ok(Some(Arc::from([reset])));
                 }
                 let begin = *after;
                 let key = PageKey { tenant, job: None, after: begin };
                 let read = async {
                     let page = jobs.all_events(begin, PAGE).await?;
                     let last = page.last().map(|last| last.place);
-                    Ok(last.map(|last| (events::all_to_text(page).into(), last)))
+                    let told =
+                        page.into_iter().map(|told| event(events::place_text(told.place), &told.into())).collect();
+                    Ok(last.map(|last| (told, last)))
                 };
                 let page = state.event_pages.get(key, wakes, read).await?;
-                Ok(page.map(|(text, last)| {
+                Ok(page.map(|(page, last)| {
                     *after = last;
-                    text
+                    page
                 }))
             }
         }
@@ -233,7 +238,7 @@ impl Subject {
     /// After how long it is worth looking without being woken.
     fn patience(&self) -> Duration {
         match self {
-            Subject::Job { .. } => KEEP_ALIVE,
+            Subject::Job { .. } => JOB_LOOK,
             Subject::All { .. } => LOOK,
         }
     }
@@ -247,7 +252,10 @@ struct Listener {
     /// Whoever listens is not let in any more.
     refused: Pin<Box<dyn Future<Output = ()> + Send>>,
     _open: OpenConnection,
-    begun: bool,
+}
+
+fn event(id: impl Display, body: &JobEventBody) -> Event {
+    Event::default().id(id.to_string()).event(body.kind.name()).data(text_of(body))
 }
 
 impl Listener {
@@ -259,28 +267,17 @@ impl Listener {
             stopped: Box::pin(state.shutdown.begun()),
             refused: state.refused(),
             _open: state.shutdown.register("events", state.settings.max_connections)?,
-            begun: false,
             state,
         };
-        let chunks = stream::unfold(listener, |mut listener| async move {
-            let chunk = listener.next().await?;
-            Some((Ok::<_, std::convert::Infallible>(chunk), listener))
-        });
-        let mut response = Response::new(Body::from_stream(chunks.fuse()));
-        let headers = response.headers_mut();
-        headers.insert(header::CONTENT_TYPE, HeaderValue::from_static("text/event-stream"));
-        headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
-        // proxies that collect answers would keep events back
-        headers.insert(HeaderName::from_static("x-accel-buffering"), HeaderValue::from_static("no"));
-        Ok(response)
+        let silence = listener.state.settings.pace.comment;
+        let pages = stream::unfold(listener, |mut listener| async move { Some((listener.next().await?, listener)) });
+        let events = pages.flat_map(|page| stream::iter((0..page.len()).map(move |at| page[at].clone())));
+        let retry = stream::once(future::ready(Event::default().retry(RETRY)));
+        Ok(sse::response(retry.chain(events), silence))
     }
 
-    /// What is sent next; `None` ends the answer (a client comes back by itself).
-    async fn next(&mut self) -> Option<Bytes> {
-        if !std::mem::replace(&mut self.begun, true) {
-            return Some(Bytes::from_static(RETRY_LINE.as_bytes()));
-        }
-        let quiet = Instant::now() + KEEP_ALIVE;
+    /// The events that are sent next; `None` ends the answer (a client comes back by itself).
+    async fn next(&mut self) -> Option<Arc<[Event]>> {
         loop {
             // also where there is always something to send
             if (&mut self.refused).now_or_never().is_some() {
@@ -289,27 +286,24 @@ impl Listener {
             // seen before looking, so that what happens while looking wakes again
             let wakes = *self.changes.borrow_and_update();
             match self.subject.page(&self.state, wakes).await {
-                Ok(Some(text)) => return Some(text),
+                Ok(Some(page)) => return Some(page),
                 Ok(None) => {}
                 Err(error) => return self.end(&error),
             }
-            if Instant::now() >= quiet {
-                return match self.subject.check_exists(&self.state.jobs).await {
-                    Ok(()) => Some(Bytes::from_static(b": quiet\n\n")),
-                    Err(error) => self.end(&error),
-                };
-            }
-            let look = quiet.min(Instant::now() + self.subject.patience());
             tokio::select! {
                 _ = self.changes.changed() => {}
                 () = &mut self.stopped => return None,
                 () = &mut self.refused => return None,
-                () = tokio::time::sleep_until(look) => {}
+                () = tokio::time::sleep(self.subject.patience()) => {
+                    if let Err(error) = self.subject.check_exists(&self.state.jobs).await {
+                        return self.end(&error);
+                    }
+                }
             }
         }
     }
 
-    fn end(&self, error: &RepositoryError) -> Option<Bytes> {
+    fn end(&self, error: &RepositoryError) -> Option<Arc<[Event]>> {
         if !matches!(error, RepositoryError::NotFound(_)) {
             tracing::warn!(%error, "event stream closed after a store error");
         }

@@ -87,11 +87,6 @@ fn misread(segment: &str, name: &str, form: &str) -> String {
     format!("The path names nothing: its segment `{segment}`{name} must be {form}.")
 }
 
-/// 404: a path that is not UTF-8.
-pub fn not_utf_8() -> Problem {
-    Problem::new(ProblemCode::NotFound, "The path names nothing: it holds bytes that are not UTF-8.")
-}
-
 /// What to say of a path whose segments are no text.
 fn unreadable(rejection: PathRejection) -> String {
     if let PathRejection::FailedToDeserializePathParams(failed) = rejection

@@ -21,13 +21,13 @@ use super::{
 };
 use crate::{
     api::problem::{Problem, ProblemCode},
-    jobs::{Answer, KeyClaim, KeyHeld, Keyed, KeyedRequest, Lease, RepositoryError, Stored},
+    jobs::{Answer, KeyClaim, Keyed, KeyedRequest, Stored},
 };
 
 /// Says that an answer is given again.
 pub static REPLAYED: HeaderName = HeaderName::from_static("idempotency-replayed");
 /// Carries the key.
-pub static KEY: HeaderName = HeaderName::from_static("idempotency-key");
+static KEY: HeaderName = HeaderName::from_static("idempotency-key");
 /// Longest key taken.
 const LONGEST: usize = 255;
 
@@ -62,13 +62,6 @@ impl FromRequestParts<AppState> for IdempotencyKey {
     }
 }
 
-impl IdempotencyKey {
-    /// The key, where there is one.
-    pub fn given(self) -> Option<String> {
-        self.0
-    }
-}
-
 /// A key claimed for a request whose body is still to be read.
 pub struct ClaimedKey {
     key: String,
@@ -76,17 +69,15 @@ pub struct ClaimedKey {
     /// Noted when the body was read.
     digest: BodyDigest,
     claim: KeyClaim,
-    /// The task whose request it is, if it is one.
-    lease: Option<Lease>,
 }
 
 impl ClaimedKey {
     /// The key with the digest of its request. To be asked once the body has been read.
     pub fn request(self) -> KeyedRequest {
-        let ClaimedKey { key, scope, digest, claim, lease } = self;
+        let ClaimedKey { key, scope, digest, claim } = self;
         // a body that was never read is like none that could come again
         let request_sha256 = digest.get().copied().unwrap_or_default();
-        KeyedRequest { key, scope, request_sha256, lease, claim: Some(Arc::new(claim)) }
+        KeyedRequest { key, scope, request_sha256, claim: Some(Arc::new(claim)) }
     }
 
     /// What is kept under the key: the answer that `answer` writes.
@@ -109,15 +100,17 @@ where
     F: Future<Output = Result<Answer, Problem>>,
 {
     let IdempotencyKey(Some(key)) = key else { return work(state, payload, None).await.map(respond) };
-    let claim = claimed(&state, &key, &scope).await?;
+    let claim = state.keys.claim(state.jobs.tenant(), &key, &scope).ok_or_else(|| {
+        let detail = "The first request with this Idempotency-Key is still running; ask again for its answer.";
+        Problem::new(ProblemCode::IdempotencyKeyInUse, detail).retry_after(1)
+    })?;
     if let Some(kept) = state.jobs.answer(&key, &scope).await? {
         let limit = state.settings.body_limit;
         let again = state.pool.run(move || multipart::digest(payload, limit)).await??;
         return replayed(kept, &again);
     }
     let (payload, digest) = payload.digested();
-    let claimed =
-        ClaimedKey { key: key.clone(), scope: scope.clone(), digest: digest.clone(), claim, lease: state.lease };
+    let claimed = ClaimedKey { key: key.clone(), scope: scope.clone(), digest: digest.clone(), claim };
     match work(state.clone(), payload, Some(claimed)).await {
         // Another server stored the answer to this key while this one worked.
         Err(problem) if problem.is(ProblemCode::IdempotencyKeyInUse) => {
@@ -130,46 +123,15 @@ where
     }
 }
 
-/// Takes the key. An operation that was cancelled may not have come to its end here yet; it has the
-/// key no longer, since nothing is stored for it any more.
-async fn claimed(state: &CallerState, key: &str, scope: &str) -> Result<KeyClaim, Problem> {
-    let tenant = state.jobs.tenant();
-    let in_use = |_held: KeyHeld| {
-        let detail = "The first request with this Idempotency-Key is still running; ask again for its answer.";
-        Problem::new(ProblemCode::IdempotencyKeyInUse, detail).retry_after(1)
-    };
-    match state.keys.claim(tenant, key, scope, state.lease) {
-        Ok(claim) => Ok(claim),
-        Err(KeyHeld { lease: Some(lease) }) if is_over(state, lease).await? => {
-            state.keys.take_over(tenant, key, scope, state.lease, lease).map_err(in_use)
-        }
-        Err(held) => Err(in_use(held)),
-    }
-}
-
-/// Whether an operation has come to its end, or is forgotten.
-async fn is_over(state: &CallerState, lease: Lease) -> Result<bool, Problem> {
-    match state.jobs.task(lease.task).await {
-        Ok(task) => Ok(task.state.is_end()),
-        Err(RepositoryError::NotFound(_)) => Ok(true),
-        Err(error) => Err(error.into()),
-    }
-}
-
 /// The first answer again, if the request is the first one again.
 fn replayed((first, answer): ([u8; 32], Answer), again: &[u8; 32]) -> Result<Response, Problem> {
     if *again != first {
-        return Err(reused());
+        let detail = "This Idempotency-Key was used for a request with another body; take a new key for a new request.";
+        return Err(Problem::new(ProblemCode::IdempotencyKeyReused, detail));
     }
     let mut response = respond(answer);
     response.headers_mut().insert(&REPLAYED, HeaderValue::from_static("true"));
     Ok(response)
-}
-
-/// What is said of a key that was used for another request.
-pub fn reused() -> Problem {
-    let detail = "This Idempotency-Key was used for a request with another body; take a new key for a new request.";
-    Problem::new(ProblemCode::IdempotencyKeyReused, detail)
 }
 
 /// An answer as a response.

@@ -92,8 +92,6 @@ async fn archive_job(state: CallerState, PathOf(job): PathOf<Uuid>) -> Result<Re
     request_body(content = PurgeRequestBody, description = "Why."),
     responses(
         (status = 200, description = "The purge.", body = PurgeBody),
-        (status = 409, description = "An operation of the job has not ended.", body = Problem,
-            content_type = "application/problem+json"),
         (status = 410, description = "The job is purged already.", body = Problem,
             content_type = "application/problem+json")
     )

@@ -126,22 +126,18 @@ async fn respond(state: AppState, id: HeaderValue, mut request: Request, next: N
     let mut response = match tokio::time::timeout(state.settings.request_timeout(), answer).await {
         Ok(Ok(response)) => response,
         Ok(Err(Panicked)) => Problem::internal("a handler panicked").into_response(),
-        Err(_elapsed) => too_late(&state).into_response(),
+        Err(_elapsed) => too_late(state.settings.request_timeout).into_response(),
     };
 
-    if let Some(mut problem) = response.extensions_mut().remove::<Problem>() {
-        if let Some(cause) = problem.cause.take() {
-            log_cause(&RequestId(id.clone()), &problem, &cause);
-        }
-        problem.request_id = Some(RequestId(id.clone()).as_str().to_owned());
+    if let Some(problem) = response.extensions_mut().remove::<Problem>() {
+        let problem = named(problem, id.to_str().unwrap_or_default());
         let headers = std::mem::take(response.headers_mut());
-        let mut named = problem.into_response();
+        response = problem.into_response();
         for (name, value) in &headers {
             if name != header::CONTENT_LENGTH {
-                named.headers_mut().insert(name, value.clone());
+                response.headers_mut().insert(name, value.clone());
             }
         }
-        response = named;
     }
     headers::protect(&mut response, &method);
     report(&method, path.as_ref(), &response, begun, &id, (actor.as_deref(), url));
@@ -190,10 +186,19 @@ fn has_a_place(request: &Request, path: Option<&MatchedPath>) -> Result<(), Prob
     Err(Problem::new(ProblemCode::Overloaded, detail).retry_after(1))
 }
 
+/// Logs the cause of a problem and gives it the id of its request.
+pub fn named(mut problem: Problem, id: &str) -> Problem {
+    if let Some(cause) = problem.cause.take() {
+        log_cause(id, &problem, &cause);
+    }
+    problem.request_id = Some(id.to_owned());
+    problem
+}
+
 /// What happened inside, as loudly as somebody here must look at it: a client that leaves is
 /// no fault of this server.
-fn log_cause(id: &RequestId, problem: &Problem, cause: &str) {
-    let (request_id, code) = (id.as_str(), &problem.code);
+fn log_cause(request_id: &str, problem: &Problem, cause: &str) {
+    let code = &problem.code;
     match problem.status {
         500 => tracing::error!(request_id, %code, cause, "problem"),
         501.. => tracing::warn!(request_id, %code, cause, "problem"),
@@ -202,8 +207,7 @@ fn log_cause(id: &RequestId, problem: &Problem, cause: &str) {
 }
 
 /// What is answered when the time of a request is over. (Its work was cancelled with it.)
-pub fn too_late(state: &AppState) -> Problem {
-    let limit = state.settings.request_timeout;
+pub fn too_late(limit: u64) -> Problem {
     Problem::new(ProblemCode::RequestTimeout, format!("There was no answer within {limit} s.")).retry_after(5)
 }
 

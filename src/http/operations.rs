@@ -1,7 +1,7 @@
 //! What the contract says of each operation, held against every request before its handler sees it:
 //! which scope its caller must have, which query parameters there are, in which media types it
-//! answers, and whether it may be answered later. Handlers read the values of parameters; where
-//! there are several media types they choose.
+//! answers, and whether it may be answered with progress. Handlers read the values of parameters;
+//! where there are several media types they choose.
 
 use std::{collections::HashMap, sync::Arc};
 
@@ -25,8 +25,8 @@ use crate::{
     http::{
         accept,
         auth::Principal,
-        long::{self, Preference},
-        openapi::{long::is_offered, scopes},
+        openapi::scopes,
+        progress::{self, EVENT_STREAM},
         state::AppState,
     },
     jobs::Scope,
@@ -45,16 +45,12 @@ struct Operation {
     parameters: Vec<String>,
     /// What it answers where nothing is wrong; none where that has no body.
     media: Vec<String>,
-    /// Whether it may be answered later.
-    long: bool,
 }
 
 /// Who may ask for an operation.
 #[derive(Clone, Copy, Debug)]
 enum Access {
     Everybody,
-    /// Whoever has the scope of an earlier request, which the handler knows.
-    OfRequest,
     /// Whoever has the scope; no caller where the document names none.
     Scope(Option<Scope>),
 }
@@ -75,10 +71,10 @@ pub async fn check(
     }
     let checked = operation.map_or(Ok(()), |operation| operation.check(request.uri(), request.headers()));
     match checked {
-        Ok(()) => match operation.and_then(|operation| operation.later(request.headers())) {
-            Some((scope, preference)) => long::respond_async(state, scope, preference, request, next).await,
-            None => next.run(request).await,
-        },
+        Ok(()) if operation.is_some_and(|operation| operation.shows_progress(&request)) => {
+            progress::respond(state, request, next).await
+        }
+        Ok(()) => next.run(request).await,
         Err(problem) => problem.into_response(),
     }
 }
@@ -112,14 +108,14 @@ impl Operations {
 impl Access {
     fn check(self, principal: Option<&Principal>) -> Result<(), Problem> {
         let detail = match (self, principal) {
-            (Access::Everybody, _) | (Access::OfRequest, Some(_)) => return Ok(()),
+            (Access::Everybody, _) => return Ok(()),
             (Access::Scope(Some(scope)), Some(principal)) if principal.scopes.contains(scope) => return Ok(()),
             (Access::Scope(Some(scope)), Some(principal)) => format!(
                 "This asks for the scope `{}`; this caller has {}.",
                 scope.name(),
                 principal.scopes.iter().map(|scope| format!("`{}`", scope.name())).collect::<Vec<_>>().join(", ")
             ),
-            (Access::Scope(_) | Access::OfRequest, _) => "Nobody may ask for this.".to_owned(),
+            (Access::Scope(_), _) => "Nobody may ask for this.".to_owned(),
         };
         Err(Problem::lacking_scope(detail))
     }
@@ -132,30 +128,24 @@ impl Operation {
             _ => None,
         });
         let responses = declared.responses.responses.iter();
-        // 202 tells of an answer
-        let good = responses.filter(|(status, _)| status.starts_with('2') && *status != "202");
+        let good = responses.filter(|(status, _)| status.starts_with('2'));
         let media = good.flat_map(|(_, response)| match response {
             RefOr::T(response) => response.content.keys().cloned().collect(),
             RefOr::Ref(_) => Vec::new(),
         });
-        let versioned = path.starts_with("/v1/");
-        let access = match versioned {
-            true if scopes::is_of_request(declared) => Access::OfRequest,
+        let access = match path.starts_with("/v1/") {
             true => Access::Scope(scopes::of(declared)),
             false => Access::Everybody,
         };
-        let long = is_offered(declared);
-        Operation { access, parameters: parameters.collect(), media: media.collect(), long }
+        Operation { access, parameters: parameters.collect(), media: media.collect() }
     }
 
-    /// What a client would like that has no need of its answer at once; and the scope that it had
-    /// to have.
-    fn later(&self, headers: &HeaderMap) -> Option<(Scope, Preference)> {
-        let preference = Preference::of(headers);
-        match self.access {
-            Access::Scope(Some(scope)) if self.long && preference.respond_async => Some((scope, preference)),
-            _ => None,
-        }
+    /// Returns whether a POST is to be answered with progress: where the document offers it, and
+    /// the client prefers it to the plain answer.
+    fn shows_progress(&self, request: &Request) -> bool {
+        let [events, json] = [EVENT_STREAM, "application/json"].map(|of| accept::preference(request.headers(), of));
+        let offered = self.media.iter().any(|media| media == EVENT_STREAM);
+        request.method() == Method::POST && offered && events > json
     }
 
     fn check(&self, uri: &Uri, headers: &HeaderMap) -> Result<(), Problem> {

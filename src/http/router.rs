@@ -9,7 +9,7 @@ use utoipa_axum::router::OpenApiRouter;
 
 use super::{
     applied, audit, conditional, cors, curves, dashboard, events, fits, gear_corrections, gear_records, gears, headers,
-    imports, iterations, job_fits, jobs, keys, life, long, meta, nodes, observe,
+    imports, iterations, job_fits, jobs, keys, life, meta, nodes, observe,
     openapi::{self, Contract, scopes},
     operations::{self, Operations},
     previews, records, shapes, simulations,
@@ -49,17 +49,11 @@ fn versioned() -> OpenApiRouter<AppState> {
         .merge(streams::group())
         .merge(stream_socket::group())
         .merge(life::group())
-        .merge(long::group())
         .merge(keys::group())
         .merge(tenants::group());
     scopes::declare(all.get_openapi_mut());
-    openapi::long::declare(all.get_openapi_mut());
+    openapi::progress::declare(all.get_openapi_mut());
     all
-}
-
-/// The handlers of the versioned interface alone, for requests that have passed every layer before.
-pub fn handlers(state: AppState) -> Router {
-    versioned().split_for_parts().0.with_state(state)
 }
 
 /// The service: documented groups, documentation, fallbacks and the layers around every request.

@@ -5,7 +5,7 @@ use std::{ops::Deref, sync::Arc};
 use metrics_exporter_prometheus::PrometheusHandle;
 
 use super::{
-    auth::Callers, budget::Budget, dashboard::files::Files, event_pages::EventPages, long::Running, rates::Rates,
+    auth::Callers, budget::Budget, dashboard::files::Files, event_pages::EventPages, rates::Rates,
     readiness::Readiness, shutdown::Shutdown,
 };
 use crate::{
@@ -46,8 +46,6 @@ pub struct Shared {
     pub event_pages: EventPages,
     /// For connections that stay open.
     pub shutdown: Shutdown,
-    /// What is done of requests that are answered later.
-    pub long: Running,
 }
 
 /// Why the state cannot be created.
@@ -84,7 +82,6 @@ impl AppState {
             rates,
             event_pages: EventPages::default(),
             shutdown: Shutdown::default(),
-            long: Running::default(),
         })))
     }
 }

@@ -214,7 +214,7 @@ async fn block(state: &CallerState, id: Uuid, text: Vec<u8>) -> Utf8Bytes {
         streams::add_block(state, id, block, None).await
     };
     let outcome = tokio::time::timeout(state.settings.request_timeout(), outcome).await;
-    let bytes = match outcome.unwrap_or_else(|_elapsed| Err(too_late(state))) {
+    let bytes = match outcome.unwrap_or_else(|_elapsed| Err(too_late(state.settings.request_timeout))) {
         Ok(answer) => answer.body,
         Err(mut problem) => {
             if let Some(cause) = problem.cause.take() {

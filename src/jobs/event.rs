@@ -13,7 +13,6 @@ use super::{
     callers::{Owned, Tenant},
     record::RecordKind,
     said::Decision,
-    tasks::TaskState,
 };
 
 /// One thing that happened.
@@ -53,11 +52,6 @@ pub enum EventKind {
         sequence: u64,
         node_count: u64,
         iteration: Option<u32>,
-    },
-    /// A task of the job was begun, or has ended.
-    Task {
-        id: Uuid,
-        state: TaskState,
     },
     /// A record was kept with an iteration.
     Record {

@@ -34,18 +34,6 @@ impl JobService {
         }
     }
 
-    /// Something happened to some task.
-    pub fn announce_tasks(&self) {
-        self.tasks_changed();
-        if let Some(wakes) = &self.wakes {
-            wakes.tell(Wake::Tasks);
-        }
-    }
-
-    fn tasks_changed(&self) {
-        self.task_changes.send_modify(|changes| *changes += 1);
-    }
-
     fn keys_changed(&self) {
         self.key_changes.send_modify(|changes| *changes += 1);
     }
@@ -64,10 +52,8 @@ impl JobService {
             Wake::Job(job) => self.notifier.notify(&job),
             Wake::StreamEnd => self.cache.announce_end(),
             Wake::Keys => self.keys_changed(),
-            Wake::Tasks => self.tasks_changed(),
             Wake::Anything => {
                 self.keys_changed();
-                self.tasks_changed();
                 self.notifier.notify_all();
                 self.cache.announce_end();
             }

@@ -6,13 +6,13 @@
 //! nothing is being worked on.
 
 use std::{
-    collections::HashMap,
+    collections::HashSet,
     sync::{Arc, Mutex, MutexGuard, PoisonError},
 };
 
 use jiff::SignedDuration;
 
-use super::{callers::Tenant, outcome::Stored, tasks::Lease};
+use super::{callers::Tenant, outcome::Stored};
 
 /// How long an answer is kept.
 pub const ANSWERS_KEPT: SignedDuration = SignedDuration::from_hours(30 * 24);
@@ -33,9 +33,6 @@ pub struct KeyedRequest {
     /// Method and path.
     pub scope: String,
     pub request_sha256: [u8; 32],
-    /// The task that asks for it, if it is one: the write is refused when another does the task by
-    /// now, and ends it.
-    pub lease: Option<Lease>,
     /// Given back when the write has ended, one way or the other: until then the key is being
     /// worked on, also when the client has left meanwhile.
     pub claim: Option<Arc<KeyClaim>>,
@@ -83,21 +80,7 @@ type Entry = (Tenant, String, String);
 /// The keys being worked on.
 #[derive(Clone, Debug, Default)]
 pub struct RunningKeys {
-    keys: Arc<Mutex<Claims>>,
-}
-
-#[derive(Debug, Default)]
-struct Claims {
-    held: HashMap<Entry, Claim>,
-    /// Number of the claims so far.
-    count: u64,
-}
-
-/// Who has a key.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Claim {
-    number: u64,
-    lease: Option<Lease>,
+    keys: Arc<Mutex<HashSet<Entry>>>,
 }
 
 /// A key taken; given back when dropped.
@@ -105,102 +88,40 @@ struct Claim {
 pub struct KeyClaim {
     running: RunningKeys,
     entry: Entry,
-    number: u64,
-}
-
-/// A key that somebody else has.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct KeyHeld {
-    /// The lease under which it is worked for, if it is a task that has it: once that does not hold
-    /// any more, nothing can come of that work.
-    pub lease: Option<Lease>,
 }
 
 impl RunningKeys {
-    fn lock(&self) -> MutexGuard<'_, Claims> {
+    fn lock(&self) -> MutexGuard<'_, HashSet<Entry>> {
         self.keys.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Takes a key, for a task if it is one that works, unless its first request is still running.
-    pub fn claim(&self, tenant: &Tenant, key: &str, scope: &str, lease: Option<Lease>) -> Result<KeyClaim, KeyHeld> {
-        self.take(tenant, key, scope, lease, None)
-    }
-
-    /// Takes a key from the task that has it under a lease which does not hold any more.
-    pub fn take_over(
-        &self,
-        tenant: &Tenant,
-        key: &str,
-        scope: &str,
-        lease: Option<Lease>,
-        from: Lease,
-    ) -> Result<KeyClaim, KeyHeld> {
-        self.take(tenant, key, scope, lease, Some(from))
-    }
-
-    fn take(
-        &self,
-        tenant: &Tenant,
-        key: &str,
-        scope: &str,
-        lease: Option<Lease>,
-        from: Option<Lease>,
-    ) -> Result<KeyClaim, KeyHeld> {
+    /// Takes a key; `None` while its first request is still running.
+    pub fn claim(&self, tenant: &Tenant, key: &str, scope: &str) -> Option<KeyClaim> {
         let entry = (tenant.clone(), key.to_owned(), scope.to_owned());
-        let mut claims = self.lock();
-        match claims.held.get(&entry) {
-            Some(held) if held.lease.is_none() || held.lease != from => return Err(KeyHeld { lease: held.lease }),
-            _ => {}
-        }
-        claims.count += 1;
-        let number = claims.count;
-        claims.held.insert(entry.clone(), Claim { number, lease });
-        Ok(KeyClaim { running: self.clone(), entry, number })
+        self.lock().insert(entry.clone()).then(|| KeyClaim { running: self.clone(), entry })
     }
 }
 
 impl Drop for KeyClaim {
     fn drop(&mut self) {
-        let mut claims = self.running.lock();
-        // unless another has taken it over
-        if claims.held.get(&self.entry).is_some_and(|held| held.number == self.number) {
-            claims.held.remove(&self.entry);
-        }
+        self.running.lock().remove(&self.entry);
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use uuid::Uuid;
-
     use super::*;
 
     #[test]
     fn a_key_is_taken_once_by_each_tenant_and_given_back() {
         let running = RunningKeys::default();
         let (own, other) = (Tenant::default(), Tenant::named("other").unwrap());
-        let claim = running.claim(&own, "k", "POST /v1/jobs", None);
-        assert!(claim.is_ok());
-        assert_eq!(running.claim(&own, "k", "POST /v1/jobs", None).err(), Some(KeyHeld { lease: None }));
-        assert!(running.claim(&own, "k", "POST /v1/other", None).is_ok());
-        assert!(running.claim(&other, "k", "POST /v1/jobs", None).is_ok());
+        let claim = running.claim(&own, "k", "POST /v1/jobs");
+        assert!(claim.is_some());
+        assert!(running.claim(&own, "k", "POST /v1/jobs").is_none());
+        assert!(running.claim(&own, "k", "POST /v1/other").is_some());
+        assert!(running.claim(&other, "k", "POST /v1/jobs").is_some());
         drop(claim);
-        assert!(running.claim(&own, "k", "POST /v1/jobs", None).is_ok());
-    }
-
-    #[test]
-    fn a_task_loses_its_key_with_its_lease() {
-        let (running, own) = (RunningKeys::default(), Tenant::default());
-        let lease = |id| Lease { task: Uuid::from_u128(1), id: Uuid::from_u128(id) };
-        let first = running.claim(&own, "k", "s", Some(lease(1))).unwrap();
-        assert_eq!(running.claim(&own, "k", "s", None).err(), Some(KeyHeld { lease: Some(lease(1)) }));
-        assert!(running.take_over(&own, "k", "s", None, lease(2)).is_err(), "another lease");
-        let second = running.take_over(&own, "k", "s", None, lease(1)).unwrap();
-        // what the first gives back is not the second's
-        drop(first);
-        assert_eq!(running.claim(&own, "k", "s", None).err(), Some(KeyHeld { lease: None }));
-        assert!(running.take_over(&own, "k", "s", None, lease(1)).is_err(), "who has no lease keeps it");
-        drop(second);
-        assert!(running.claim(&own, "k", "s", None).is_ok());
+        assert!(running.claim(&own, "k", "POST /v1/jobs").is_some());
     }
 }

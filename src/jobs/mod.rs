@@ -54,7 +54,6 @@ mod said;
 mod service;
 mod streams;
 mod summary;
-mod tasks;
 mod wake;
 
 pub use ambient::{Clock, Ids, OrderedIds, SystemClock};
@@ -69,7 +68,7 @@ pub use encoded_text::{EncodedResult, EncodedText, KeptBeside, Told};
 pub use event::{EVENTS_TOLD, EventKind, EventPlace, JobChange, JobEvent, JobNotifier, StreamEvent, ToldEvent};
 pub use fit::{Computed, Figures, FitRecord, NewFit, scheme_name};
 pub use gear::JobGear;
-pub use idempotency::{ANSWERS_KEPT, Answer, KeyClaim, KeyHeld, Keyed, KeyedRequest, Receipt, RunningKeys};
+pub use idempotency::{ANSWERS_KEPT, Answer, KeyClaim, Keyed, KeyedRequest, Receipt, RunningKeys};
 pub use iteration::{
     Earlier, FitSummary, Iteration, ListedIteration, MAX_LISTED, NewIteration, NewRun, Trace, TracedFit,
     TracedIteration,
@@ -96,8 +95,4 @@ pub use streams::{
     Block, FinishedStream, NewBlock, NewStream, PostedBlock, Stream, StreamError, StreamHost, StreamState, is_state,
 };
 pub use summary::{JobCounts, JobSummary, MOST_MACHINES, MOST_WEEKS, monday};
-pub use tasks::{
-    Begun, ClaimedTask, EndedTask, Held, KEPT_FOR, LEASE, Lease, MOST_ATTEMPTS, MOST_KEPT, MOST_OPEN, NewTask, Task,
-    TaskAnswer, TaskDraft, TaskQuery, TaskResult, TaskState, Tasks,
-};
 pub use wake::Wake;

@@ -15,7 +15,6 @@ pub enum Resource {
     Record,
     Key,
     Tenant,
-    Task,
 }
 
 /// Why a store that answers is not served from.
@@ -72,21 +71,9 @@ pub enum RepositoryError {
     /// What is asked for was taken away, or is of a job that takes nothing more since then.
     #[error("purged at {at}: {reason}")]
     Purged { at: Timestamp, reason: String },
-    /// An operation of the job has not ended.
-    #[error("the job has {0} operation(s) that have not ended")]
-    HasTasks(u64),
     /// An answer is already kept under this idempotency key.
     #[error("the idempotency key is taken")]
     KeyTaken,
-    /// A task is done by another now, or was cancelled; nothing is stored for it.
-    #[error("the task belongs to another process now")]
-    LeaseLost,
-    /// The tasks of the tenant take as much as they may.
-    #[error("the tasks of the tenant take {held} bytes")]
-    TasksFull { held: u64 },
-    /// The tenant has as many tasks as it may.
-    #[error("the tenant has {kept} tasks, of which {open} have not ended")]
-    TooManyTasks { open: u64, kept: u64 },
     /// A revoked key is not changed any more.
     #[error("the key is revoked")]
     KeyRevoked,

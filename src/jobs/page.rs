@@ -14,12 +14,11 @@ pub enum List {
     Tenants,
     Audit,
     Seals,
-    Tasks,
     Streams,
 }
 
 impl List {
-    const ALL: [List; 10] = [
+    const ALL: [List; 9] = [
         List::Jobs,
         List::Iterations,
         List::Fits,
@@ -28,7 +27,6 @@ impl List {
         List::Tenants,
         List::Audit,
         List::Seals,
-        List::Tasks,
         List::Streams,
     ];
 
@@ -43,7 +41,6 @@ impl List {
             List::Tenants => 6,
             List::Audit => 8,
             List::Seals => 10,
-            List::Tasks => 9,
             // 11 and 12 are orders of jobs
             List::Streams => 13,
         }
@@ -60,7 +57,6 @@ impl List {
             List::Tenants => "tenants",
             List::Audit => "entries of the audit",
             List::Seals => "seals",
-            List::Tasks => "operations",
             List::Streams => "streams",
         }
     }

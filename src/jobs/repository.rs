@@ -30,7 +30,6 @@ use super::{
     said::{Choice, DecisionEvent},
     streams::{Block, FinishedStream, NewBlock, NewStream, Stream, StreamState},
     summary::JobCounts,
-    tasks::{NewTask, Task, TaskQuery, TaskResult, Tasks},
     wake::Wake,
 };
 use flankfit_engine::estimation::Nodes;
@@ -48,9 +47,6 @@ pub trait Store: Upkeep {
 
     /// The audit of all tenants.
     fn auditor(&self) -> Arc<dyn Auditor>;
-
-    /// The tasks of all tenants, for whoever does them.
-    fn tasks(&self) -> Arc<dyn Tasks>;
 
     /// The jobs of all tenants as rows, to be read.
     fn holdings(&self) -> Arc<dyn Holdings>;
@@ -174,14 +170,6 @@ macro_rules! repository_operations {
                 /// Seals of the tenant, oldest first.
                 GetSeals = seals(page: PageRequest) -> Page<Seal>;
 
-                GetTask = task(id: Uuid) -> Task;
-                /// Newest first, those that ask for one of these scopes.
-                ListTasks = tasks(of: TaskQuery, page: PageRequest) -> Page<Task>;
-                /// A task, with its result where it has one.
-                GetTaskResult = task_result(id: Uuid) -> (Task, Option<TaskResult>);
-                /// The task begun with an idempotency key, with the digest of its request.
-                GetTaskOfKey = task_of_key(key: String, scope: String) -> Option<(Task, [u8; 32])>;
-
                 /// The answer kept under an idempotency key, with the digest of its request.
                 GetAnswer = answer(key: String, scope: String) -> Option<([u8; 32], Answer)>;
 
@@ -225,13 +213,6 @@ macro_rules! repository_operations {
                 FinishStream = finish_stream(finished: FinishedStream, receipt: Option<Receipt>) -> Stored;
                 /// Deletes the stream with its blocks. An iteration that it has become stays.
                 DeleteStream = delete_stream(id: Uuid, precondition: Precondition, now: Timestamp) -> ();
-
-                /// Keeps a task, unless its key has one, or those of the tenant would take more
-                /// bytes than so many.
-                InsertTask = insert_task(task: Arc<NewTask>, most: u64) -> Task;
-                /// Cancels a task of a job, or of none, and frees its key; one that has ended is
-                /// taken away.
-                CancelTask = cancel_task(id: Uuid, job: Option<Uuid>, now: Timestamp) -> ();
 
                 /// Keeps the mapping of a table in place of the one under its key. Of more than
                 /// [`MOST_MAPPINGS`](super::mapping::MOST_MAPPINGS) of the tenant the oldest are

@@ -197,7 +197,7 @@ pub const OF_JOBS: &[Table] = tables! {
     purges (0, Stays, OF_JOB): { at: Time, reason: Text }
     events (1, Stays, OF_JOB): {
         number: Integer, kind: Text, iteration: Integer, fit: Integer, position: Integer, record: Id, stream: Id,
-        state: Text, sequence: Integer, node_count: Integer, operation: Id, operation_state: Text, created_at: Time,
+        state: Text, sequence: Integer, node_count: Integer, created_at: Time,
     }
 };
 

@@ -73,9 +73,6 @@ impl JobService {
             if let Err(error) = self.forget_old_events().await {
                 tracing::warn!(%error, "old events could not be deleted");
             }
-            if let Err(error) = self.forget_old_tasks().await {
-                tracing::warn!(%error, "operations that ended long ago could not be deleted");
-            }
         }
     }
 }

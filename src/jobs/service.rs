@@ -26,7 +26,6 @@ use super::{
     said::Event,
     streams::StreamCache,
     summary::{JobSummary, first_week},
-    tasks::Tasks,
 };
 
 /// Archives that are written at a time, and verifications that go on.
@@ -44,10 +43,6 @@ pub struct JobService {
     pub(super) notifier: JobNotifier,
     /// Told when some key was changed, here or by another process.
     pub(super) key_changes: watch::Sender<u64>,
-    /// The tasks of all tenants.
-    pub(super) tasks: Arc<dyn Tasks>,
-    /// Told when something happened to a task, here or at another process.
-    pub(super) task_changes: watch::Sender<u64>,
     /// Archives that may be written at a time.
     pub(super) archiving: Semaphore,
     /// Verifications that may go on at a time.
@@ -60,9 +55,9 @@ impl JobService {
     pub fn new(store: Arc<dyn Store>, clock: Arc<dyn Clock>, ids: Arc<dyn Ids>) -> Arc<Self> {
         let (known, cache, notifier) = Default::default();
         let wakes = store.wakes();
-        let (key_changes, task_changes) = (watch::channel(0).0, watch::channel(0).0);
+        let key_changes = watch::channel(0).0;
         let (archiving, verifying) = (Semaphore::new(ARCHIVES), Semaphore::new(ARCHIVES));
-        let (tasks, holdings) = (store.tasks(), store.holdings());
+        let holdings = store.holdings();
         Arc::new(JobService {
             store,
             holdings,
@@ -72,8 +67,6 @@ impl JobService {
             cache,
             notifier,
             key_changes,
-            tasks,
-            task_changes,
             archiving,
             verifying,
             wakes,
@@ -98,11 +91,6 @@ impl JobService {
     /// An id that nothing has yet.
     pub fn fresh_id(&self, now: Timestamp) -> Uuid {
         self.ids.fresh(now)
-    }
-
-    /// The tasks of all tenants, for whoever does them.
-    pub fn tasks(&self) -> &dyn Tasks {
-        &*self.tasks
     }
 
     /// The time that whatever is written now carries.

@@ -12,8 +12,6 @@ pub enum Wake {
     StreamEnd,
     /// Some key or some tenant was changed.
     Keys,
-    /// Something happened to a task.
-    Tasks,
     /// Nothing was heard for a while, and anything may have happened.
     Anything,
 }

@@ -12,12 +12,9 @@
 //! (`turns`).
 //!
 //! Work runs under a [`Handle`], which its loops ask. That of [`WorkPool::run`] is cancelled when
-//! the future is dropped, which is what happens when a client leaves or a request's time is over;
-//! that of [`WorkPool::run_with`] belongs to the caller. All of them are cancelled when the pool
-//! stops. What is awaited [`under`] a handle has all its work done under that one.
-//!
-//! Checks ([`Handle::for_checks`]) are done by a thread of their own: they end where computing
-//! begins, and whoever is told of faults does not wait for those who compute.
+//! the future is dropped, which is what happens when a client leaves or a request's time is over.
+//! All of them are cancelled when the pool stops. What is awaited [`under`] a handle has all its
+//! work done under that one.
 
 mod turns;
 
@@ -33,7 +30,7 @@ use tracing::Span;
 use crate::telemetry;
 use turns::{NoPlace, Turns};
 
-pub use flankfit_engine::numerics::cancel::{Handle, checkpoint, computing};
+pub use flankfit_engine::numerics::cancel::{Handle, checkpoint};
 pub use turns::Party;
 
 /// Work with the handle under which it runs.
@@ -67,8 +64,7 @@ impl<T: Send, F: FnOnce() -> T + Send> Job for Task<T, F> {
             Ok(result) => answer.send(Ok(result)).is_ok(),
             Err(_cancelled) => {
                 let _gone = answer.send(Err(PoolError::Cancelled));
-                // what was checked has come to the end that was wanted
-                !handle.is_cancelled()
+                false
             }
         }
     }
@@ -109,8 +105,6 @@ pub enum PoolError {
 #[derive(Debug)]
 pub struct WorkPool {
     shared: Arc<Shared>,
-    /// Checks on one thread.
-    checks: Arc<Shared>,
     limit: usize,
 }
 
@@ -244,7 +238,7 @@ pub fn party() -> Party {
 }
 
 /// A future of which all work on pools is done under one handle: so it can be watched and
-/// cancelled as one, and it ends where computing begins if the handle is for checks.
+/// cancelled as one.
 pub fn under<F: Future>(handle: Handle, future: F) -> impl Future<Output = F::Output> {
     UNDER.scope(handle, future)
 }
@@ -266,18 +260,13 @@ impl WorkPool {
         let (workers, limit) = (workers.max(1), limit.max(1));
         let (depth, busy) = (metrics::gauge!(telemetry::QUEUE_DEPTH), metrics::gauge!(telemetry::BUSY_WORKERS));
         let shared = Shared::new(workers, Turns::new(limit, workers, share), depth, busy);
-        let checks = Shared::new(1, Turns::new(limit, 1, share), metrics::Gauge::noop(), metrics::Gauge::noop());
         // The threads are not joined: they end when the pool stops, and the process does not wait
         // for them.
-        let pool = WorkPool { shared, checks, limit };
-        let thread = |name: String, shared: &Arc<Shared>, worker| {
-            let shared = Arc::clone(shared);
-            std::thread::Builder::new().name(name).spawn(move || shared.work(worker))
-        };
-        for i in 0..workers {
-            thread(format!("fit-{i}"), &pool.shared, i)?;
+        let pool = WorkPool { shared, limit };
+        for worker in 0..workers {
+            let shared = Arc::clone(&pool.shared);
+            std::thread::Builder::new().name(format!("fit-{worker}")).spawn(move || shared.work(worker))?;
         }
-        thread("check".into(), &pool.checks, 0)?;
         Ok(pool)
     }
 
@@ -297,7 +286,7 @@ impl WorkPool {
 
     /// Runs `work` on a worker until it is done or `handle` is cancelled, whether or not somebody
     /// still waits for it.
-    pub async fn run_with<T, F>(&self, handle: Handle, work: F) -> Result<T, PoolError>
+    async fn run_with<T, F>(&self, handle: Handle, work: F) -> Result<T, PoolError>
     where
         T: Send + 'static,
         F: FnOnce() -> T + Send + 'static,
@@ -311,8 +300,7 @@ impl WorkPool {
 
     fn enqueue(&self, job: Box<dyn Job>) -> Result<(), PoolError> {
         let party = party();
-        let shared = if job.handle().is_for_checks() { &self.checks } else { &self.shared };
-        let mut state = shared.lock();
+        let mut state = self.shared.lock();
         if state.stopped {
             return Err(PoolError::Stopped);
         }
@@ -330,9 +318,9 @@ impl WorkPool {
         // What is refused goes when the lock is given back: what it owns may be anything.
         state.queue.check(&party).map_err(refusal)?;
         let displaced = state.queue.push(party, job).map_err(refusal)?;
-        shared.depth.set(state.queue.len() as f64);
+        self.shared.depth.set(state.queue.len() as f64);
         if state.idle > 0 {
-            shared.wake.notify_one();
+            self.shared.wake.notify_one();
         }
         drop(state);
         if let Some(displaced) = displaced {
@@ -371,7 +359,6 @@ impl WorkPool {
     /// Takes no more work and cancels what waits and what runs.
     pub fn stop(&self) {
         self.shared.stop();
-        self.checks.stop();
     }
 }
 

@@ -201,31 +201,3 @@ async fn parties_have_turns_and_the_noisiest_makes_way() {
     }
     assert_eq!(*done.lock().unwrap(), "nqnn");
 }
-
-#[tokio::test]
-async fn checks_wait_for_none_who_compute() {
-    let pool = Arc::new(WorkPool::new(1, 1, 0.5).unwrap());
-    let (open, busy) = occupied(&pool).await;
-    let waiting = tokio::spawn({
-        let pool = Arc::clone(&pool);
-        async move { pool.run(|| ()).await }
-    });
-    while pool.waiting() == 0 {
-        tokio::task::yield_now().await;
-    }
-    assert_eq!(pool.run(|| 1).await, Err(PoolError::Full { limit: 1 }));
-    let check = async |ends: bool| {
-        let work = move || {
-            if ends {
-                computing();
-            }
-            2
-        };
-        under(Handle::for_checks(), pool.run(work)).await
-    };
-    assert_eq!((check(false).await, check(true).await), (Ok(2), Err(PoolError::Cancelled)));
-    drop(open);
-    assert_eq!((busy.await.unwrap(), waiting.await.unwrap()), (Ok(true), Ok(())));
-    pool.stop();
-    assert_eq!(check(false).await, Err(PoolError::Stopped));
-}

@@ -18,7 +18,6 @@ use opentelemetry_sdk::trace::{IdGenerator as _, RandomIdGenerator, Sampler, Sam
 use tracing::{Span, field, info_span};
 use tracing_opentelemetry::OpenTelemetrySpanExt as _;
 use ureq::http::{Uri, uri::Authority};
-use uuid::Uuid;
 
 use super::context::{Above, traceparent};
 
@@ -145,21 +144,6 @@ pub fn here() -> Span {
     if current.metadata().is_some_and(|of| of.target() == TARGET) { current } else { Span::none() }
 }
 
-/// The span of an operation that is done when nobody waits for it: a trace of its own, which the
-/// operation's id finds.
-pub fn operation_span(id: Uuid) -> Span {
-    match SAMPLER.get() {
-        Some(sampler) if unsampled(sampler, &Context::new()).is_none() => info_span!(
-            target: TARGET,
-            parent: None,
-            "operation",
-            otel.kind = "internal",
-            flankfit.operation_id = %id,
-        ),
-        _ => Span::none(),
-    }
-}
-
 /// From being put into the queue until a worker begins.
 pub fn queue_span(parent: &Span) -> Span {
     below(parent, || info_span!(target: TARGET, parent: parent, "queue", otel.kind = "internal"))
@@ -259,7 +243,7 @@ mod tests {
         // no test of this program begins sending
         let (span, named) = request_span(|| unreachable!("nobody asks for the head"));
         assert!(span.is_disabled() && named.is_none() && names(&span).is_empty());
-        assert!(operation_span(Uuid::nil()).is_disabled() && here().is_disabled());
+        assert!(here().is_disabled());
         assert!(store_span("sqlite", "a::Asked<b::InsertJob>").is_disabled());
     }
 

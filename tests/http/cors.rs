@@ -79,7 +79,7 @@ async fn preflights_need_no_key_and_name_what_may_be_sent() {
     })
     .await;
     let wanted = "content-type,content-encoding,authorization,x-api-key,idempotency-key,if-match,if-none-match,\
-                  last-event-id,prefer,x-request-id,traceparent,tracestate";
+                  last-event-id,x-request-id,traceparent,tracestate";
     let answer = preflight(&app, CELL, wanted).await;
     assert_eq!(answer.status, 200);
     assert_eq!(answer.header("access-control-allow-origin"), CELL);

@@ -15,7 +15,7 @@ use flankfit::{
     http::{self, AppState},
     jobs::{
         Caller, Credentials, JobService, Keys, OrderedIds, Repository, RepositoryError, RepositoryFuture, Store,
-        SystemClock, Tasks, Unfit, Upkeep,
+        SystemClock, Unfit, Upkeep,
         archive::{Holdings, Key},
         audit::{Auditor, Seal, Sealing},
     },
@@ -52,10 +52,6 @@ impl Store for Watched {
 
     fn auditor(&self) -> Arc<dyn Auditor> {
         self.store.auditor()
-    }
-
-    fn tasks(&self) -> Arc<dyn Tasks> {
-        self.store.tasks()
     }
 
     fn holdings(&self) -> Arc<dyn Holdings> {

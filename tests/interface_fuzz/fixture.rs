@@ -295,7 +295,6 @@ impl Owner {
             "stream_id" => self.stream.clone(),
             "key_id" => self.key.clone(),
             // one that is there would be another with every request
-            "operation_id" => self.job.clone(),
             "tenant" => rng.one(["default", "plant-7", "nobody"]).to_owned(),
             _ => "1".to_owned(),
         }

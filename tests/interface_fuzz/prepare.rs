@@ -1,8 +1,6 @@
 //! What some requests need to be taken: something that is there for them alone. A job that has
-//! something is not deleted, a purge wants a job of its own, and an operation must have
-//! been begun; what is drawn would always be refused.
-
-use serde_json::{Value, json};
+//! something is not deleted, and a purge wants a job of its own; what is drawn would always be
+//! refused.
 
 use super::{
     fixture::{Service, example},
@@ -13,19 +11,12 @@ use super::{
 /// In so many of 100; the others go out as they were drawn.
 const PREPARED: usize = 60;
 
-/// A study this short ends at once.
-const REPETITIONS: u32 = 20;
-
 /// Makes what the request needs, now and then, and has it name that. A service that is too busy
 /// for it gets the request as it is.
 pub async fn prepare(service: &Service, request: &mut Request, rng: &mut Rng) {
     let _made = match request.operation.as_str() {
         "delete_job" if rng.percent(PREPARED) => empty_job(service, request).await,
         "purge_job" if rng.percent(PREPARED) => purgeable_job(service, request).await,
-        "get_operation" | "get_operation_result" | "cancel_operation" if rng.percent(PREPARED) => {
-            let ended = rng.percent(70);
-            operation(service, request, ended).await
-        }
         _ => None,
     };
 }
@@ -58,22 +49,5 @@ async fn purgeable_job(service: &Service, request: &mut Request) -> Option<()> {
     let job = headers.get("location")?.to_str().ok()?.to_owned();
     made(service, &format!("{job}/iterations"), &[], &example("create_iteration")).await?;
     request.target = format!("{job}/purge");
-    Some(())
-}
-
-/// Names an operation that was begun, and that may have ended.
-async fn operation(service: &Service, request: &mut Request, ended: bool) -> Option<()> {
-    let mut study: Value = serde_json::from_str(&example("study_randomization")).ok()?;
-    study["repetitions"] = json!(REPETITIONS);
-    let later = [("prefer", "respond-async")];
-    let (headers, _) = made(service, "/v1/studies/randomization", &later, &study.to_string()).await?;
-    let operation = headers.get("location")?.to_str().ok()?.to_owned();
-    if ended {
-        service.ask("GET", &operation, &[("prefer", "wait=3")], "").await;
-    }
-    request.target = match request.operation.as_str() {
-        "get_operation_result" => format!("{operation}/result"),
-        _ => operation,
-    };
     Some(())
 }

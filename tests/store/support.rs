@@ -281,13 +281,7 @@ impl Values {
 /// A keyed request whose answer tells what was stored.
 pub fn receipt(key: &str, scope: &str) -> Receipt {
     Receipt {
-        request: KeyedRequest {
-            key: key.to_owned(),
-            scope: scope.to_owned(),
-            request_sha256: [7; 32],
-            lease: None,
-            claim: None,
-        },
+        request: KeyedRequest { key: key.to_owned(), scope: scope.to_owned(), request_sha256: [7; 32], claim: None },
         answer: Box::new(|stored| Answer {
             status: 201,
             location: Some("/there".to_owned()),

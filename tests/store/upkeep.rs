@@ -10,15 +10,13 @@ use std::{
 
 use flankfit::{
     jobs::{
-        Answer, Begun, Clock, EVENTS_TOLD, EndedTask, Job, JobDraft, JobService, Keyed, KeyedRequest, OrderedIds,
-        Scope, Scopes, Store as _, SystemClock, TaskAnswer, TaskDraft, TaskState, Upkeep as _,
+        Answer, Clock, EVENTS_TOLD, Job, JobDraft, JobService, Keyed, KeyedRequest, OrderedIds, Store as _,
+        SystemClock, Upkeep as _,
     },
     store::{OpenError, PostgresSettings, StoreSettings, open_postgres, open_sqlite},
 };
-use jiff::{SignedDuration, Timestamp};
+use jiff::Timestamp;
 use sqlx::{Connection as _, PgConnection};
-use tokio::time::timeout;
-use uuid::Uuid;
 
 use crate::{
     server::Server,
@@ -80,7 +78,6 @@ fn keyed(key: &str) -> Keyed<Job> {
             key: key.to_owned(),
             scope: "POST /v1/jobs".to_owned(),
             request_sha256: [0; 32],
-            lease: None,
             claim: None,
         },
         answer: Box::new(|_, _| Answer { status: 201, location: None, etag: None, body: Vec::new() }),
@@ -143,72 +140,6 @@ async fn old_events_are_forgotten_while_the_service_runs() {
     upkeep.abort();
     assert_eq!(jobs.all_events(first, 10).await.unwrap(), []);
     assert!(jobs.last_place().await.unwrap() > first);
-}
-
-fn operation(id: Uuid) -> TaskDraft {
-    TaskDraft {
-        id,
-        scope: Scope::Compute,
-        scopes: Scopes::ALL,
-        request: "/v1/fits".to_owned(),
-        job: None,
-        key: None,
-        key_scope: "POST /v1/fits".to_owned(),
-        request_sha256: [0; 32],
-        headers: "[]".to_owned(),
-        body: vec![1],
-    }
-}
-
-#[tokio::test]
-async fn operations_are_kept_for_an_hour_after_their_end() {
-    let place = Place::new();
-    let store = place.open().await;
-    let hands = Hands(Arc::new(AtomicI64::new(place.now().as_second())));
-    let pass = |seconds: i64| hands.0.fetch_add(seconds, Ordering::SeqCst);
-    let service = JobService::new(store.store.clone(), Arc::new(hands.clone()), Arc::new(OrderedIds::new()));
-    let jobs = service.of(&caller("default"));
-    // what is begun is taken at once, and ends after so many seconds if it does
-    let taken = async |lasts: Option<i64>| {
-        let id = service.fresh_id(service.now());
-        let begun = jobs.begin_task(operation(id), 1 << 20).await.unwrap();
-        assert!(matches!(begun, Begun::New(task) if task.id == id));
-        let (lease, lasting) = (service.fresh_id(service.now()), SignedDuration::from_hours(10_000));
-        let lease = service.tasks().claim(lease, service.now(), lasting).await.unwrap().unwrap().lease;
-        assert_eq!(lease.task, id);
-        if let Some(seconds) = lasts {
-            pass(seconds);
-            let answer = TaskAnswer { status: 422, headers: "[]".to_owned(), body: vec![1] };
-            let ended =
-                EndedTask { lease, job: None, state: TaskState::Failed, answer, most: 1 << 20, now: service.now() };
-            assert!(service.tasks().end(Arc::new(ended)).await.unwrap());
-        }
-        id
-    };
-    let unended = taken(None).await;
-    let first = taken(Some(10 * HOUR)).await;
-    let second = taken(Some(20)).await;
-    let upkeep = tokio::spawn({
-        let service = service.clone();
-        async move { service.upkeep(Duration::from_millis(1)).await }
-    });
-    let gone = async |id: Uuid| {
-        let until_gone = async {
-            while jobs.task(id).await.is_ok() {
-                tokio::task::yield_now().await;
-            }
-        };
-        timeout(PATIENCE, until_gone).await.is_ok()
-    };
-    // whatever goes with the first one is as old: the second one has ten seconds left
-    pass(HOUR - 10);
-    assert!(gone(first).await, "it is kept for more than an hour");
-    assert!(jobs.task(second).await.is_ok(), "it is kept for less than an hour");
-    assert!(jobs.task_result(second).await.unwrap().1.is_some());
-    pass(20);
-    assert!(gone(second).await, "it goes, too");
-    upkeep.abort();
-    assert_eq!(jobs.task(unended).await.unwrap().state, TaskState::Running, "what has not ended stays");
 }
 
 /// A dump brings what was told by a server whose transactions had come farther.

@@ -78,7 +78,7 @@ fn defaults_of_a_plant_stay() {
         ("--max-connections", "4096"),
         ("--body-memory", "1073741824"),
         ("--write-timeout", "30"),
-        ("--operation-timeout", "3600"),
+        ("--progress-timeout", "3600"),
         ("--tenant-share", "0.5"),
         ("--tls-client-auth", "off"),
         ("--drain-delay", "0"),

@@ -19,9 +19,6 @@ pub const MOST_NODES: usize = 4_000_000;
 /// Chords of one curve at most.
 const MOST_CHORDS: usize = 1 << 20;
 
-/// From so many on, finding the chords of a curve is computing: fewer take some milliseconds.
-const MANY_CHORDS: usize = 10_000;
-
 /// A surface at the nodes of a grid of parameters, v running fastest.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SurfaceSample {
@@ -190,7 +187,6 @@ pub fn curve_parameters(curve: &dyn Curve, tolerance: f64) -> Result<Vec<f64>, F
         let wanted = waiting.len();
         return Err(Faults::one("tolerance", format_args!("{wanted} nodes are more than {MOST_CHORDS}")));
     }
-    let many = MANY_CHORDS.max(waiting.len());
     while let Some(worst) = waiting.peek().copied().filter(|worst| !(worst.strays <= tolerance)) {
         let [a, b] = worst.ends;
         let middle = a + (b - a) / 2.0;
@@ -208,9 +204,6 @@ pub fn curve_parameters(curve: &dyn Curve, tolerance: f64) -> Result<Vec<f64>, F
             ));
         }
         cancel::checkpoint();
-        if waiting.len() == many {
-            cancel::computing();
-        }
         waiting.pop();
         waiting.extend([chord(a, middle), chord(middle, b)]);
     }
@@ -273,7 +266,6 @@ pub fn curve_nodes(curve: &dyn Curve, parameters: &[f64]) -> Result<Vec<Vector>,
 mod tests {
     use super::*;
     use flankfit_geometry::{BSplineBasis, curve::BSplineCurve, space::Dimension, surface::BSplineSurface};
-    use flankfit_numerics::cancel::Handle;
 
     /// Rulings from the apex (0, 0, 1), at v = 0, to the points (1, 0, 0) and (0, 1, 0).
     fn wedge() -> BSplineSurface {
@@ -336,17 +328,6 @@ mod tests {
         let words = refused.strip_prefix("tolerance: chords come no nearer than ").unwrap();
         let reached: f64 = words.split(' ').next().unwrap().parse().unwrap();
         assert!(reached > 1e-30 && reached < 1e-10, "{reached}");
-    }
-
-    #[test]
-    fn many_chords_are_computed_and_a_few_are_not() {
-        let basis = BSplineBasis::new(2, vec![0., 0., 0., 1., 1., 1.]).unwrap();
-        let points = [[10., 0.], [10., 10.], [0., 10.]].map(|[x, y]| Vector::new(x, y, 0.0)).to_vec();
-        let curve = BSplineCurve::new(basis, Dimension::Plane, points, None).unwrap();
-        let checks = Handle::for_checks();
-        assert!(checks.run(|| curve_parameters(&curve, 1e-3)).is_ok() && !checks.has_begun());
-        assert!(checks.run(|| curve_parameters(&curve, 1e-9)).is_err() && checks.has_begun());
-        assert!(curve_parameters(&curve, 1e-9).is_ok_and(|found| found.len() > MANY_CHORDS));
     }
 
     #[test]

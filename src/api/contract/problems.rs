@@ -19,7 +19,7 @@ pub fn example(status: &str) -> Option<Value> {
         "406" => (Code::NotAcceptable, "The answer comes as application/json or text/csv."),
         "408" => (Code::BodyTimeout, "The body did not arrive within 30 s."),
         "409" => (Code::Conflict, "The job has iterations, which are kept for good."),
-        "410" => (Code::OperationCancelled, "The operation was cancelled; nothing is kept of it."),
+        "410" => (Code::Purged, "The job was purged; what it held is in its archive alone."),
         "412" => (Code::PreconditionFailed, "The resource is at version \"3\"; read it again before changing it."),
         "413" => (Code::BodyTooLarge, "The body has more than 268435456 bytes."),
         "415" => (Code::UnsupportedMediaType, "The media type is text/plain; send application/json."),

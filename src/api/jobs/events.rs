@@ -1,15 +1,13 @@
 //! Events of a job as they are sent to those who listen (`text/event-stream`).
 
-use std::fmt::{Display, Write as _};
-
 use jiff::Timestamp;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 use uuid::Uuid;
 
-use super::{iteration_requests::DecisionName, operation::OperationStateName, records::RecordKindName};
+use super::{iteration_requests::DecisionName, records::RecordKindName};
 use crate::{
-    api::json::{text::Moment, writer::text_of},
+    api::json::text::Moment,
     jobs::{Decision, EventKind, EventPlace, JobChange, JobEvent, ToldEvent},
 };
 
@@ -58,12 +56,6 @@ pub struct JobEventBody {
     /// Nodes of a stream so far.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub node_count: Option<u64>,
-    /// The operation (`Prefer: respond-async`) that began or ended.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub operation_id: Option<Uuid>,
-    /// `queued` for an operation that was begun, else how it has ended.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub operation_state: Option<OperationStateName>,
     /// The record that was stored with the iteration.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub record_id: Option<Uuid>,
@@ -103,7 +95,6 @@ pub enum EventName {
     Fit,
     Decision,
     Stream,
-    Operation,
     /// Something was kept with an iteration.
     Record,
     /// The job itself was created, changed or deleted.
@@ -115,13 +106,12 @@ pub enum EventName {
 }
 
 impl EventName {
-    fn name(self) -> &'static str {
+    pub fn name(self) -> &'static str {
         match self {
             EventName::Iteration => "iteration",
             EventName::Fit => "fit",
             EventName::Decision => "decision",
             EventName::Stream => "stream",
-            EventName::Operation => "operation",
             EventName::Record => "record",
             EventName::Job => "job",
             EventName::Purged => "purged",
@@ -153,6 +143,11 @@ impl From<crate::jobs::StreamEvent> for StreamEventName {
 }
 
 impl JobEventBody {
+    /// Tells one who listens to all jobs that events were missed.
+    pub fn reset(now: Timestamp) -> Self {
+        JobEventBody::empty(0, EventName::Reset, now)
+    }
+
     fn empty(number: u64, kind: EventName, created_at: Timestamp) -> Self {
         JobEventBody {
             number,
@@ -169,12 +164,16 @@ impl JobEventBody {
             state: None,
             sequence: None,
             node_count: None,
-            operation_id: None,
-            operation_state: None,
             record_id: None,
             record_kind: None,
             job_state: None,
         }
+    }
+}
+
+impl From<ToldEvent> for JobEventBody {
+    fn from(ToldEvent { job, event, .. }: ToldEvent) -> Self {
+        JobEventBody { job_id: Some(job), ..event.into() }
     }
 }
 
@@ -212,11 +211,6 @@ impl From<JobEvent> for JobEventBody {
                 body.node_count = Some(node_count);
                 body.iteration_number = iteration;
             }
-            EventKind::Task { id, state } => {
-                body.kind = EventName::Operation;
-                body.operation_id = Some(id);
-                body.operation_state = Some(state.into());
-            }
             EventKind::Record { number, id, kind } => {
                 body.kind = EventName::Record;
                 body.iteration_number = Some(number);
@@ -236,39 +230,6 @@ impl From<JobEvent> for JobEventBody {
     }
 }
 
-/// Events of a job in the form of `text/event-stream`.
-pub fn to_text(events: impl IntoIterator<Item = JobEvent>) -> String {
-    let mut text = String::new();
-    for event in events {
-        let body = JobEventBody::from(event);
-        push(&mut text, &body.number, &body);
-    }
-    text
-}
-
-/// The same of all jobs, each with its place among them as the id.
-pub fn all_to_text(events: impl IntoIterator<Item = ToldEvent>) -> String {
-    let mut text = String::new();
-    for ToldEvent { place, job, event } in events {
-        let body = JobEventBody { job_id: Some(job), ..JobEventBody::from(event) };
-        push(&mut text, &place_text(place), &body);
-    }
-    text
-}
-
-/// Tells one who listens to all jobs that events were missed; it goes on from this place.
-pub fn reset_text(place: EventPlace, now: Timestamp) -> String {
-    let mut text = String::new();
-    push(&mut text, &place_text(place), &JobEventBody::empty(0, EventName::Reset, now));
-    text
-}
-
-/// JSON of one line: line breaks inside strings are escaped.
-fn push(text: &mut String, id: &dyn Display, body: &JobEventBody) {
-    // writing to a string cannot fail
-    let _ = write!(text, "id: {id}\nevent: {}\ndata: {}\n\n", body.kind.name(), text_of(body));
-}
-
 /// A place as the id of an event.
 pub fn place_text(EventPlace { change, number }: EventPlace) -> String {
     format!("{change}-{number}")
@@ -285,25 +246,6 @@ pub fn place_of(text: &str) -> Option<EventPlace> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn an_event_is_three_lines_and_a_blank_one() {
-        let kind = EventKind::Decision { number: 2, decision: Decision::Reject, reason: Some("a\nb".into()) };
-        let event = JobEvent { number: 7, created_at: jiff::Timestamp::UNIX_EPOCH, kind };
-        let text = to_text([event]);
-        let lines: Vec<&str> = text.split('\n').collect();
-        assert_eq!((lines[0], lines[1], lines.len()), ("id: 7", "event: decision", 5));
-        let data: JobEventBody = serde_json::from_str(lines[2].strip_prefix("data: ").unwrap()).unwrap();
-        assert_eq!((data.number, data.iteration_number, data.reason.as_deref()), (7, Some(2), Some("a\nb")));
-        assert!(!text.contains("null"));
-    }
-
-    #[test]
-    fn a_reset_has_the_place_from_which_it_goes_on() {
-        let text = reset_text(EventPlace { change: 7, number: 12 }, Timestamp::UNIX_EPOCH);
-        let data = r#"{"number":0,"type":"reset","created_at":"1970-01-01T00:00:00.000000Z"}"#;
-        assert_eq!(text, format!("id: 7-12\nevent: reset\ndata: {data}\n\n"));
-    }
 
     #[test]
     fn places_come_back_from_their_ids() {

@@ -12,7 +12,6 @@ pub mod iterations;
 pub mod job;
 pub mod job_list;
 pub mod listed_iterations;
-pub mod operation;
 pub mod problem;
 pub mod purge;
 pub mod records;

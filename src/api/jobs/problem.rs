@@ -6,7 +6,7 @@ use crate::{
         json::text::Moment,
         problem::{Problem, ProblemCode},
     },
-    jobs::{MOST_OPEN, RepositoryError, Resource},
+    jobs::{RepositoryError, Resource},
 };
 use flankfit_engine::words::counted;
 
@@ -58,7 +58,7 @@ impl From<RepositoryError> for Problem {
             RepositoryError::ForeignFit(id) => {
                 Problem::invalid(Faults::one("/fit_id", format!("the iteration has no fit {id}")))
             }
-            error @ (RepositoryError::Purged { .. } | RepositoryError::HasTasks(_)) => of_purge(error),
+            error @ RepositoryError::Purged { .. } => of_purge(error),
             error @ (RepositoryError::KeyRevoked
             | RepositoryError::KeyEnded { .. }
             | RepositoryError::KeyReplaced { .. }
@@ -70,13 +70,6 @@ impl From<RepositoryError> for Problem {
                 "Another request with this idempotency key has just been stored; send it again to get its answer.",
             )
             .retry_after(1),
-            // nobody hears it: whoever does the operation now answers
-            RepositoryError::LeaseLost => {
-                Problem::new(ProblemCode::Conflict, "The operation was cancelled, or another server does it now.")
-            }
-            RepositoryError::TasksFull { .. } | RepositoryError::TooManyTasks { .. } => {
-                Problem::new(ProblemCode::TooManyRequests, no_room(&error)).retry_after(10)
-            }
             error @ (RepositoryError::Overloaded
             | RepositoryError::Unavailable(_)
             | RepositoryError::Unfit(_)
@@ -126,14 +119,6 @@ fn of_purge(error: RepositoryError) -> Problem {
                 reason.trim_end_matches('.')
             ),
         ),
-        RepositoryError::HasTasks(count) => Problem::new(
-            ProblemCode::Conflict,
-            format!(
-                "The job has {} not ended; wait, or cancel {}.",
-                counted(count as usize, "operation that has", "operations that have"),
-                if count == 1 { "it" } else { "them" }
-            ),
-        ),
         other => Problem::internal(other),
     }
 }
@@ -166,7 +151,6 @@ fn missing(what: Resource) -> &'static str {
         Resource::Stream => "There is no such stream.",
         Resource::Key => "There is no such key.",
         Resource::Tenant => "There is no such tenant.",
-        Resource::Task => "There is no such operation; what has ended is kept for an hour.",
     }
 }
 
@@ -188,22 +172,4 @@ fn no_such_tooth(tooth: &str, teeth: u32) -> String {
 /// As much of a name as a message repeats.
 fn shown(name: &str) -> String {
     name.chars().take(20).collect()
-}
-
-/// Why no operation is taken, or its result is not kept.
-fn no_room(error: &RepositoryError) -> String {
-    match error {
-        RepositoryError::TooManyTasks { open, .. } if *open >= MOST_OPEN => format!(
-            "{open} operations of this tenant have not ended, as many as may wait; wait for some, or cancel them."
-        ),
-        RepositoryError::TooManyTasks { kept, .. } => format!(
-            "This tenant has {kept} operations with those that ended within an hour, as many as it may; delete some, or \
-             wait until they are."
-        ),
-        RepositoryError::TasksFull { held } => format!(
-            "The operations of this tenant hold {held} bytes with their results, and may not hold what this one adds; \
-             delete some, or wait until they are."
-        ),
-        other => other.to_string(),
-    }
 }

@@ -34,18 +34,12 @@ pub enum ProblemCode {
     /// 409: the CSV for the control of a correction whose predicted figures lie outside their
     /// limits.
     PredictedOutsideLimits,
-    /// 409: the operation has not ended.
-    OperationRunning,
-    /// 410: the operation was cancelled.
-    OperationCancelled,
     /// 410: what is asked for was purged.
     Purged,
     /// 412: `If-Match` names another version.
     PreconditionFailed,
     /// 413.
     BodyTooLarge,
-    /// 413: an operation whose answer is longer than is kept.
-    AnswerTooLarge,
     /// 415.
     UnsupportedMediaType,
     /// 421: the request names a host that this server is not.
@@ -62,10 +56,6 @@ pub enum ProblemCode {
     TooManyRequests,
     /// 500.
     Internal,
-    /// 500: an operation whose servers were lost, again and again.
-    Interrupted,
-    /// 500: an operation that did not end within its time.
-    OperationTimeout,
     /// 503: the queue of fits is full.
     Overloaded,
     /// 503: no answer within the time limit.
@@ -82,7 +72,7 @@ pub enum ProblemCode {
 
 impl ProblemCode {
     /// Every code.
-    pub const ALL: [ProblemCode; 37] = [
+    pub const ALL: [ProblemCode; 32] = [
         Self::MalformedBody,
         Self::MalformedRequest,
         Self::Unauthorized,
@@ -98,12 +88,9 @@ impl ProblemCode {
         Self::FirstKeyMustBeAdmin,
         Self::IdempotencyKeyInUse,
         Self::PredictedOutsideLimits,
-        Self::OperationRunning,
-        Self::OperationCancelled,
         Self::Purged,
         Self::PreconditionFailed,
         Self::BodyTooLarge,
-        Self::AnswerTooLarge,
         Self::UnsupportedMediaType,
         Self::UnknownHost,
         Self::InvalidRequest,
@@ -112,8 +99,6 @@ impl ProblemCode {
         Self::IdempotencyKeyReused,
         Self::TooManyRequests,
         Self::Internal,
-        Self::Interrupted,
-        Self::OperationTimeout,
         Self::Overloaded,
         Self::RequestTimeout,
         Self::StoreUnavailable,
@@ -156,20 +141,11 @@ impl ProblemCode {
                 "urn:flankfit:problem:predicted_outside_limits",
                 "Figures would lie outside their limits after the correction",
             ),
-            Self::OperationRunning => {
-                (409, "urn:flankfit:problem:operation_running", "The operation has not ended yet")
-            }
-            Self::OperationCancelled => {
-                (410, "urn:flankfit:problem:operation_cancelled", "The operation was cancelled")
-            }
             Self::Purged => (410, "urn:flankfit:problem:purged", "What is asked for was purged"),
             Self::PreconditionFailed => {
                 (412, "urn:flankfit:problem:precondition_failed", "The resource has changed meanwhile")
             }
             Self::BodyTooLarge => (413, "urn:flankfit:problem:body_too_large", "The request body is too large"),
-            Self::AnswerTooLarge => {
-                (413, "urn:flankfit:problem:answer_too_large", "The answer is larger than is kept of one")
-            }
             Self::UnsupportedMediaType => {
                 (415, "urn:flankfit:problem:unsupported_media_type", "The media type is not supported")
             }
@@ -184,12 +160,6 @@ impl ProblemCode {
             ),
             Self::TooManyRequests => (429, "urn:flankfit:problem:too_many_requests", "Too many requests"),
             Self::Internal => (500, "urn:flankfit:problem:internal", "Internal error"),
-            Self::Interrupted => {
-                (500, "urn:flankfit:problem:interrupted", "The operation was interrupted again and again")
-            }
-            Self::OperationTimeout => {
-                (500, "urn:flankfit:problem:operation_timeout", "The operation did not end within its time")
-            }
             Self::Overloaded => (503, "urn:flankfit:problem:overloaded", "The service is busy"),
             Self::RequestTimeout => (503, "urn:flankfit:problem:request_timeout", "The answer took too long"),
             Self::StoreUnavailable => (503, "urn:flankfit:problem:store_unavailable", "The store does not answer"),

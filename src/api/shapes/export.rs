@@ -30,10 +30,7 @@ use flankfit_engine::{
         space::Vector,
         surface::{Surface, SurfaceShape},
     },
-    numerics::{
-        cancel::{self, Asking},
-        check,
-    },
+    numerics::{cancel::Asking, check},
     words::Shown,
 };
 
@@ -240,7 +237,6 @@ fn write_surface(
     };
     let with_normals = matches!(format, SurfaceFormatName::Obj | SurfaceFormatName::Vtk);
     room(QuadMesh::bytes(&patches, settings.samples, with_normals).map_err(refused)?)?;
-    cancel::computing();
     let mesh = QuadMesh::of_surfaces(&patches, settings.samples, tolerance, with_normals).map_err(refused)?;
     write_mesh(Arc::new(mesh), format, name, label).map_err(refused)
 }

@@ -76,7 +76,7 @@ pub fn simulate(text: &[u8], plans: &Plans) -> Result<Simulated, Problem> {
     }
     let uncertainty = body.response_uncertainty.unwrap_or(DEFAULT_RESPONSE_UNCERTAINTY);
     let drawn = Simulation::new(machine.clone()).map_err(Problem::invalid)?;
-    let condition = cancel::reading(|| condition(&machine))?;
+    let condition = cancel::uncounted(|| condition(&machine))?;
     let all = cancel::parts(strategies.len());
     let run = |strategy| simulate_run(drawn.clone(), grid, strategy, uncertainty, corrections, store, plans);
     let runs = strategies

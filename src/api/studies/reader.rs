@@ -131,7 +131,7 @@ fn measured(nodes: RawNodes<'_>, spec: &FitSpecMembers<'_>) -> Result<Material, 
     let spec = spec::read(spec, &mut faults);
     let (Some(nodes), Some(spec)) = (nodes, spec) else { return Err(Problem::invalid(faults)) };
     faults.into_result(()).map_err(Problem::invalid)?;
-    let measured = cancel::reading(|| Measured::new(&nodes, &spec))?;
+    let measured = cancel::uncounted(|| Measured::new(&nodes, &spec))?;
     Ok(Material {
         x: measured.x,
         terms: measured.labels,

@@ -8,7 +8,7 @@
 //! `api::contract`.
 
 mod forms;
-pub mod long;
+pub mod progress;
 mod refusals;
 pub mod scopes;
 
@@ -41,6 +41,7 @@ use crate::api::{
         files::proposal::TableIncludeName,
     },
     problem::{Problem, ProblemError},
+    progress::ProgressBody,
 };
 
 #[derive(OpenApi)]
@@ -51,7 +52,7 @@ use crate::api::{
                        bias bounds, eigen diagnostics, and every choice of λ* side by side.",
         license(name = "MIT OR Apache-2.0", identifier = "MIT OR Apache-2.0")
     ),
-    components(schemas(Problem, ProblemError, StoredIncludeName, OutsideLimitsName, TableIncludeName)),
+    components(schemas(Problem, ProblemError, ProgressBody, StoredIncludeName, OutsideLimitsName, TableIncludeName)),
     tags(
         (name = "fits", description = "Fits of node sets; nothing is stored."),
         (name = "studies", description = "Numerical experiments; nothing is stored."),
@@ -64,7 +65,6 @@ use crate::api::{
             them all."),
         (name = "streams", description = "Nodes that arrive block by block: an estimate after every block, an \
             iteration in the end."),
-        (name = "operations", description = "Requests that are answered later: `Prefer: respond-async`."),
         (name = "audit", description = "Changes with their callers, and the verification of these entries."),
         (name = "keys", description = "Keys of the caller's tenant, and who the caller is."),
         (name = "tenants", description = "Tenants, each a plant with its jobs and keys."),
@@ -161,7 +161,6 @@ fn segment(name: &str) -> Option<&'static str> {
         "key_id" => "The key, by its 16 hexadecimal digits.",
         "tenant" => "The tenant, by its name.",
         "stream_id" => "The stream, by its UUID.",
-        "operation_id" => "The operation, by its UUID.",
         _ => return None,
     })
 }

@@ -12,12 +12,6 @@ use crate::jobs::Scope;
 /// The member of an operation that names its scope.
 pub const REQUIRED_SCOPE: &str = "x-required-scope";
 
-/// Stands in the place of a scope where the caller needs that of the request which is asked after.
-pub const OF_REQUEST: &str = "of_the_request";
-
-/// Operations about requests that were made before.
-const OF_REQUESTS: [&str; 4] = ["list_operations", "get_operation", "cancel_operation", "get_operation_result"];
-
 /// Operations that change something, or are no plain GET. An operation not named here is
 /// [`Scope::Read`] where it is a GET, and else has no scope, so that it is refused to everybody.
 const SCOPES: &[(Scope, &[&str])] = &[
@@ -102,34 +96,18 @@ pub fn declare(document: &mut Document) {
         for (operation, plain) in reads.chain(others) {
             let named =
                 |(_, ids): &&(Scope, &[&str])| ids.iter().any(|id| Some(*id) == operation.operation_id.as_deref());
-            let id = operation.operation_id.as_deref().unwrap_or_default();
-            if OF_REQUESTS.contains(&id) {
-                write(operation, OF_REQUEST);
-                continue;
-            }
             match SCOPES.iter().find(named).map(|(scope, _)| *scope).or(plain) {
-                Some(scope) => write(operation, scope.name()),
+                Some(scope) => {
+                    let scope = ExtensionsBuilder::new().add(REQUIRED_SCOPE, scope.name()).build();
+                    operation.extensions.get_or_insert_default().merge(scope);
+                }
                 None => tracing::error!(path, "an operation has no scope"),
             }
         }
     }
 }
 
-fn write(operation: &mut Operation, scope: &str) {
-    let scope = ExtensionsBuilder::new().add(REQUIRED_SCOPE, scope).build();
-    operation.extensions.get_or_insert_default().merge(scope);
-}
-
 /// The scope that the document names.
 pub fn of(operation: &Operation) -> Option<Scope> {
-    named(operation).and_then(Scope::named)
-}
-
-/// Whether the handler asks for the scope of the request that is asked after.
-pub fn is_of_request(operation: &Operation) -> bool {
-    named(operation) == Some(OF_REQUEST)
-}
-
-fn named(operation: &Operation) -> Option<&str> {
-    operation.extensions.as_ref()?.get(REQUIRED_SCOPE)?.as_str()
+    Scope::named(operation.extensions.as_ref()?.get(REQUIRED_SCOPE)?.as_str()?)
 }

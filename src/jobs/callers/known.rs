@@ -69,12 +69,6 @@ impl KnownKeys {
         Ok(found.filter(|key| proven && key.sha256.is_some() && key.is_valid(self.clock.now())))
     }
 
-    /// Whether the key of this id would let somebody in now.
-    pub async fn let_in(&self, id: KeyId) -> Result<bool, RepositoryError> {
-        let found = self.find(Credential::Secret(id)).await?;
-        Ok(found.is_some_and(|key| key.is_valid(self.clock.now())))
-    }
-
     /// The key of a certificate with these names, in its order; of them the first that lets anybody
     /// in now. The other value tells whether there is one at all.
     pub async fn of_certificate(&self, names: &[San]) -> Result<(Option<Arc<KnownKey>>, bool), RepositoryError> {

@@ -8,10 +8,10 @@ BEGIN
         GRANT SELECT ON ALL TABLES IN SCHEMA public TO flankfit_app;
         GRANT INSERT ON audit, audit_chain, audit_seals, jobs, iterations, nodes, fits, fit_choices, decisions, records, streams, stream_blocks,
             stream_states, events, idempotency_keys, probe, api_keys, tenants,
-            operations, purges, told, told_until, flanks, table_mappings TO flankfit_app;
-        GRANT UPDATE ON jobs, streams, stream_states, idempotency_keys, probe, api_keys, tenants, operations, told_until, flanks,
+            purges, told, told_until, flanks, table_mappings TO flankfit_app;
+        GRANT UPDATE ON jobs, streams, stream_states, idempotency_keys, probe, api_keys, tenants, told_until, flanks,
             table_mappings TO flankfit_app;
-        GRANT DELETE ON jobs, streams, stream_blocks, stream_states, events, idempotency_keys, operations, told, told_until, flanks,
+        GRANT DELETE ON jobs, streams, stream_blocks, stream_states, events, idempotency_keys, told, told_until, flanks,
             table_mappings TO flankfit_app;
     END IF;
 END

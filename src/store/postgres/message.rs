@@ -11,7 +11,6 @@ use crate::jobs::{Owned, Tenant, Wake};
 const MOST_BYTES: usize = 7900;
 const STREAM_END: &str = ".";
 const KEYS: &str = "!";
-const TASKS: &str = "&";
 const ANYTHING: &str = "*";
 
 /// A message that was heard.
@@ -33,7 +32,6 @@ impl Message {
                 Wake::Job(Owned { tenant, id }) => format!(" {}/{}", tenant.as_str(), id.simple()),
                 Wake::StreamEnd => format!(" {STREAM_END}"),
                 Wake::Keys => format!(" {KEYS}"),
-                Wake::Tasks => format!(" {TASKS}"),
                 Wake::Anything => format!(" {ANYTHING}"),
             };
             match texts.last_mut() {
@@ -52,7 +50,6 @@ impl Message {
         let wake = |word: &str| match word {
             STREAM_END => Wake::StreamEnd,
             KEYS => Wake::Keys,
-            TASKS => Wake::Tasks,
             job => owned(job).map_or(Wake::Anything, Wake::Job),
         };
         Some(Message { from, sent, wakes: words.map(wake).collect() })
@@ -71,8 +68,7 @@ mod tests {
     #[test]
     fn what_is_written_is_read_again_in_texts_that_are_not_too_long() {
         let job = |id| Wake::Job(Owned { tenant: Tenant::named(&"t".repeat(63)).unwrap(), id: Uuid::from_u128(id) });
-        let wakes: Vec<Wake> =
-            (0..500).map(job).chain([Wake::StreamEnd, Wake::Keys, Wake::Tasks, Wake::Anything]).collect();
+        let wakes: Vec<Wake> = (0..500).map(job).chain([Wake::StreamEnd, Wake::Keys, Wake::Anything]).collect();
         let (from, sent) = (Uuid::from_u128(7), Duration::from_micros(1_234_567));
         let texts = Message::write(from, sent, &wakes);
         assert!(texts.iter().all(|text| text.len() < 8000) && texts.len() > 1, "{}", texts.len());

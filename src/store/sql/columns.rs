@@ -8,8 +8,8 @@ use uuid::Uuid;
 
 use super::error::damaged;
 use crate::jobs::{
-    Decision, EncodedText, Figures, JobChange, JobGear, JobStatus, KeyId, RecordKind, Role, San, Scope, Scopes,
-    StreamEvent, TaskState, Tenant, audit::Contents, nodes_codec, side_named,
+    Decision, EncodedText, Figures, JobChange, JobGear, JobStatus, KeyId, RecordKind, Role, San, Scopes, StreamEvent,
+    Tenant, audit::Contents, nodes_codec, side_named,
 };
 use flankfit_engine::{estimation::Nodes, gear::Side};
 
@@ -188,8 +188,6 @@ names! {
     Tenant, "a tenant", Tenant::kept;
     Role, "a role", Role::named;
     Scopes, "scopes", Scopes::named;
-    Scope, "a scope", Scope::named;
-    TaskState, "a state", TaskState::named;
     San, "a name of certificates", San::named;
     Side, "a flank", side_named;
     // of a criterion or a scheme of figures

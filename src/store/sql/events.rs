@@ -17,8 +17,8 @@ use crate::jobs::{Caller, EventPlace, JobEvent, RepositoryError, Resource, ToldE
 macro_rules! named {
     () => {
         "e.iteration, i.id AS iteration_id, f.id AS fit_id, c.position AS choice, c.reason AS choice_reason, d.decision,
-         d.reason AS decision_reason, e.stream AS stream_id, e.state, e.sequence, e.node_count, e.operation,
-         e.operation_state, p.reason AS purge_reason, e.record AS record_id, r.kind AS record_kind"
+         d.reason AS decision_reason, e.stream AS stream_id, e.state, e.sequence, e.node_count,
+         p.reason AS purge_reason, e.record AS record_id, r.kind AS record_kind"
     };
 }
 

@@ -4,7 +4,7 @@
 use std::{any::type_name, sync::Arc, time::Instant};
 
 use futures_util::future::BoxFuture;
-use jiff::{SignedDuration, Timestamp};
+use jiff::Timestamp;
 use tracing::Instrument as _;
 use uuid::Uuid;
 
@@ -15,7 +15,6 @@ use super::{
     read_turns::{EndsRead, READ_TIME, READING, Watch},
     reads,
     store::Database,
-    tasks::{ClaimTask, EndTask, ForgetTasks, GiveTaskBack, RenewTasks},
     write::{Asked, Write},
     writes::*,
 };
@@ -40,8 +39,8 @@ pub struct Handle {
 fn needs_no_snapshot(name: &str) -> bool {
     const NAMES: [&str; 3] = [
         "FindCertificate FindKey GetAllEvents GetAnswer GetBlockSha256 GetBlocks GetEvents GetJob GetKey GetLastEvent",
-        "GetLastPlace GetMapping GetPlant GetSeals GetStream GetSuccessors GetTask GetTaskOfKey GetTaskResult HasKeys",
-        "ListJobs ListKeys ListPlants ListTasks TellsAllAfter",
+        "GetLastPlace GetMapping GetPlant GetSeals GetStream GetSuccessors HasKeys",
+        "ListJobs ListKeys ListPlants TellsAllAfter",
     ];
     NAMES.iter().flat_map(|names| names.split(' ')).any(|without| without == name)
 }
@@ -185,32 +184,5 @@ impl Credentials for Handle {
 
     fn note_uses(&self, uses: Vec<(KeyId, Timestamp)>) -> RepositoryFuture<'_, ()> {
         self.write(NoteUses { uses })
-    }
-}
-
-impl Tasks for Handle {
-    fn claim(&self, lease: Uuid, now: Timestamp, lasting: SignedDuration) -> RepositoryFuture<'_, Option<ClaimedTask>> {
-        self.write(ClaimTask { lease, now, lasting })
-    }
-
-    fn renew(
-        &self,
-        leases: Vec<(Lease, f64)>,
-        now: Timestamp,
-        lasting: SignedDuration,
-    ) -> RepositoryFuture<'_, Vec<Lease>> {
-        self.write(RenewTasks { leases, now, lasting })
-    }
-
-    fn end(&self, ended: Arc<EndedTask>) -> RepositoryFuture<'_, bool> {
-        self.write(EndTask { ended })
-    }
-
-    fn give_back(&self, lease: Lease, until: Timestamp, counts: bool) -> RepositoryFuture<'_, ()> {
-        self.write(GiveTaskBack { lease, until, counts })
-    }
-
-    fn forget_tasks(&self, before: Timestamp, most: u32) -> RepositoryFuture<'_, u64> {
-        self.write(ForgetTasks { before, most })
     }
 }

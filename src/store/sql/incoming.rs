@@ -4,7 +4,7 @@ use uuid::Uuid;
 
 use super::{keys::OwnedKey, subject, write::Asked};
 use crate::jobs::{
-    Lease, NewIteration, Receipt, Tenant,
+    NewIteration, Receipt, Tenant,
     audit::{Action, By},
 };
 
@@ -15,8 +15,6 @@ pub struct Incoming<'a> {
     pub iteration: &'a NewIteration,
     pub receipt: Option<&'a Receipt>,
     pub key: Option<&'a OwnedKey>,
-    /// The lease under which a task asks for it.
-    pub lease: Option<Lease>,
     /// The stream that it was.
     pub stream: Option<Uuid>,
 }
@@ -24,8 +22,7 @@ pub struct Incoming<'a> {
 impl<'a> Incoming<'a> {
     pub fn of(asked: &'a Asked, iteration: &'a NewIteration, receipt: Option<&'a Receipt>) -> Self {
         let key = asked.key.as_ref().filter(|_| receipt.is_some());
-        let lease = asked.lease.filter(|_| receipt.is_some());
-        Incoming { by: asked.by(), iteration, receipt, key, lease, stream: None }
+        Incoming { by: asked.by(), iteration, receipt, key, stream: None }
     }
 
     pub fn tenant(&self) -> &'a Tenant {

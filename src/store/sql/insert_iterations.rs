@@ -149,7 +149,7 @@ fn number<'a>(
 ) -> Result<u32, RepositoryError> {
     let job = jobs.get_mut(&new.iteration.job_id).filter(|job| job.tenant == new.tenant().as_str());
     let job = job.ok_or(RepositoryError::NotFound(Resource::Job))?;
-    keys.refuse_taken(new.key, new.lease)?;
+    keys.refuse_taken(new.key)?;
     if new.key.is_some_and(|key| used.contains(key)) {
         return Err(RepositoryError::KeyTaken);
     }

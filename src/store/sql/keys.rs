@@ -7,13 +7,13 @@
 //! The answer to a new iteration or fit contains the result of that fit, which is stored anyway:
 //! the row names the fit, and has the parts of the answer before and after its result.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 
 use jiff::Timestamp;
 use uuid::Uuid;
 
-use super::{around::around, db::Db, leases, value::Value};
-use crate::jobs::{Answer, Lease, Receipt, RepositoryError, Stored, Tenant};
+use super::{around::around, db::Db, value::Value};
+use crate::jobs::{Answer, Receipt, RepositoryError, Stored, Tenant};
 
 /// A key by its tenant, its text and its scope.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -39,10 +39,6 @@ impl OwnedKey {
 pub struct Keys {
     /// Those that were free, with the answers to keep.
     claimed: HashMap<OwnedKey, Option<Kept>>,
-    /// The leases that hold, of those under which tasks ask for something.
-    held: HashSet<Lease>,
-    /// Tasks that end with what is stored for them, with the status of their answer.
-    ended: Vec<(Lease, u16, Timestamp)>,
 }
 
 /// An answer on its way into the database.
@@ -69,14 +65,9 @@ pub struct StoredFit<'a> {
 }
 
 impl Keys {
-    /// Claims those of the keys that are free, and locks the tasks that ask for something, each in
-    /// ascending order. Those of an earlier transaction are forgotten.
-    pub async fn claim(
-        &mut self,
-        db: &mut Db,
-        mut wanted: Vec<&OwnedKey>,
-        leases: &[Lease],
-    ) -> Result<(), sqlx::Error> {
+    /// Claims those of the keys that are free, in ascending order. Those of an earlier transaction
+    /// are forgotten.
+    pub async fn claim(&mut self, db: &mut Db, mut wanted: Vec<&OwnedKey>) -> Result<(), sqlx::Error> {
         wanted.sort_unstable();
         wanted.dedup();
         let rows: Vec<Vec<Value<'_>>> = wanted.into_iter().map(OwnedKey::values).collect();
@@ -89,17 +80,7 @@ impl Keys {
             .await?;
         let free = free.into_iter().map(|(tenant, key, scope)| (OwnedKey { tenant, key, scope }, None));
         self.claimed = free.collect();
-        self.ended.clear();
-        self.held = leases::hold(db, leases).await?;
         Ok(())
-    }
-
-    /// Refuses a task that another process has by now, or that was cancelled.
-    pub fn refuse_lost(&self, lease: Option<Lease>) -> Result<(), RepositoryError> {
-        match lease {
-            Some(lease) if !self.held.contains(&lease) => Err(RepositoryError::LeaseLost),
-            _ => Ok(()),
-        }
     }
 
     /// Returns whether no answer is kept under a key that was to be claimed.
@@ -108,17 +89,15 @@ impl Keys {
     }
 
     /// Refuses a request whose key has an answer already (its client asked twice, and the other
-    /// request was first), and one of a task that another process has by now.
-    pub fn refuse_taken(&self, key: Option<&OwnedKey>, lease: Option<Lease>) -> Result<(), RepositoryError> {
-        self.refuse_lost(lease)?;
+    /// request was first).
+    pub fn refuse_taken(&self, key: Option<&OwnedKey>) -> Result<(), RepositoryError> {
         match key {
             Some(key) if !self.is_free(key) => Err(RepositoryError::KeyTaken),
             _ => Ok(()),
         }
     }
 
-    /// Keeps the answer in the transaction of the change that it describes, and ends the task that
-    /// asked for it.
+    /// Keeps the answer in the transaction of the change that it describes.
     pub fn keep(
         &mut self,
         tenant: &Tenant,
@@ -137,14 +116,12 @@ impl Keys {
             answer.body = before;
             fit
         });
-        self.ended.extend(receipt.request.lease.map(|lease| (lease, answer.status, now)));
         let kept = Kept { request_sha256: receipt.request.request_sha256, answer, fit, now };
         self.claimed.insert(OwnedKey::of(tenant, receipt), Some(kept));
     }
 
     /// Writes the answers and gives the other claims back.
     pub async fn write(&mut self, db: &mut Db) -> Result<(), sqlx::Error> {
-        leases::end_kept(db, &std::mem::take(&mut self.ended)).await?;
         let claimed = std::mem::take(&mut self.claimed);
         let unused = claimed.iter().filter(|(_, kept)| kept.is_none()).map(|(key, _)| key.values());
         db.run_rows(

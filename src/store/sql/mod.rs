@@ -34,7 +34,6 @@ mod job_list;
 mod jobs;
 mod keyed;
 mod keys;
-mod leases;
 mod lists;
 mod locate;
 mod mappings;
@@ -51,7 +50,6 @@ mod session;
 mod store;
 mod streams;
 mod subject;
-mod tasks;
 mod trace;
 mod upkeep;
 mod write;
@@ -87,7 +85,6 @@ mod reads {
         plants::{plant, plants},
         records::{latest_record, record, records},
         streams::{stream, streams},
-        tasks::{task, task_of_key, task_result, tasks},
         trace::trace,
     };
 }

@@ -14,7 +14,7 @@ use super::{
     writes::PurgeJob,
 };
 use crate::jobs::{
-    Job, Purge, RepositoryError, Stored, Tenant,
+    Job, Purge, Stored, Tenant,
     archive::Key,
     audit::{Action, left},
     rows::OF_JOBS,
@@ -32,11 +32,6 @@ impl Write for PurgeJob {
         let job = jobs::located(tx.db(), tenant, new.job).await?;
         tx.refuse_taken()?;
         gone::refuse(tx.db(), tenant, new.job).await?;
-        let sql = "SELECT count(*) FROM operations WHERE job = $1 AND state IN ('queued', 'running')";
-        let open: u64 = tx.db().one(sql, args![new.job]).await?;
-        if open > 0 {
-            return Err(RepositoryError::HasTasks(open).into());
-        }
         let version = purge(tx, new, job).await.map_err(StoreError::too_late)?;
         let stored = Stored { number: 0, version };
         tx.keep(&self.receipt, stored, None, new.at);
@@ -72,10 +67,9 @@ async fn purge(tx: &mut Tx<'_>, purge: &Purge, job: Job) -> Outcome<u64> {
     Ok(after.version)
 }
 
-/// Forgets answers and operations about the job. (The key without an answer is the purge's own.)
+/// Forgets answers about the job. (The key without an answer is the purge's own.)
 async fn forget_answers(db: &mut Db, tenant: &Tenant, job: Uuid) -> Outcome<()> {
     let streams: Vec<Uuid> = db.values("SELECT id FROM streams WHERE job = $1", args![job]).await?;
-    db.run("DELETE FROM operations WHERE job = $1", args![job]).await?;
     db.run("DELETE FROM idempotency_keys WHERE tenant = $1 AND job = $2", args![tenant, job]).await?;
     // a scope is method and path
     for id in streams.into_iter().chain([job]) {
@@ -91,7 +85,6 @@ pub async fn untouched(from: &Pool, since: Timestamp, after: Option<Key>, most: 
     let sql = "SELECT j.tenant, j.id FROM jobs j
                WHERE j.purged_at IS NULL AND j.changed_at < $1
                      AND NOT EXISTS (SELECT 1 FROM streams s WHERE s.job = j.id AND s.updated_at >= $1)
-                     AND NOT EXISTS (SELECT 1 FROM operations o WHERE o.job = j.id AND o.state IN ('queued', 'running'))
                      AND (j.tenant, j.id) > ($2, $3)
                ORDER BY j.tenant, j.id LIMIT $4";
     let (tenant, job) = after.map_or((String::new(), Uuid::nil()), |key| (key.tenant.as_str().to_owned(), key.job));

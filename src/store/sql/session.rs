@@ -29,8 +29,7 @@ impl Session {
         Session { db, keys: Keys::default(), entries: Vec::new() }
     }
 
-    /// Locks the jobs, claims the idempotency keys and locks the tasks of a group, each in
-    /// ascending order.
+    /// Locks the jobs and claims the idempotency keys of a group, each in ascending order.
     pub async fn lock(&mut self, asked: Vec<&Asked>) -> Result<(), sqlx::Error> {
         let (mut jobs, mut streams) = (Vec::new(), Vec::new());
         for asked in &asked {
@@ -48,8 +47,7 @@ impl Session {
             let lock = "SELECT id FROM jobs WHERE id IN ({ids}) ORDER BY id FOR NO KEY UPDATE";
             self.db.of_ids::<(Uuid,)>(lock, jobs.iter().copied()).await?;
         }
-        let leases: Vec<_> = asked.iter().filter_map(|asked| asked.lease).collect();
-        self.keys.claim(&mut self.db, asked.iter().filter_map(|asked| asked.key.as_ref()).collect(), &leases).await
+        self.keys.claim(&mut self.db, asked.iter().filter_map(|asked| asked.key.as_ref()).collect()).await
     }
 
     /// Waits until no other transaction changes the tenant or its keys, and lets none do so until

@@ -21,7 +21,7 @@ use super::{
 };
 use crate::{
     jobs::{
-        self, Caller, Clock, Credentials, Keys, Repository, RepositoryFuture, Tasks, Upkeep, Wakes,
+        self, Caller, Clock, Credentials, Keys, Repository, RepositoryFuture, Upkeep, Wakes,
         archive::{Holdings, Key},
         audit::{Auditor, Seal, Sealing},
     },
@@ -100,10 +100,6 @@ impl jobs::Store for SqlStore {
     }
 
     fn credentials(&self) -> Arc<dyn Credentials> {
-        Arc::new(Handle::of_nobody(self.0.clone()))
-    }
-
-    fn tasks(&self) -> Arc<dyn Tasks> {
         Arc::new(Handle::of_nobody(self.0.clone()))
     }
 

@@ -12,7 +12,7 @@ use super::{
     session::Session,
 };
 use crate::jobs::{
-    Caller, Lease, Receipt, Stored, Tenant,
+    Caller, Receipt, Stored, Tenant,
     audit::{Action, By},
 };
 
@@ -87,16 +87,13 @@ pub struct Asked {
     pub bytes: usize,
     pub erases: bool,
     pub key: Option<OwnedKey>,
-    /// The lease under which a task asks for it.
-    pub lease: Option<Lease>,
 }
 
 impl Asked {
     pub fn of(caller: Caller, at: Timestamp, intent: Intent<'_>) -> Self {
         let Intent { subject, bytes, receipt, erases } = intent;
         let key = receipt.map(|receipt| OwnedKey::of(&caller.tenant, receipt));
-        let lease = receipt.and_then(|receipt| receipt.request.lease);
-        Asked { caller, at, subject, bytes, erases, key, lease }
+        Asked { caller, at, subject, bytes, erases, key }
     }
 
     /// A write of the server itself, which is not audited.
@@ -130,13 +127,12 @@ impl<'a> Tx<'a> {
     }
 
     /// Refuses a request whose key has an answer already (its client asked twice, and the other
-    /// request was first), and one of a task that another process has by now.
+    /// request was first).
     pub fn refuse_taken(&self) -> Outcome<()> {
-        Ok(self.session.keys.refuse_taken(self.asked.key.as_ref(), self.asked.lease)?)
+        Ok(self.session.keys.refuse_taken(self.asked.key.as_ref())?)
     }
 
-    /// Keeps the answer in the transaction of the change that it describes, and ends the task that
-    /// asked for it.
+    /// Keeps the answer in the transaction of the change that it describes.
     pub fn keep(&mut self, receipt: &Option<Receipt>, stored: Stored, fit: Option<StoredFit<'_>>, now: Timestamp) {
         self.session.keys.keep(self.tenant(), receipt.as_ref(), stored, fit, now);
     }

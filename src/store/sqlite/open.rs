@@ -7,7 +7,6 @@ use std::{
     time::Duration,
 };
 
-use jiff::Timestamp;
 use sqlx::{
     ConnectOptions, SqliteConnection, SqlitePool,
     migrate::Migrator,
@@ -210,7 +209,8 @@ pub async fn open_sqlite(settings: StoreSettings, clock: Arc<dyn Clock>) -> Resu
     let mut db = settings.open_writer().await?;
     if !settings.beside {
         let failed = |source| OpenError::from_sqlx(settings.path(), source);
-        free_tasks(&mut db, clock.now()).await.map_err(failed)?;
+        let answers = "DELETE FROM idempotency_keys WHERE created_at < $1";
+        db.run(answers, &[Value::from(clock.now() - ANSWERS_KEPT)]).await.map_err(failed)?;
     }
     let (readers, aside) = (Pool::Sqlite(settings.open_readers().await?), settings.open_aside().await?);
     let turns = ReadTurns::new(settings.readers);
@@ -220,16 +220,6 @@ pub async fn open_sqlite(settings: StoreSettings, clock: Arc<dyn Clock>) -> Resu
     let read_seconds = seconds("read");
     let database = Database { readers, turns, aside, queues, read_seconds, clock, shared: None };
     Ok(SqlStore(Arc::new(database)))
-}
-
-/// Forgets old answers, and frees the tasks that an earlier process has left: this process is the
-/// only one.
-async fn free_tasks(db: &mut Db, now: Timestamp) -> Result<(), sqlx::Error> {
-    let answers = "DELETE FROM idempotency_keys WHERE created_at < $1";
-    db.run(answers, &[Value::from(now - ANSWERS_KEPT)]).await?;
-    let tasks = "UPDATE operations SET state = 'queued', lease = NULL, lease_until = NULL WHERE state = 'running'";
-    db.run(tasks, &[]).await?;
-    Ok(())
 }
 
 /// Opens the audit of an existing database that a server may have open; nothing is written.

@@ -369,33 +369,25 @@ async fn nobody_waits_for_a_collector_that_says_nothing() {
     assert!(begun.elapsed() < Duration::from_secs(30), "{:?}", begun.elapsed());
 }
 
-/// What is done when nobody waits for it any more.
+/// The work goes on below the span of its request when the answer has begun.
 #[tokio::test]
-async fn an_operation_is_a_trace_of_its_own() {
+async fn an_answer_with_progress_is_one_trace() {
     let folder = tempfile::tempdir().unwrap();
     let collector = Collector::start();
     let arguments = ["--otlp-endpoint", &collector.url, "--otlp-sample", "1", "--auth", "off"];
     let server = Talkative::start(&folder.path().join("test.db"), &arguments);
-    let client = reqwest::Client::new();
-    let fit = client.post(format!("{}/v1/fits", server.base)).json(&long_fit());
-    let accepted = fit.header("prefer", "respond-async").header("traceparent", traceparent(true)).send().await.unwrap();
-    assert_eq!(accepted.status(), 202);
-    let place = accepted.headers()["location"].to_str().unwrap().to_owned();
-    let (_, accepting, _) = named(&accepted);
-    let result = client.get(format!("{}{place}/result", server.base)).header("prefer", "wait=60").send().await.unwrap();
-    assert_eq!(result.status(), 200);
-    // its end is stored, and known, before it is over
-    collector.until(|spans| spans.iter().any(|span| span.name == "operation")).await;
-    collector.until_got(&accepting).await;
+    let fit = reqwest::Client::new().post(format!("{}/v1/fits", server.base)).json(&long_fit());
+    let answer =
+        fit.header("accept", "text/event-stream").header("traceparent", traceparent(true)).send().await.unwrap();
+    assert_eq!(answer.status(), 200);
+    let (_, answering, _) = named(&answer);
+    let text = answer.text().await.unwrap();
+    assert!(text.contains("event: result"), "{text}");
+    collector.until_got(&answering).await;
     server.end();
     let spans = collector.spans();
-    let operation = spans.iter().find(|span| span.name == "operation").unwrap();
-    assert_eq!((operation.parent.as_str(), operation.trace == TRACE), ("", false));
-    assert_eq!(Some(operation.attribute("flankfit.operation_id")), place.rsplit('/').next());
-    let done = names(&below(&spans, operation));
-    assert!(done.contains("compute") && done.contains("EndTask"), "{done:?}");
-    let asked = spans.iter().find(|span| span.id == accepting).unwrap();
-    assert!(names(&below(&spans, asked)).contains("InsertTask"));
+    let asked = spans.iter().find(|span| span.id == answering).unwrap();
+    assert!(asked.trace == TRACE && names(&below(&spans, asked)).contains("compute"));
 }
 
 /// The last spans are sent at the end, by TLS to whoever shows a certificate of the authorities.

@@ -15,7 +15,7 @@ use super::{
     app::{Answer, iteration, send},
     events::Listener,
     kill,
-    long::{begun, slow_iteration, trimmed},
+    progress::{result, slow_iteration, with_progress},
     several::Replicas,
     socket,
     streams::{block, spec},
@@ -118,118 +118,34 @@ async fn open_connections_at_the_other_server_end_with_a_revoked_key() {
     }
 }
 
+/// What was answered under a key, wherever it is asked for again.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 #[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
-async fn an_operation_that_is_cancelled_at_the_other_server_frees_its_worker_within_four_seconds() {
-    for is_told in [true, false] {
-        let replicas = Replicas::on_postgres_with(2, |settings| {
-            if !is_told {
-                untold(settings);
-            }
-        })
-        .await;
-        let request = replicas.request(0, Method::POST, "/v1/fits").header("Prefer", "respond-async");
-        let operation = begun(request.json(&trimmed(200))).await;
-        let busy = |replica: usize| replicas.states[replica].pool.busy() > 0;
-        let asked = Instant::now();
-        while replicas.get(0, &operation).await.expect(200).json()["state"] != "running" || !(busy(0) || busy(1)) {
-            assert!(asked.elapsed() < PATIENCE, "nobody begins");
-            sleep(Duration::from_millis(20)).await;
-        }
-        let worker = usize::from(busy(1));
-        assert!(busy(worker) && !busy(1 - worker), "one computes");
-        let cancelled = Instant::now();
-        send(replicas.request(1 - worker, Method::DELETE, &operation)).await.expect(204);
-        // four seconds, and what a busy machine takes beside: it holds up this loop, too
-        let mut looks = 0;
-        while busy(worker) {
-            looks += 1;
-            assert!(looks < 400, "told: {is_told}; the worker goes on");
-            sleep(Duration::from_millis(10)).await;
-        }
-        println!("told: {is_told}; free after {:?}", cancelled.elapsed());
-        for replica in [0, 1] {
-            let told = replicas.get(replica, &operation).await.expect(200).json();
-            assert_eq!(told["state"], "cancelled");
-            replicas.get(replica, &format!("{operation}/result")).await.problem(410, "operation_cancelled");
-        }
-    }
-}
-
-/// The result of an operation, and what was answered under a key, wherever they are asked for.
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-#[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
-async fn results_and_kept_answers_are_the_same_everywhere() {
+async fn kept_answers_are_the_same_everywhere() {
     let replicas = Replicas::on_postgres(2).await;
     let path = format!("{}/iterations", replicas.job().await);
-    let later = replicas.keyed(0, &path, "later", &slow_iteration()).header("Prefer", "respond-async");
-    let operation = begun(later).await;
-    let result = |replica: usize| {
-        let request = replicas.request(replica, Method::GET, &format!("{operation}/result"));
-        send(request.header("Prefer", "wait=60"))
-    };
-    let (there, here) = (result(1).await.expect(201), result(0).await.expect(201));
+    let watched = result(with_progress(replicas.keyed(0, &path, "watched", &slow_iteration()))).await;
     let seen = |answer: &Answer| {
         let headers = ["location", "etag", "content-type"].map(|name| answer.header(name).map(str::to_owned));
         (headers, answer.text.clone())
     };
-    assert_eq!(seen(&there), seen(&here));
-    assert!(there.header("location").is_some() && there.json()["number"] == 1);
-    // the plain request with its key, and one that was plain from the beginning
+    let first = send(replicas.keyed(1, &path, "watched", &slow_iteration())).await.expect(201);
+    assert!(first.header("location").is_some() && first.text == watched, "{watched}");
+    // and of one that was plain from the beginning
     let plain = send(replicas.keyed(0, &path, "plain", &iteration())).await.expect(201);
     assert_eq!(plain.header("idempotency-replayed"), None);
-    for (key, body, first) in [("later", slow_iteration(), &there), ("plain", iteration(), &plain)] {
+    for (key, body, first) in [("watched", slow_iteration(), &first), ("plain", iteration(), &plain)] {
         for replica in [1, 0] {
             let kept = send(replicas.keyed(replica, &path, key, &body)).await.expect(201);
             assert_eq!(kept.header("idempotency-replayed"), Some("true"));
             assert_eq!(seen(&kept), seen(first), "{key} at {replica}");
         }
     }
-    for (key, body) in [("later", iteration()), ("plain", slow_iteration())] {
+    for (key, body) in [("watched", iteration()), ("plain", slow_iteration())] {
         send(replicas.keyed(1, &path, key, &body)).await.problem(422, "idempotency_key_reused");
     }
     let trace = replicas.get(1, &path.replace("iterations", "trace")).await.expect(200).json();
     assert_eq!(trace["iterations"].as_array().unwrap().len(), 2);
-}
-
-/// The plain request has no longer than that, the same for later has.
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-#[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
-async fn an_operation_outlives_the_time_of_a_request() {
-    let replicas = Replicas::on_postgres_with(2, |settings| settings.request_timeout = 1).await;
-    let (path, request) = ("/v1/fits", trimmed(150));
-    replicas.post(0, path, &request).await.problem(503, "request_timeout");
-    let later = replicas.request(0, Method::POST, path).header("Prefer", "respond-async");
-    // what takes a busy machine longer than a request may is asked again
-    let patiently = async |request: RequestBuilder| {
-        let begun = Instant::now();
-        loop {
-            let answer = send(request.try_clone().unwrap()).await;
-            if answer.status != 503 {
-                return answer;
-            }
-            answer.problem(503, "request_timeout");
-            assert!(begun.elapsed() < PATIENCE, "{}", answer.text);
-        }
-    };
-    let accepted = patiently(later.json(&request)).await.expect(202);
-    let operation = accepted.header("location").unwrap().to_owned();
-    let asked = Instant::now();
-    let mut unready = 0;
-    let ended = loop {
-        let told = patiently(replicas.request(1, Method::GET, &operation)).await.expect(200).json();
-        if told["state"] != "queued" && told["state"] != "running" {
-            break told;
-        }
-        unready += u32::from(asked.elapsed() > Duration::from_secs(1));
-        assert!(asked.elapsed() < 2 * PATIENCE, "{told}");
-        sleep(Duration::from_millis(50)).await;
-    };
-    assert!(unready > 0, "it took longer than a request may");
-    assert_eq!((&ended["state"], &ended["attempts"]), (&json!("succeeded"), &json!(1)), "{ended}");
-    let [there, here] = [1, 0].map(|replica| replicas.request(replica, Method::GET, &format!("{operation}/result")));
-    let (there, here) = (patiently(there).await.expect(200), patiently(here).await.expect(200));
-    assert!(there.text == here.text && there.json()["coefficients"].is_array(), "{}", there.text);
 }
 
 /// Who was seen before computes on while the database is away; nobody else is let in, and the

@@ -5,7 +5,12 @@ use reqwest::Method;
 use serde_json::{Value, json};
 
 use super::app::{Answer, TestApp, iteration, send};
-use crate::{doors::keys::key_of, harness, jobs::long::begun, shapes::examples};
+use crate::{
+    doors::keys::key_of,
+    harness,
+    jobs::progress::{result, with_progress},
+    shapes::examples,
+};
 
 /// A caller with a key of its own.
 struct Caller<'a> {
@@ -48,15 +53,8 @@ async fn each_says_who_did_it() {
     let place = added.header("location").unwrap().to_owned();
     let made = engineer.ask(Method::POST, &format!("{place}/fits"), &refit(1e-3)).await.expect(201).json();
     assert_eq!(made["by"], engineer.actor);
-    // what is answered later is of whoever asked
-    let later = engineer.app.request(Method::POST, &format!("{place}/fits")).bearer_auth(&engineer.key);
-    let operation = begun(later.header("Prefer", "respond-async").json(&refit(1e-2))).await;
-    loop {
-        if engineer.get(&operation).await["state"] == "succeeded" {
-            break;
-        }
-        tokio::time::sleep(std::time::Duration::from_millis(20)).await;
-    }
+    let watched = engineer.app.request(Method::POST, &format!("{place}/fits")).bearer_auth(&engineer.key);
+    result(with_progress(watched).json(&refit(1e-2))).await;
     let choice = json!({"fit_id": made["id"], "reason": "smoother"});
     let chosen = engineer.ask(Method::PUT, &format!("{place}/chosen_fit"), &choice).await.expect(200).json();
     assert_eq!(chosen["fits"][1]["chosen_by"], engineer.actor);

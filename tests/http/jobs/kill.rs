@@ -94,11 +94,6 @@ impl Server {
         self.signal("-TERM");
     }
 
-    /// Holds the process up, until it is killed.
-    pub fn pause(&self) {
-        self.signal("-STOP");
-    }
-
     fn signal(&self, signal: &str) {
         let told = Command::new("kill").args([signal, &self.id().to_string()]).status().unwrap();
         assert!(told.success());

@@ -3,15 +3,11 @@
 use std::{fs, path::Path, process::Command};
 
 use flankfit::api::jobs::purge::PurgeBody;
-use reqwest::Method;
 use serde_json::json;
 
-use super::{
-    app::{Answer, TestApp, iteration, nodes, send},
-    long::trimmed,
-};
+use super::app::{Answer, TestApp, iteration, nodes};
 
-pub const NOBODY: &str = "/v1/jobs/0190b0de-0000-7000-8000-000000000000";
+const NOBODY: &str = "/v1/jobs/0190b0de-0000-7000-8000-000000000000";
 
 /// The archive of a job.
 pub async fn archived(app: &TestApp, job: &str) -> String {
@@ -213,26 +209,6 @@ async fn what_was_purged_is_gone_and_its_numbers_stay() {
     let folder = tempfile::tempdir().unwrap();
     assert_eq!(through_another(&left, folder.path(), "left"), left);
     assert_eq!(through_another(&whole, folder.path(), "whole"), whole);
-    app.stop().await;
-}
-
-/// What is under way keeps a purge from it; what comes afterwards is refused.
-#[tokio::test]
-async fn an_operation_that_has_not_ended_keeps_a_purge() {
-    let mut app = TestApp::start().await;
-    let job = app.job().await;
-    let request = app.request(Method::POST, &format!("{job}/iterations")).header("prefer", "respond-async");
-    let begun = send(request.json(&trimmed(100))).await.expect(202);
-    let operation = begun.header("location").unwrap().to_owned();
-    let body = json!({"reason": "agreed"});
-    let busy = app.post(&format!("{job}/purge"), &body).await;
-    busy.problem(409, "conflict");
-    assert!(busy.text.contains("1 operation that has not ended"), "{}", busy.text);
-    app.delete(&operation).await.expect(204);
-    app.get(&operation).await.expect(200);
-    purged(&app, &job).await;
-    // it would tell what was asked for
-    app.get(&operation).await.problem(404, "not_found");
     app.stop().await;
 }
 

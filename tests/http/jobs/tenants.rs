@@ -90,10 +90,10 @@ async fn a_job_that_is_known_is_known_to_its_tenant_alone() {
 async fn a_running_key_is_its_tenants_alone() {
     let mut app = TestApp::start().await;
     let keys = app.state().keys.clone();
-    let theirs = keys.claim(&Tenant::named("other").unwrap(), "k", "POST /v1/jobs", None).unwrap();
+    let theirs = keys.claim(&Tenant::named("other").unwrap(), "k", "POST /v1/jobs").unwrap();
     app.post_keyed("/v1/jobs", "k", &json!({"name": "wheel"})).await.expect(201);
     drop(theirs);
-    let own = keys.claim(&Tenant::default(), "l", "POST /v1/jobs", None).unwrap();
+    let own = keys.claim(&Tenant::default(), "l", "POST /v1/jobs").unwrap();
     let busy = app.request(Method::POST, "/v1/jobs").header("Idempotency-Key", "l").json(&json!({"name": "wheel"}));
     send(busy).await.problem(409, "idempotency_key_in_use");
     drop(own);

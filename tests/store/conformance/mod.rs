@@ -20,7 +20,6 @@ mod recorder;
 mod records;
 mod runs;
 pub mod streams;
-mod tasks;
 mod teeth;
 mod tenants;
 mod told;
@@ -154,16 +153,6 @@ conformance! {
             a_job_lets_go_of_its_events_only_with_everything_else,
             a_stream_ends_once,
             streams_are_listed_page_by_page;
-        tasks:
-            a_task_comes_back_and_is_done_under_a_lease,
-            a_late_owner_stores_nothing,
-            whatever_is_stored_ends_its_task,
-            a_cancelled_task_stores_nothing,
-            a_task_is_cancelled_whatever_keys_there_are,
-            an_answer_without_room_is_not_kept,
-            a_tenant_has_so_many_tasks_and_no_more,
-            tasks_of_a_tenant_are_bounded_and_its_own,
-            a_task_is_taken_by_one;
         teeth:
             a_tooth_that_the_gear_has_not_got_is_not_written,
             what_was_made_by_another_gear_is_not_written,

@@ -53,9 +53,6 @@ pub trait Ground {
     /// SQL that makes another value of a column of a type; of several rows it makes different ones.
     fn changed(&self, column: &str, kind: &str) -> String;
 
-    /// A number that the database tells.
-    fn scalar(&self, sql: &'static str) -> Soon<'_, i64>;
-
     /// Whether a text is anywhere in it.
     fn holds<'a>(&'a self, text: &'a str) -> Soon<'a, bool>;
 
@@ -73,9 +70,6 @@ pub trait Ground {
 
     /// An id as the database's SQL writes it.
     fn id(&self, id: Uuid) -> String;
-
-    /// SQL that makes an id of an expression for a whole number.
-    fn numbered_id(&self, number: &str) -> String;
 }
 
 /// See the module's documentation.

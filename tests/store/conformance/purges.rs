@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use flankfit::jobs::{
     Answer, Caller, Choice, Decision, DecisionEvent, Event, EventKind, FinishedStream, JobEvent, JobPatch, Measurand,
-    NewIteration, NewTask, Precondition, Predecessors, Purge, Receipt, RecordKind, RecordSummary, Repository,
-    RepositoryError, Resource, Scope, Scopes, Stored, StreamEvent,
+    NewIteration, Precondition, Predecessors, Purge, Receipt, RecordKind, RecordSummary, Repository, RepositoryError,
+    Resource, Stored, StreamEvent,
 };
 use jiff::SignedDuration;
 use tokio::task::JoinSet;
@@ -77,26 +77,7 @@ pub async fn filled(pair: &Pair) -> Uuid {
     }
     let finished = FinishedStream { stream: streams[1].id, sequence: 1, iteration: iteration(pair, job, 20_000) };
     store.finish_stream(finished, None).await.unwrap();
-    let task = task(pair, "6", job);
-    store.insert_task(task.clone(), 1 << 20).await.unwrap();
-    store.cancel_task(task.id, Some(job), place.now()).await.unwrap();
     job
-}
-
-fn task(pair: &Pair, key: &str, job: Uuid) -> Arc<NewTask> {
-    Arc::new(NewTask {
-        id: pair.values.id(),
-        scope: Scope::Measure,
-        scopes: Scopes::of(&[Scope::Measure]),
-        request: format!("/{CANARY}"),
-        job: Some(job),
-        key: key.to_owned(),
-        key_scope: "POST /there".to_owned(),
-        request_sha256: [9; 32],
-        headers: "[]".to_owned(),
-        body: CANARY.into(),
-        created_at: pair.values.now(),
-    })
 }
 
 /// Purges a job as it is now.
@@ -226,25 +207,16 @@ pub async fn a_purged_job_keeps_its_numbers_and_no_more(pair: &mut Pair) {
     gone(store.decide(job, 1, decision, none.clone()).await, &purge);
     gone(store.insert_record(job, 1, place.record(RecordKind::Curve, "newton"), None).await, &purge);
     gone(store.insert_stream(Arc::new(place.stream(job)), None).await, &purge);
-    // what is to be done later is refused now
-    gone(store.insert_task(task(pair, "late", job), 1 << 20).await, &purge);
     // kept answers told of it
     for (key, scope) in [("1", "/iterations"), ("2", "/iterations/1/fits"), ("3", "/iterations/1/curves")] {
         assert_eq!(store.answer(key.to_owned(), format!("POST /v1/jobs/{job}{scope}")).await.unwrap(), None);
     }
-    assert_eq!(store.tasks(Scopes::ALL, WHOLE).await.unwrap().items, []);
     assert!(!pair.ground.holds(CANARY).await, "what was refused left nothing");
 }
 
 pub async fn a_purge_is_done_once(pair: &mut Pair) {
     let (store, place) = (pair.store.clone(), pair.values.clone());
     let job = filled(pair).await;
-    // what is under way keeps it
-    let open = task(pair, "7", job);
-    store.insert_task(open.clone(), 1 << 20).await.unwrap();
-    let busy = store.purge_job(purge_of(&place, job), None).await;
-    assert!(matches!(busy, Err(RepositoryError::HasTasks(1))), "{busy:?}");
-    store.cancel_task(open.id, Some(job), place.now()).await.unwrap();
     // another tenant's does not exist
     let other = pair.seen_by("other").purge_job(purge_of(&place, job), None).await;
     assert!(matches!(other, Err(RepositoryError::NotFound(Resource::Job))), "{other:?}");
@@ -377,9 +349,6 @@ pub async fn jobs_that_nobody_touches_are_due(pair: &mut Pair) {
     let streaming = place.stored_job(&store).await.id;
     let stream = Arc::new(place.stream(streaming));
     store.insert_stream(stream.clone(), None).await.unwrap();
-    let busy = place.stored_job(&store).await.id;
-    let task = task(pair, "k", busy);
-    store.insert_task(task.clone(), 1 << 20).await.unwrap();
     let since = place.now();
     let due = async |handle: usize| {
         let (mut due, mut after) = (Vec::new(), None);
@@ -402,6 +371,4 @@ pub async fn jobs_that_nobody_touches_are_due(pair: &mut Pair) {
     assert_eq!(due(0).await, [of("other", other)]);
     place.stored_iteration(&pair.seen_by("other"), other).await;
     assert_eq!(due(1).await, []);
-    store.cancel_task(task.id, Some(busy), place.now()).await.unwrap();
-    assert_eq!(due(0).await, [of("default", busy)]);
 }

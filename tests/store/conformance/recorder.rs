@@ -9,20 +9,19 @@ use std::{
 
 use flankfit::{
     jobs::{
-        Amendment, Answer, ApiKey, Block, Caller, Choice, ClaimedTask, Credentials, DecisionEvent, EndedTask,
-        EventPlace, FinishedStream, FitRecord, FitSummary, Iteration, Job, JobCounts, JobEvent, JobPage, JobPatch,
-        JobQuery, KeptMapping, KeyId, KeyPatch, Keys, KnownKey, Lease, ListedIteration, Measurand, NewBlock, NewFit,
-        NewIteration, NewKey, NewPlant, NewRun, NewStream, NewTask, Page, PageRequest, Plant, PlantPatch, Precondition,
-        Predecessor, Predecessors, Purge, Receipt, Record, RecordKind, RecordSummary, Repository, RepositoryError,
-        RepositoryFuture, Resource, Rotation, Rounds, San, Store, Stored, Stream, StreamState, Successors, Task,
-        TaskQuery, TaskResult, Tasks, Tenant, ToldEvent, Trace, Upkeep, Wakes,
+        Amendment, Answer, ApiKey, Block, Caller, Choice, Credentials, DecisionEvent, EventPlace, FinishedStream,
+        FitRecord, FitSummary, Iteration, Job, JobCounts, JobEvent, JobPage, JobPatch, JobQuery, KeptMapping, KeyId,
+        KeyPatch, Keys, KnownKey, ListedIteration, Measurand, NewBlock, NewFit, NewIteration, NewKey, NewPlant, NewRun,
+        NewStream, Page, PageRequest, Plant, PlantPatch, Precondition, Predecessor, Predecessors, Purge, Receipt,
+        Record, RecordKind, RecordSummary, Repository, RepositoryError, RepositoryFuture, Resource, Rotation, Rounds,
+        San, Store, Stored, Stream, StreamState, Successors, Tenant, ToldEvent, Trace, Upkeep, Wakes,
         archive::{Holdings, Key},
         audit::{Auditor, ListedEntry, Seal, Sealing},
     },
     key_operations, repository_operations,
 };
 use flankfit_engine::estimation::Nodes;
-use jiff::{SignedDuration, Timestamp};
+use jiff::Timestamp;
 use uuid::Uuid;
 
 /// What was met.
@@ -51,7 +50,7 @@ impl Exercised {
 }
 
 /// Every refusal.
-const ERRORS: [&str; 31] = [
+const ERRORS: [&str; 27] = [
     "no job",
     "no iteration",
     "no fit",
@@ -59,9 +58,6 @@ const ERRORS: [&str; 31] = [
     "no record",
     "no key",
     "no tenant",
-    "no task",
-    "lease lost",
-    "tasks full",
     "key revoked",
     "key ended",
     "key replaced",
@@ -78,7 +74,6 @@ const ERRORS: [&str; 31] = [
     "version",
     "foreign fit",
     "purged",
-    "open tasks",
     "key taken",
     "overloaded",
     "unavailable",
@@ -94,10 +89,6 @@ fn name_of(error: &RepositoryError) -> &'static str {
         RepositoryError::NotFound(Resource::Record) => "no record",
         RepositoryError::NotFound(Resource::Key) => "no key",
         RepositoryError::NotFound(Resource::Tenant) => "no tenant",
-        RepositoryError::NotFound(Resource::Task) => "no task",
-        RepositoryError::LeaseLost => "lease lost",
-        RepositoryError::TasksFull { .. } => "tasks full",
-        RepositoryError::TooManyTasks { .. } => "too many tasks",
         RepositoryError::KeyRevoked => "key revoked",
         RepositoryError::KeyEnded { .. } => "key ended",
         RepositoryError::KeyReplaced { .. } => "key replaced",
@@ -114,7 +105,6 @@ fn name_of(error: &RepositoryError) -> &'static str {
         RepositoryError::VersionMismatch { .. } => "version",
         RepositoryError::ForeignFit(_) => "foreign fit",
         RepositoryError::Purged { .. } => "purged",
-        RepositoryError::HasTasks(_) => "open tasks",
         RepositoryError::KeyTaken => "key taken",
         RepositoryError::Unavailable(_) => "unavailable",
         RepositoryError::Overloaded => "overloaded",
@@ -127,7 +117,7 @@ fn name_of(error: &RepositoryError) -> &'static str {
 }
 
 /// What is done for no caller.
-const UPKEEP: [&str; 17] = [
+const UPKEEP: [&str; 12] = [
     "untouched",
     "seal_audit",
     "forget_answers",
@@ -140,11 +130,6 @@ const UPKEEP: [&str; 17] = [
     "find_certificate",
     "has_keys",
     "note_uses",
-    "claim",
-    "renew",
-    "end",
-    "give_back",
-    "forget_tasks",
 ];
 
 /// A handle of which it is noted what is done for no caller.
@@ -168,10 +153,6 @@ impl Store for Watched {
 
     fn auditor(&self) -> Arc<dyn Auditor> {
         self.store.auditor()
-    }
-
-    fn tasks(&self) -> Arc<dyn Tasks> {
-        Arc::new(WatchedTasks { tasks: self.store.tasks(), exercised: self.exercised.clone() })
     }
 
     fn wakes(&self) -> Option<Arc<dyn Wakes>> {
@@ -293,43 +274,5 @@ impl Credentials for WatchedCredentials {
     fn note_uses(&self, uses: Vec<(KeyId, Timestamp)>) -> RepositoryFuture<'_, ()> {
         self.exercised.operation("note_uses");
         self.credentials.note_uses(uses)
-    }
-}
-
-/// Of which it is noted what is done with tasks for no caller.
-struct WatchedTasks {
-    tasks: Arc<dyn Tasks>,
-    exercised: Arc<Exercised>,
-}
-
-impl Tasks for WatchedTasks {
-    fn claim(&self, lease: Uuid, now: Timestamp, lasting: SignedDuration) -> RepositoryFuture<'_, Option<ClaimedTask>> {
-        self.exercised.operation("claim");
-        self.tasks.claim(lease, now, lasting)
-    }
-
-    fn renew(
-        &self,
-        leases: Vec<(Lease, f64)>,
-        now: Timestamp,
-        lasting: SignedDuration,
-    ) -> RepositoryFuture<'_, Vec<Lease>> {
-        self.exercised.operation("renew");
-        self.tasks.renew(leases, now, lasting)
-    }
-
-    fn end(&self, ended: Arc<EndedTask>) -> RepositoryFuture<'_, bool> {
-        self.exercised.operation("end");
-        self.tasks.end(ended)
-    }
-
-    fn give_back(&self, lease: Lease, until: Timestamp, counts: bool) -> RepositoryFuture<'_, ()> {
-        self.exercised.operation("give_back");
-        self.tasks.give_back(lease, until, counts)
-    }
-
-    fn forget_tasks(&self, before: Timestamp, most: u32) -> RepositoryFuture<'_, u64> {
-        self.exercised.operation("forget_tasks");
-        self.tasks.forget_tasks(before, most)
     }
 }

@@ -20,7 +20,6 @@ pub fn kinds(events: &[JobEvent]) -> Vec<&'static str> {
             EventKind::Fit { chosen: true, .. } => "choice",
             EventKind::Decision { .. } => "decision",
             EventKind::Stream { state, .. } => state.name(),
-            EventKind::Task { state, .. } => state.name(),
             EventKind::Record { .. } => "record",
             EventKind::Job { .. } => "job",
             EventKind::Purged { .. } => "purged",

@@ -17,7 +17,7 @@ use super::{
 use crate::support::{WHOLE, actor, intact, purge_of, receipt};
 
 /// What is no change: that something is to be done, or is not to be done any more; and proposals.
-const NOT_ENTERED: [&str; 3] = ["insert_task", "cancel_task", "keep_mapping"];
+const NOT_ENTERED: [&str; 1] = ["keep_mapping"];
 
 /// What there is to be changed.
 struct Changeable {

@@ -48,17 +48,16 @@ export async function transport(request) {
 }
 
 /**
- * What was answered, and its tag; throws `ApiError` for a refusal. Answers that come later
- * (`Prefer: respond-async`) are not asked for.
+ * What was answered, and its tag; throws `ApiError` for a refusal. Events of progress are not seen here.
  * @template Data
  * @param {Promise<{ data?: Data, error?: unknown, response: Response }>} pending
- * @returns {Promise<{ data: Exclude<Data, Schema<"Operation">>, etag: string | undefined, response: Response }>}
+ * @returns {Promise<{ data: Exclude<Data, Schema<"Progress">>, etag: string | undefined, response: Response }>}
  */
 export async function answer(pending) {
   const { data, error, response } = await pending.catch(cutOff);
   if (!response.ok) throw refusal(error, response);
   return {
-    data: /** @type {Exclude<Data, Schema<"Operation">>} */ (data),
+    data: /** @type {Exclude<Data, Schema<"Progress">>} */ (data),
     etag: response.headers.get("etag") ?? undefined,
     response,
   };

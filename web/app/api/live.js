@@ -4,7 +4,7 @@
 // types, news wait, so that nothing jumps.
 
 import { useEffect, useRef } from "../../vendor/ui.js";
-import { eventReader } from "../lib/event_stream.js";
+import { eventsOf } from "../lib/event_stream.js";
 import { transport } from "./client.js";
 import { keyWanted, session } from "./key.js";
 
@@ -79,13 +79,7 @@ function follow(path, tell) {
 
   /** @param {ReadableStream<Uint8Array>} body */
   const read = async (body) => {
-    const reader = body.getReader();
-    const decoder = new TextDecoder();
-    const events = eventReader();
-    for (;;) {
-      const { done, value } = await reader.read();
-      if (done) return;
-      const found = events(decoder.decode(value, { stream: true }));
+    for await (const found of eventsOf(body)) {
       if (found.length === 0) continue;
       last = found.at(-1)?.id || last;
       tellQuietly(found.map(({ data }) => JSON.parse(data)));

@@ -1,18 +1,20 @@
 // Something that takes long and is waited for: how far it is, and a way to stop it.
 
 import { useRef, useState } from "../../vendor/ui.js";
-import { answerLater, StoppedError } from "./later.js";
+import { answer } from "./client.js";
+import { withProgress } from "./progress.js";
 
 /** It was stopped, but what had arrived by then may have been stored. */
 export class CancelledError extends Error {}
 
 /** @typedef {{ done: number, seconds: number | undefined } | undefined} Progress */
+/** @typedef {{ signal: AbortSignal, fetch: ReturnType<typeof withProgress> }} How */
 /**
  * @typedef {object} Watched
  * @property {boolean} running
  * @property {Progress} progress not known before the server has told
  * @property {() => void} stop
- * @property {<Data>(send: Parameters<typeof answerLater<Data>>[0], signal?: AbortSignal) => ReturnType<typeof answerLater<Data>>} run
+ * @property {<Data>(send: (how: How) => Parameters<typeof answer<Data>>[0], signal?: AbortSignal) => ReturnType<typeof answer<Data>>} run
  *   the answer; `signal` stops it too, as a page does that is left
  */
 
@@ -34,13 +36,10 @@ export function useWatched() {
       };
       tell({ running: true, progress: undefined });
       try {
-        return await answerLater(send, {
-          signal: own.signal,
-          tell: (progress) => tell({ running: true, progress }),
-        });
+        const fetch = withProgress((progress) => tell({ running: true, progress }));
+        return await answer(send({ signal: own.signal, fetch }));
       } catch (error) {
-        if (own.signal.aborted && !(error instanceof StoppedError))
-          throw new CancelledError("cancelled", { cause: error });
+        if (own.signal.aborted) throw new CancelledError("cancelled", { cause: error });
         throw error;
       } finally {
         signal?.removeEventListener("abort", stop);

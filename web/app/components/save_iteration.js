@@ -2,7 +2,6 @@
 
 import { useAttempt } from "../api/attempt.js";
 import { answer, api } from "../api/client.js";
-import { StoppedError } from "../api/later.js";
 import { useResource } from "../api/resource.js";
 import { useWatched } from "../api/watched.js";
 import { t as common } from "../i18n/common.js";
@@ -88,10 +87,10 @@ function Save({ jobs, target, setTarget, file, spec }) {
     try {
       const header = attempt.headers([jobId, spec, measurement, file.text]);
       const { data } = await watched.run(
-        ({ header: more, signal }) =>
+        (how) =>
           api.POST("/v1/jobs/{job_id}/iterations", {
-            signal,
-            params: { path: { job_id: jobId }, header: { ...header, ...more } },
+            ...how,
+            params: { path: { job_id: jobId }, header },
             ...bodyOf(file, { ...spec, ...measurement }),
           }),
         leaving,
@@ -104,7 +103,6 @@ function Save({ jobs, target, setTarget, file, spec }) {
       navigate(to ?? href("/jobs/{job_id}", { job_id: jobId }));
     } catch (failed) {
       setSending(false);
-      if (failed instanceof StoppedError) attempt.done();
       const stopped = stopNote(failed);
       if (stopped) notify(stopped, "news");
       else setError(failed);

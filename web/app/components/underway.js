@@ -1,6 +1,5 @@
 // How far something is that is waited for, and the way to stop it.
 
-import { StoppedError } from "../api/later.js";
 import { CancelledError } from "../api/watched.js";
 import { t } from "../i18n/common.js";
 import { h, html } from "../../vendor/ui.js";
@@ -17,6 +16,5 @@ export function Underway({ watched: { running, progress, stop }, label }) {
 
 /** What is said of something that was stopped; nothing of another error. @param {unknown} error */
 export function stopNote(error) {
-  if (error instanceof StoppedError) return t.stopped;
   return error instanceof CancelledError ? t.cancelled : undefined;
 }

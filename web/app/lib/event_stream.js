@@ -1,4 +1,4 @@
-// Reads server-sent events as they arrive, in pieces of any size (HTML, 9.2.6). Pure.
+// Reads server-sent events as they arrive, in pieces of any size (HTML, 9.2.6).
 
 /** @typedef {{ id: string, event: string, data: string }} ServerEvent */
 
@@ -48,4 +48,16 @@ export function eventReader() {
       rest = rest.slice(end.index + end[0].length);
     }
   };
+}
+
+/** The events that each piece of a body completes. @param {ReadableStream<Uint8Array>} body */
+export async function* eventsOf(body) {
+  const reader = body.getReader();
+  const decoder = new TextDecoder();
+  const events = eventReader();
+  for (;;) {
+    const { done, value } = await reader.read();
+    if (done) return;
+    yield events(decoder.decode(value, { stream: true }));
+  }
 }

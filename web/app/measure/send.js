@@ -1,7 +1,6 @@
 // Sends one file: as JSON, as a table beside its request, or to be imported.
 
-import { api } from "../api/client.js";
-import { answerLater } from "../api/later.js";
+import { answer, api } from "../api/client.js";
 import { mappingOf } from "../lib/nodes_table.js";
 import { importSpecOf, specOf } from "./request.js";
 
@@ -13,9 +12,9 @@ export class ChangedError extends Error {}
 /**
  * @param {string} jobId @param {File} file @param {Content} content @param {import("./request.js").Typed} typed
  * @param {import("../api/attempt.js").Attempt} attempt keeps its key over retries of the same
- * @param {Parameters<typeof answerLater>[1]} watch
+ * @param {import("../api/watched.js").How} how
  */
-export async function send(jobId, file, content, typed, attempt, watch) {
+export async function send(jobId, file, content, typed, attempt, how) {
   // sent all the same, it would fail as if nobody had answered
   await file
     .slice(0, 1)
@@ -33,29 +32,25 @@ export async function send(jobId, file, content, typed, attempt, watch) {
     if (Object.keys(spec).length > 0) form.append("spec", json(spec));
     if (mapping) form.append("mapping", json(mapping));
     const key = attempt.headers([...named, spec]);
-    return answerLater(
-      ({ header, signal }) =>
-        api.POST("/v1/jobs/{job_id}/import", {
-          signal,
-          params: { path, header: { ...key, ...header } },
-          body: { file: file.name },
-          bodySerializer: () => form,
-        }),
-      watch,
+    return answer(
+      api.POST("/v1/jobs/{job_id}/import", {
+        ...how,
+        params: { path, header: key },
+        body: { file: file.name },
+        bodySerializer: () => form,
+      }),
     );
   }
   const spec = specOf(typed, content);
   const key = attempt.headers([...named, spec]);
   /** @param {object} sent */
   const post = (sent) =>
-    answerLater(
-      ({ header, signal }) =>
-        api.POST("/v1/jobs/{job_id}/iterations", {
-          signal,
-          params: { path, header: { ...key, ...header } },
-          .../** @type {{ body: never }} */ (sent),
-        }),
-      watch,
+    answer(
+      api.POST("/v1/jobs/{job_id}/iterations", {
+        ...how,
+        params: { path, header: key },
+        .../** @type {{ body: never }} */ (sent),
+      }),
     );
   if (content.kind === "table") {
     const form = new FormData();

@@ -3,7 +3,7 @@
 import { answer, api } from "../api/client.js";
 import { may } from "../api/key.js";
 import { useResource } from "../api/resource.js";
-import { useWatched } from "../api/watched.js";
+import { CancelledError, useWatched } from "../api/watched.js";
 import { Allowed } from "../components/allowed.js";
 import { Facts } from "../components/figure.js";
 import { FigureTiles } from "../components/figure_tiles.js";
@@ -15,7 +15,7 @@ import { NodesInput } from "../components/nodes_input.js";
 import { Page } from "../components/page.js";
 import { bodyOf, SaveIteration } from "../components/save_iteration.js";
 import { Empty, Failure, loaded } from "../components/states.js";
-import { stopNote, Underway } from "../components/underway.js";
+import { Underway } from "../components/underway.js";
 import { criterionLabel } from "../components/criterion.js";
 import { FlankCurve } from "../flank/curve.js";
 import { CoefficientTable, FitFacts, Warnings } from "../flank/figures.js";
@@ -71,16 +71,11 @@ export default function FitPage() {
   const watched = useWatched();
   const fit = useResource(given && spec ? `fit of ${given.turn} ${degree ?? ""} ${by ?? ""} ${key}` : null, (signal) =>
     watched.run(
-      ({ header, signal: own }) =>
-        api.POST("/v1/fits", {
-          signal: own,
-          params: { header },
-          ...(given && spec ? bodyOf(given.file, spec) : neverSent()),
-        }),
+      (how) => api.POST("/v1/fits", { ...how, ...(given && spec ? bodyOf(given.file, spec) : neverSent()) }),
       signal,
     ),
   );
-  const stopped = stopNote(fit.error);
+  const stopped = fit.error instanceof CancelledError && common.stopped;
   const take = (/** @type {NodesFile} */ file, /** @type {string} */ name) => {
     turns += 1;
     setQuery({ at: undefined, zoom: undefined, limit: undefined, layer: undefined });

@@ -16,7 +16,6 @@ import en from "../i18n/en/lambda.js";
 import { t as common } from "../i18n/common.js";
 import { fmt, texts } from "../i18n/i18n.js";
 import { kept, useFit, useNodes } from "../flank/use_layers.js";
-import { StoppedError } from "../api/later.js";
 import { useLeaving } from "../lib/leaving.js";
 import { heightUnit } from "../lib/units.js";
 import { query, setQuery } from "../navigation.js";
@@ -147,20 +146,10 @@ function Choosing({ iteration, flipU, fit, unit, standing, reload }) {
     if (!selection) return;
     const body = { ...refitOf(spec, selection), ...(reason ? { reason } : {}) };
     const key = attempt.headers(body);
-    const { data } = await watched
-      .run(
-        ({ header, signal }) =>
-          api.POST("/v1/jobs/{job_id}/iterations/{number}/fits", {
-            signal,
-            params: { path, header: { ...key, ...header } },
-            body,
-          }),
-        leaving,
-      )
-      .catch((/** @type {unknown} */ error) => {
-        if (error instanceof StoppedError) attempt.done();
-        throw error;
-      });
+    const { data } = await watched.run(
+      (how) => api.POST("/v1/jobs/{job_id}/iterations/{number}/fits", { ...how, params: { path, header: key }, body }),
+      leaving,
+    );
     attempt.done();
     notify(t.kept);
     if (leaving.aborted) return;

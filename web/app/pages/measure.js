@@ -2,8 +2,8 @@
 
 import { Attempt } from "../api/attempt.js";
 import { answer, api } from "../api/client.js";
-import { StoppedError } from "../api/later.js";
 import { OfflineError } from "../api/problem.js";
+import { withProgress } from "../api/progress.js";
 import { Allowed } from "../components/allowed.js";
 import { useResource } from "../api/resource.js";
 import { JobPage } from "../components/job_page.js";
@@ -112,10 +112,7 @@ function Measure({ jobId, gear, reread }) {
       const abort = new AbortController();
       underway.current = abort;
       update(id, { state: "sending", error: undefined, progress: undefined });
-      const watch = {
-        signal: abort.signal,
-        tell: (/** @type {Entry["progress"]} */ progress) => update(id, { progress }),
-      };
+      const how = { signal: abort.signal, fetch: withProgress((progress) => update(id, { progress })) };
       try {
         const { data } = await send(
           jobId,
@@ -123,7 +120,7 @@ function Measure({ jobId, gear, reread }) {
           content,
           answered(typed, content, { name: file.name, gear }),
           attempt,
-          watch,
+          how,
         );
         attempt.done();
         made.push(data.number);
@@ -131,10 +128,8 @@ function Measure({ jobId, gear, reread }) {
         announce(t.stored(data.number));
       } catch (error) {
         if (abort.signal.aborted) {
-          const stopped = error instanceof StoppedError;
-          if (stopped) attempt.done();
           update(id, { state: "waiting" });
-          notify(stopped ? common.stopped : common.cancelled, "news");
+          notify(common.cancelled, "news");
           break;
         }
         update(id, { state: "failed", error });

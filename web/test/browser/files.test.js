@@ -8,7 +8,6 @@ import { browserTest, doNotSendAgain, example } from "./harness.js";
 import { curvesFile, rexsModel, valuesFile } from "./tester_files.js";
 
 const picker = "#measure-files";
-const LOST_OR_AWAY = { offline: true, statuses: [503] };
 /** The gear of the files of testers. */
 const SPUR = {
   teeth: 52,
@@ -213,63 +212,47 @@ browserTest("the same file twice by one key is one iteration, over a reload too"
   assert.equal((await call("GET", `/v1/jobs/${id}/trace`)).iterations.length, 1);
 });
 
-browserTest(
-  "what takes long shows how far it is, and is stopped without being stored",
-  { alone: true },
-  async (world) => {
-    const { page, open, job, call } = world;
-    const { id } = await job();
-    await open(`/jobs/${id}/measure`);
-    // a robust fit of many nodes begins from many starts
-    const u = Array.from({ length: 150 }, (_, i) => 1 + i / 10);
-    const v = Array.from({ length: 120 }, (_, i) => 1 + i / 10);
-    const z = u.map((a) => v.map((b) => Number((Math.sin(a) + 0.1 * b * b + Math.sin(50 * a * b)).toFixed(4))));
-    const request = {
-      nodes: { type: "grid", u, v, z },
-      model: { type: "polynomial", degree: [8, 8] },
-      estimator: { type: "least_trimmed_squares" },
-    };
-    await page.setInputFiles(picker, file("long.json", JSON.stringify(request)));
-    await page.locator(".queue-entry canvas").waitFor();
-    await page.getByRole("button", { name: "Store as iteration" }).click();
-    const entry = page.locator(".queue-entry");
-    await entry.getByText(/^\d+\u202f%/).waitFor();
-    await entry.getByRole("button", { name: "Cancel" }).click();
-    await page.getByText("Stopped. Nothing has been stored.").waitFor();
-    await entry.getByText("not sent yet").waitFor();
-    const { items } = await call("GET", "/v1/operations");
-    assert.deepEqual(
-      items.map((/** @type {any} */ one) => one.state),
-      ["cancelled"],
-    );
-    assert.deepEqual((await call("GET", `/v1/jobs/${id}/trace`)).iterations, []);
-  },
-);
+browserTest("what takes long shows how far it is, and ends when it is cancelled", { alone: true }, async (world) => {
+  const { page, open, job, call } = world;
+  const { id } = await job();
+  await open(`/jobs/${id}/measure`);
+  // a robust fit of many nodes begins from many starts
+  const u = Array.from({ length: 150 }, (_, i) => 1 + i / 10);
+  const v = Array.from({ length: 120 }, (_, i) => 1 + i / 10);
+  const z = u.map((a) => v.map((b) => Number((Math.sin(a) + 0.1 * b * b + Math.sin(50 * a * b)).toFixed(4))));
+  const request = {
+    nodes: { type: "grid", u, v, z },
+    model: { type: "polynomial", degree: [8, 8] },
+    estimator: { type: "least_trimmed_squares" },
+  };
+  await page.setInputFiles(picker, file("long.json", JSON.stringify(request)));
+  await page.locator(".queue-entry canvas").waitFor();
+  await page.getByRole("button", { name: "Store as iteration" }).click();
+  const entry = page.locator(".queue-entry");
+  await entry.getByText(/^\d+\u202f%/).waitFor();
+  await entry.getByRole("button", { name: "Cancel" }).click();
+  await page.getByText("Cancelled. What has arrived by then may have been stored").waitFor();
+  await entry.getByText("not sent yet").waitFor();
+  assert.deepEqual((await call("GET", `/v1/jobs/${id}/trace`)).iterations, []);
+});
 
-browserTest("an operation is followed on where an answer about it is lost", LOST_OR_AWAY, async (world) => {
+browserTest("what is cut off before its result is sent again, and stored once", { offline: true }, async (world) => {
   const { page, open, job, call } = world;
   const { id } = await job();
   await open(`/jobs/${id}/measure`);
   await page.setInputFiles(picker, file("flank.json", await example("flank_z52.json")));
   await page.locator(".queue-entry canvas").waitFor();
-  await page.route("**/v1/jobs/*/iterations", (route) =>
-    route.continue({ headers: { ...route.request().headers(), prefer: "respond-async" } }),
-  );
-  const away = {
-    status: 503,
-    contentType: "application/problem+json",
-    headers: { "retry-after": "0" },
-    json: { type: "about:blank", title: "away", status: 503, code: "store_unavailable", detail: "the store is away" },
-  };
-  /** @type {Record<string, string[]>} */
-  const met = { state: ["lost", "away"], result: ["lost", "away"] };
-  await page.route("**/v1/operations/**", (route) => {
-    const next = met[route.request().url().endsWith("/result") ? "result" : "state"]?.shift();
+  const met = ["before", "after"];
+  await page.route("**/v1/jobs/*/iterations", async (route) => {
+    const next = met.shift();
     if (next === undefined) return route.continue();
-    return next === "lost" ? route.abort("connectionreset") : route.fulfill(away);
+    // what is stored is lost on its way
+    if (next === "after") await route.fetch();
+    const body = 'event: progress\ndata: {"progress":0.5}\n\n';
+    return route.fulfill({ contentType: "text/event-stream", body });
   });
   await page.getByRole("button", { name: "Store as iteration" }).click();
   await page.waitForURL(`**/jobs/${id}/iterations/1`);
-  assert.deepEqual(met, { state: [], result: [] });
+  assert.deepEqual(met, []);
   assert.equal((await call("GET", `/v1/jobs/${id}/trace`)).iterations.length, 1);
 });

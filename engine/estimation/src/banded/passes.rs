@@ -82,7 +82,6 @@ pub(crate) struct Normal<T> {
 /// Runs `work` over every row of cells and folds the results in order.
 fn over_rows<P: Send>(cells: &Cells, work: impl Fn(usize) -> P + Sync, mut fold: impl FnMut(usize, P)) {
     let rows = cells.spans[0];
-    cancel::computing();
     let handle = cancel::current();
     let work = |i| cancel::carry(handle.as_ref(), || work(i));
     for start in (0..rows).step_by(ROWS) {

@@ -74,8 +74,6 @@ pub(crate) fn squares_beyond() -> Faults {
 impl Factor {
     /// Factors the working matrix of `design` on the counted nodes.
     pub(crate) fn new(design: &Design, sample: &Sample) -> Result<Self, FitError> {
-        // the nodes suit the design
-        cancel::computing();
         let change = design.change_of_basis();
         let factor = by_normal_equations(design, sample, &change).unwrap_or_else(|| by_qr(design, sample, change));
         factor.finite()

@@ -218,7 +218,6 @@ fn missing(wanted: &[f64], given: &[f64]) -> Vec<f64> {
 /// (`graded`) second derivatives have no limit there, and those of order 4 grow as 1 / r²; nodes as
 /// dense there as the root of r make the deviation alike everywhere.
 fn approached(surface: &dyn Surface, graded: bool, tolerance: f64) -> Vec<Converted> {
-    cancel::computing();
     let [us, vs] = surface.breaks();
     let mut found = Vec::new();
     for u in us.windows(2) {

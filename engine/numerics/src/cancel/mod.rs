@@ -38,7 +38,7 @@ use std::{
 };
 
 pub use loops::{Asking, Checked, comparing, every};
-pub use parts::{Parts, computing, parts, reading};
+pub use parts::{Parts, parts, uncounted};
 
 use share::{Done, Share};
 

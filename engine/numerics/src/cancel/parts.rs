@@ -1,4 +1,4 @@
-//! How far a computation is, and where it begins.
+//! How far a computation is.
 //!
 //! Whoever works through parts of a known number says so by [`parts`], and does each in
 //! [`Parts::run`]: what says so inside of a part divides the share of that part. So a fit counts as
@@ -11,29 +11,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::{
     Handle, current,
-    share::{READING, SHARE, Share, WHOLE},
-    unwind,
+    share::{SHARE, Share, WHOLE},
 };
 
 impl Handle {
-    /// A handle under which work ends where computing begins: its request was read then, and
-    /// nothing was found in it that is refused.
-    pub fn for_checks() -> Self {
-        let handle = Handle::default();
-        handle.0.done.checks_only.store(true, Ordering::Relaxed);
-        handle
-    }
-
-    /// Whether it is one of these.
-    pub fn is_for_checks(&self) -> bool {
-        self.0.done.checks_only.load(Ordering::Relaxed)
-    }
-
-    /// Whether computing has begun.
-    pub fn has_begun(&self) -> bool {
-        self.0.done.begun.load(Ordering::Relaxed)
-    }
-
     /// How much of the work is done, from 0 to 1, as far as it tells; never less than before.
     ///
     /// ```
@@ -53,30 +34,10 @@ impl Handle {
     }
 }
 
-/// Computing begins here: whatever can be told of a request before it was told.
-pub fn computing() {
-    if let Some(handle) = current() {
-        begin(&handle);
-    }
-}
-
-/// Does work without which a request is not read: what follows from its own numbers and may be
-/// refused. Computing begins after it.
-pub fn reading<T>(work: impl FnOnce() -> T) -> T {
+/// Does work that does not count as progress: parts of it take nothing of what is left.
+pub fn uncounted<T>(work: impl FnOnce() -> T) -> T {
     let _outer = Share::none();
-    READING.set(true);
     work()
-}
-
-fn begin(handle: &Handle) {
-    if READING.get() {
-        return;
-    }
-    let done = &handle.0.done;
-    done.begun.store(true, Ordering::Relaxed);
-    if handle.is_for_checks() {
-        unwind(handle);
-    }
 }
 
 /// Work of a number of parts, all alike. Whatever is not done when this is dropped counts as done
@@ -88,12 +49,10 @@ pub struct Parts {
     left: AtomicU64,
 }
 
-/// Says that the work from here on has `count` parts; computing has begun.
+/// Says that the work from here on has `count` parts.
 pub fn parts(count: usize) -> Parts {
-    let handle = current();
-    handle.iter().for_each(begin);
     let share = SHARE.take();
-    Parts { handle, each: share / (count as u64).max(1), left: share.into() }
+    Parts { handle: current(), each: share / (count as u64).max(1), left: share.into() }
 }
 
 impl Parts {
@@ -103,7 +62,7 @@ impl Parts {
         let wanted = self.each.saturating_mul(count as u64);
         let left = |left: u64| Some(left - wanted.min(left));
         let before = self.left.fetch_update(Ordering::Relaxed, Ordering::Relaxed, left).unwrap_or_else(|left| left);
-        let outer = Share { share: SHARE.replace(wanted.min(before)), reading: READING.get() };
+        let outer = Share(SHARE.replace(wanted.min(before)));
         let result = work();
         handle.0.done.add(SHARE.take());
         drop(outer);
@@ -206,9 +165,9 @@ mod tests {
     fn what_is_not_divided_is_left_for_what_comes_after() {
         let handle = Handle::new();
         handle.run(|| ()).unwrap();
-        assert_eq!((handle.progress(), handle.has_begun()), (0.0, false));
+        assert_eq!(handle.progress(), 0.0);
         handle.run(|| parts(1).run(1, || ())).unwrap();
-        assert_eq!((handle.progress(), handle.has_begun()), (1.0, true));
+        assert_eq!(handle.progress(), 1.0);
     }
 
     #[test]
@@ -231,21 +190,13 @@ mod tests {
     }
 
     #[test]
-    fn checks_end_where_computing_begins() {
-        let handle = Handle::for_checks();
-        assert_eq!(handle.run(|| 7), Ok(7), "read, refused, and nothing computed");
-        assert!(!handle.has_begun());
-        assert!(handle.run(|| parts(2).run(1, || unreachable!())).is_err());
-        assert!(handle.has_begun() && !handle.is_cancelled());
-        let handle = Handle::for_checks();
-        assert!(handle.run(computing).is_err() && handle.has_begun());
-        // a fit may be part of reading
-        let handle = Handle::for_checks();
-        assert_eq!(handle.run(|| reading(|| parts(2).run(1, || 7))), Ok(7));
-        assert_eq!((handle.has_begun(), handle.progress()), (false, 0.0));
-        assert!(handle.run(|| (reading(|| ()), computing())).is_err() && handle.has_begun());
-        let plain = Handle::new();
-        assert!(plain.run(computing).is_ok() && plain.has_begun());
-        computing();
+    fn what_is_not_counted_leaves_all_to_what_comes_after() {
+        let handle = Handle::new();
+        let work = || {
+            uncounted(|| parts(2).run(1, || ()));
+            assert_eq!(handle.progress(), 0.0);
+            parts(2).run(1, || handle.progress())
+        };
+        assert_eq!((handle.run(work), handle.progress()), (Ok(0.0), 1.0));
     }
 }

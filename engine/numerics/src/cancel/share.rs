@@ -2,7 +2,7 @@
 
 use std::{
     cell::Cell,
-    sync::atomic::{AtomicBool, AtomicU64, Ordering},
+    sync::atomic::{AtomicU64, Ordering},
 };
 
 /// The whole work, in the unit of shares.
@@ -15,47 +15,32 @@ pub(super) struct Done {
     pub(super) done: AtomicU64,
     /// Share of the whole that is not divided yet.
     undivided: AtomicU64,
-    /// Whether the work ends where computing begins.
-    pub(super) checks_only: AtomicBool,
-    /// Whether computing has begun.
-    pub(super) begun: AtomicBool,
 }
 
 impl Default for Done {
     fn default() -> Self {
-        Done {
-            done: 0.into(),
-            undivided: WHOLE.into(),
-            checks_only: AtomicBool::default(),
-            begun: AtomicBool::default(),
-        }
+        Done { done: 0.into(), undivided: WHOLE.into() }
     }
 }
 
 thread_local! {
     /// What the work of this thread may divide.
     pub(super) static SHARE: Cell<u64> = const { Cell::new(0) };
-    /// Whether it is part of reading a request.
-    pub(super) static READING: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Puts the share of the outer work back, also when the stack unwinds.
-pub(super) struct Share {
-    pub(super) share: u64,
-    pub(super) reading: bool,
-}
+/// The share of the outer work; puts it back, also when the stack unwinds.
+pub(super) struct Share(pub(super) u64);
 
 impl Share {
     /// Nothing to be divided.
     pub(super) fn none() -> Self {
-        Share { share: SHARE.replace(0), reading: READING.replace(false) }
+        Share(SHARE.replace(0))
     }
 }
 
 impl Drop for Share {
     fn drop(&mut self) {
-        SHARE.set(self.share);
-        READING.set(self.reading);
+        SHARE.set(self.0);
     }
 }
 

@@ -9,7 +9,6 @@ mod key;
 mod listing;
 mod record;
 mod stream;
-mod task;
 
 pub use audit::JobPurge;
 pub use fit::TracedFitRow;
@@ -17,11 +16,9 @@ pub use iteration::{IterationRow, MeasuredTooth, NodesRow, SuccessorRow, TracedI
 pub use job::AnswerRow;
 pub use listing::{Count, ListedJobRow, counts};
 pub use stream::{EventRow, ToldEventRow};
-pub use task::{ClaimedTaskRow, TaskResultRow};
 pub(super) use {
     audit::{entry_columns, seal_columns},
     fit::figure_columns,
     job::job_columns,
     key::{key_columns, plant_columns},
-    task::{claimed_task_columns, task_columns},
 };

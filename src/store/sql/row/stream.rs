@@ -6,7 +6,7 @@ use uuid::Uuid;
 use crate::{
     jobs::{
         Block, Decision, EventKind, EventPlace, JobChange, JobEvent, RecordKind, RepositoryError, Stream, StreamEvent,
-        StreamState, TaskState, ToldEvent,
+        StreamState, ToldEvent,
     },
     store::sql::error::{StoreError, damaged},
 };
@@ -39,8 +39,6 @@ row! {
         state: Option<StreamEvent>,
         sequence: Option<u64>,
         node_count: Option<u64>,
-        operation: Option<Uuid>,
-        operation_state: Option<TaskState>,
         purge_reason: Option<String>,
         record_id: Option<Uuid>,
         record_kind: Option<RecordKind>,
@@ -95,10 +93,6 @@ impl TryFrom<EventRow> for JobEvent {
                 sequence: whole(row.sequence)?,
                 node_count: whole(row.node_count)?,
                 iteration,
-            },
-            "operation" => EventKind::Task {
-                id: row.operation.ok_or_else(damaged)?,
-                state: row.operation_state.ok_or_else(damaged)?,
             },
             "record" => EventKind::Record {
                 number: iteration.ok_or_else(damaged)?,

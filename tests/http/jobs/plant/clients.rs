@@ -16,7 +16,8 @@ use tokio::time::sleep;
 use crate::jobs::{
     app::{Answer, iteration},
     events::Listener,
-    kill, long,
+    kill,
+    progress::{slow_iteration, with_progress},
     streams::block,
 };
 
@@ -43,8 +44,6 @@ pub struct Counts {
     /// Answers that nothing can be said now, and among them those that the outcome is not known.
     pub refused: AtomicU64,
     pub unknown: AtomicU64,
-    /// Operations that were begun more than once.
-    pub again: AtomicU64,
 }
 
 impl Counts {
@@ -150,44 +149,29 @@ impl Plant {
         stored
     }
 
-    /// Has iterations made by operations, one after the other and at least one. One whose servers
-    /// were lost too often has stored nothing.
-    pub async fn operate(&self, job: &str) -> Vec<Written> {
+    /// Stores iterations with progress, one after the other and at least one.
+    pub async fn write_watched(&self, job: &str) -> Vec<Written> {
         let mut stored = Vec::new();
         let path = format!("{job}/iterations");
         for turn in 0.. {
             if self.is_over() && !stored.is_empty() {
                 break;
             }
-            let (key, body) = (format!("operation {turn}"), long::robust_iteration());
-            let later = |request: RequestBuilder| {
-                request.header("Idempotency-Key", &key).header("Prefer", "respond-async").json(&body)
-            };
-            let begun = self.ask(&path, later).await.expect(202);
-            let place = format!("{}{}", self.base, begun.header("location").unwrap());
-            let made = self.result(&place).await;
-            if self.get(&place).await.expect(200).json()["attempts"].as_u64() > Some(1) {
-                Counts::add(&self.counts.again);
-            }
-            if made.status == 500 {
-                made.problem(500, "interrupted");
-                continue;
-            }
-            stored.push(written(&made.expect(201), key));
+            let (key, body) = (format!("watched {turn}"), slow_iteration());
+            let request = |request| with_progress(request).header("Idempotency-Key", &key).json(&body);
+            let begun = Instant::now();
+            stored.push(loop {
+                let answer = self.ask(&path, request).await.expect(200);
+                if let Some((_, data)) = answer.text.split_once("event: result\ndata: ") {
+                    break written(&Answer { text: data.trim_end().to_owned(), ..answer }, key);
+                }
+                let refused = ["\"status\":503", "idempotency_key_in_use"];
+                assert!(refused.iter().any(|said| answer.text.contains(said)), "{}", answer.text);
+                assert!(begun.elapsed() < PATIENCE, "{key} does not end");
+                Counts::add(&self.counts.refused);
+            });
         }
         stored
-    }
-
-    /// The answer of an operation, once it has one.
-    async fn result(&self, place: &str) -> Answer {
-        let begun = Instant::now();
-        loop {
-            let answer = self.get(&format!("{place}/result")).await;
-            if answer.status != 409 {
-                return answer;
-            }
-            assert!(begun.elapsed() < PATIENCE, "{place} does not end");
-        }
     }
 
     /// Asks until somebody has answered.
@@ -195,7 +179,7 @@ impl Plant {
         let begun = Instant::now();
         loop {
             Counts::add(&self.counts.requests);
-            if let Some(answer) = self.answered(self.client.get(url).header("Prefer", "wait=1")).await {
+            if let Some(answer) = self.answered(self.client.get(url)).await {
                 return answer;
             }
             assert!(begun.elapsed() < PATIENCE, "{url} is not answered");

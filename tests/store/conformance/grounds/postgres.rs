@@ -188,15 +188,6 @@ impl Ground for Postgres {
         }
     }
 
-    fn scalar(&self, sql: &'static str) -> Soon<'_, i64> {
-        Box::pin(async move {
-            let mut own = PgConnection::connect(&self.url).await.unwrap();
-            let found = sqlx::query_scalar(sql).fetch_one(&mut own).await.unwrap();
-            own.close().await.unwrap();
-            found
-        })
-    }
-
     fn holds<'a>(&'a self, text: &'a str) -> Soon<'a, bool> {
         Box::pin(async move {
             let mut own = PgConnection::connect(&self.url).await.unwrap();
@@ -227,9 +218,5 @@ impl Ground for Postgres {
 
     fn id(&self, id: Uuid) -> String {
         format!("'{id}'")
-    }
-
-    fn numbered_id(&self, number: &str) -> String {
-        format!("lpad(({number})::text, 32, '0')::uuid")
     }
 }

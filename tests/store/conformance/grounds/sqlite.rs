@@ -132,15 +132,6 @@ impl Ground for Sqlite {
         }
     }
 
-    fn scalar(&self, sql: &'static str) -> Soon<'_, i64> {
-        Box::pin(async move {
-            let mut own = self.place.connect().await;
-            let found = sqlx::query_scalar(sql).fetch_one(&mut own).await.unwrap();
-            own.close().await.unwrap();
-            found
-        })
-    }
-
     /// In the file, or in the log beside it.
     fn holds<'a>(&'a self, text: &'a str) -> Soon<'a, bool> {
         Box::pin(async move {
@@ -157,9 +148,5 @@ impl Ground for Sqlite {
 
     fn id(&self, id: Uuid) -> String {
         self.literal(id.as_bytes())
-    }
-
-    fn numbered_id(&self, number: &str) -> String {
-        format!("CAST(printf('%016d', {number}) AS BLOB)")
     }
 }
