@@ -2,16 +2,18 @@
 
 use std::borrow::Cow;
 
-use super::{json::writer::Object, params::Params};
+use super::params::Params;
 use flankfit_engine::{
     estimation::result::{Times, Warning},
     words::{Shown, Size},
 };
 
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 /// A warning about the answer.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Warning)]
 pub struct WarningBody {
@@ -22,12 +24,10 @@ pub struct WarningBody {
     pub message: String,
     /// What the message speaks of, by names that tell the units: with `code` enough to say it in
     /// another language. Left out where it speaks of nothing, or where the words are the caller's.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<Object>)]
     pub params: Option<Params>,
     /// The part of the answer that warns, as a JSON Pointer; absent where the warning is of the
     /// whole.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub at: Option<String>,
 }
 
@@ -39,11 +39,6 @@ impl From<&Warning> for WarningBody {
 }
 
 impl WarningBody {
-    /// Writes it down.
-    pub fn write(&self, object: &mut Object<'_>) {
-        object.string("code", &self.code).string("message", &self.message).maybe("params", self.params.as_ref());
-    }
-
     /// Of a message that speaks of nothing but itself.
     pub fn new(code: &'static str, message: String) -> Self {
         WarningBody { code: code.into(), message, params: None, at: None }

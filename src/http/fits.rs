@@ -10,7 +10,7 @@ use utoipa_axum::{router::OpenApiRouter, routes};
 use super::{body::Payload, budget::WithPermit, compute::read_fit_and, state::AppState, unsent::with_permit};
 use crate::api::{
     fits::{
-        answer::result::FitResultBody,
+        answer::FitResultBody,
         service,
         spec::request::{FitForm, FitRequest},
     },

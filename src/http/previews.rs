@@ -16,7 +16,7 @@ use super::{
     stored,
 };
 use crate::api::{
-    fits::{answer::result::FitResultBody, reader, service},
+    fits::{answer::FitResultBody, reader, service},
     jobs::iteration_requests::PreviewRequest,
     problem::Problem,
 };

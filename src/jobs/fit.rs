@@ -8,7 +8,7 @@ use super::encoded_text::EncodedResult;
 use super::said::{Choice, Event};
 use flankfit_engine::estimation::{
     FitResult,
-    spec::{Criterion, Scheme},
+    spec::{ChosenBy, Criterion, Scheme},
 };
 
 /// A fit computed and written down, on its way to be stored.
@@ -74,9 +74,6 @@ pub struct Figures {
     pub max_abs: Option<f64>,
 }
 
-/// The criterion's name for a value that the caller gave.
-const FIXED: &str = "fixed";
-
 impl Figures {
     /// The figures of a result.
     pub fn of(result: &FitResult) -> Self {
@@ -85,11 +82,7 @@ impl Figures {
         let regularization = &result.regularization;
         Figures {
             lambda_star: regularization.lambda_star.and_then(finite),
-            criterion: match regularization.criterion {
-                Some(criterion) => Some(criterion.name()),
-                None if regularization.fixed => Some(FIXED),
-                None => None,
-            },
+            criterion: regularization.criterion.map(ChosenBy::name),
             scheme: regularization.scheme.map(scheme_name),
             count: regularization.count.and_then(|count| u32::try_from(count).ok()),
             condition: result.spectrum.condition.and_then(finite),
@@ -103,7 +96,8 @@ impl Figures {
 
     /// The criterion of that name, as [`Figures::of`] writes it.
     pub fn criterion_named(name: &str) -> Option<&'static str> {
-        Criterion::every().map(Criterion::name).chain([FIXED]).find(|known| *known == name)
+        let all = Criterion::every().map(ChosenBy::Criterion).chain([ChosenBy::Fixed]);
+        all.map(ChosenBy::name).find(|known| *known == name)
     }
 
     /// The scheme of that name, as [`Figures::of`] writes it.

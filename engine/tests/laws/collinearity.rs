@@ -93,8 +93,9 @@ proptest! {
             let gap = [i.wrapping_sub(1), i + 1].iter().filter_map(|k| lambda.get(*k))
                 .map(|l| (l / lambda[i] - 1.0).abs()).fold(f64::INFINITY, f64::min);
             if gap > 1e-2 {
-                let sign = if near.weights[0] * unit.vectors[i][0].to_f64() < 0.0 { -1.0 } else { 1.0 };
-                for (got, exact) in near.weights.iter().zip(&unit.vectors[i]) {
+                let weights = near.weights.as_ref().unwrap();
+                let sign = if weights[0] * unit.vectors[i][0].to_f64() < 0.0 { -1.0 } else { 1.0 };
+                for (got, exact) in weights.iter().zip(&unit.vectors[i]) {
                     assert_close("weight", sign * got, exact.to_f64(), 0.0, 1e-6);
                 }
             }

@@ -45,7 +45,7 @@ fn at(nodes: &Nodes, spec: &FitSpec, places: Places) -> (Vec<f64>, Vec<Vec<f64>>
     let kinds = Kinds { confidence: false, prediction: false, simultaneous: false };
     let predict = Some(Predict { at: places, level: None, kinds, slopes: true });
     let found = fit(nodes, &FitSpec { predict, ..spec.clone() }).predictions.unwrap();
-    (found.value, found.slopes.into_iter().map(|slopes| slopes.value).collect())
+    (found.value, [found.slope_u, found.slope_v].into_iter().flatten().map(|slopes| slopes.value).collect())
 }
 
 fn dense(count: usize) -> Vec<f64> {

@@ -6,7 +6,7 @@ use crate::problems::{Problem, assert_close, by, columns, config, filter, fit, l
 use flankfit_engine::estimation::FitResult;
 use flankfit_engine::estimation::result::Choice;
 use flankfit_engine::estimation::spec::{
-    Count, Criterion, FitSpec, Include, Parameter, Regularization, Scaling, Scheme,
+    ChosenBy, Count, Criterion, FitSpec, Include, Parameter, Regularization, Scaling, Scheme,
 };
 use proptest::prelude::*;
 
@@ -21,13 +21,14 @@ pub struct Trial<'a> {
 impl Trial<'_> {
     pub fn check(&self, result: &FitResult) {
         let choices = &result.regularization.choices;
-        let plain = choices.iter().find(|c| c.criterion.is_none()).expect("least squares stands beside them");
+        let plain =
+            choices.iter().find(|c| c.criterion == ChosenBy::LeastSquares).expect("least squares stands beside them");
         assert_eq!(plain.bias_norm, 0.0);
         // Nothing filtered: for ridge k = 0, for the others λ* = λ₁.
         let nothing = if self.filter == Filter::Ridge { 0.0 } else { self.sums.lambda[0] };
         self.figures(plain, nothing);
         for criterion in Criterion::ALL {
-            let found = choices.iter().find(|c| c.criterion == Some(criterion));
+            let found = choices.iter().find(|c| c.criterion == ChosenBy::Criterion(criterion));
             if criterion == Criterion::MinCondition && self.filter == Filter::Ridge {
                 assert!(found.is_none(), "min_condition has no minimiser for ridge");
                 continue;
@@ -75,7 +76,7 @@ impl Trial<'_> {
                     assert_close("discrepancy at its low end", t, low, 1e-9, 0.0);
                 } else if highest < target {
                     assert_close("discrepancy never reached", t, high, 1e-9, 0.0);
-                    if result.regularization.criterion == Some(Criterion::Discrepancy) {
+                    if result.regularization.criterion == Some(ChosenBy::Criterion(Criterion::Discrepancy)) {
                         assert!(warned(result, "discrepancy_not_reached"), "{:?}", result.warnings);
                     }
                 } else {
@@ -125,13 +126,12 @@ proptest! {
             let result = fit(&problem.nodes(), &spec);
             trial.check(&result);
             let report = &result.regularization;
-            prop_assert_eq!(report.criterion, Some(criterion));
-            prop_assert!(!report.fixed);
-            let choice = report.choices.iter().find(|c| c.criterion == Some(criterion)).unwrap();
+            prop_assert_eq!(report.criterion, Some(ChosenBy::Criterion(criterion)));
+            let choice = report.choices.iter().find(|c| c.criterion == ChosenBy::Criterion(criterion)).unwrap();
             prop_assert_eq!(choice.lambda_star, report.lambda_star);
             let rounding = 1e-13 * result.bias.coefficient_norm_limit;
             assert_close("bias of the choice", choice.bias_norm, result.bias.norm, 1e-9, rounding);
-            let plain = report.choices.iter().find(|c| c.criterion.is_none()).unwrap();
+            let plain = report.choices.iter().find(|c| c.criterion == ChosenBy::LeastSquares).unwrap();
             if choice.predicted_mse > plain.predicted_mse.map(|p| p * (1.0 + 1e-9)) {
                 prop_assert!(warned(&result, "worse_than_least_squares"), "{:?}", result.warnings);
             }
@@ -174,7 +174,7 @@ proptest! {
         let t = lambda[0] * (lambda[n - 1] / lambda[0]).powf(place);
         let regularization = spectral(Scheme::FirstOrder, Count::Given(1), Parameter::Fixed(t));
         let report = fit(&problem.nodes(), &FitSpec { regularization, ..linear() }).regularization;
-        prop_assert_eq!((report.lambda_star, report.fixed, report.criterion), (Some(t), true, None));
+        prop_assert_eq!((report.lambda_star, report.criterion), (Some(t), Some(ChosenBy::Fixed)));
     }
 }
 

@@ -264,7 +264,7 @@ fn told_errors_need_no_residuals() {
     }
     assert!(heights.std_error.unwrap().iter().all(|error| (error - 0.2).abs() < 1e-12));
     let errors = found.errors.unwrap();
-    assert_eq!((errors.whiteness, errors.lags), (None, 0));
+    assert_eq!((errors.durbin_watson, errors.ljung_box_lags), (None, 0));
     // without σ there is something to estimate, and nothing to do it from
     let error = flankfit_engine::estimation::fit(&nodes, &FitSpec { noise_sigma: None, ..asked }).unwrap_err();
     assert!(error.to_string().contains("too little to estimate"), "{error}");
@@ -283,11 +283,11 @@ fn white_residuals_are_told_as_white_on_any_lines() {
         for _ in 0..1000 {
             let grid = Nodes::grid(axis(lines), axis(nodes), random.normals(lines * nodes), None, None).unwrap();
             let found = fit(&grid, &asked).errors.unwrap();
-            assert_eq!(found.lags, lags);
-            let [plain, white] = found.whiteness.unwrap();
-            assert!((plain.ljung_box_p - white.ljung_box_p).abs() < 1e-9);
-            rejected += usize::from(plain.ljung_box_p < 0.05);
-            mean += plain.durbin_watson / 1000.0;
+            assert_eq!(found.ljung_box_lags, lags);
+            let [plain, white] = found.ljung_box_p.unwrap();
+            assert!((plain - white).abs() < 1e-9);
+            rejected += usize::from(plain < 0.05);
+            mean += found.durbin_watson.unwrap()[0] / 1000.0;
         }
         assert!((20..=90).contains(&rejected), "{lines} lines of {nodes}: {rejected} of 1000");
         assert!((1.9..=2.1).contains(&mean), "{lines} lines of {nodes}: {mean}");
@@ -347,7 +347,7 @@ fn what_nothing_tells_is_refused() {
     assert!(fit(&uneven, &of(Correlation::Matern { parameters: None }, Along::Order, twos)).errors.is_some());
     // what is told needs no neighbours
     let known = fit(&column, &of(Correlation::Ar1 { rho: Some(0.5) }, Along::V, None)).errors.unwrap();
-    assert_eq!((known.whiteness, known.lags), (None, 0));
+    assert_eq!((known.durbin_watson, known.ljung_box_lags), (None, 0));
     // the same place but for rounding
     for level in [3.0, 7.7e-5, 1e12] {
         for place in [level, level * (1.0 + f64::EPSILON)] {

@@ -3,7 +3,7 @@
 
 use crate::oracle::spectral::{Filter, Sums, logarithmic};
 use crate::problems::{Problem, assert_close, by, close, config, filter, fit, linear, spectral};
-use flankfit_engine::estimation::spec::{Count, Criterion, FitSpec, Scaling, Scheme};
+use flankfit_engine::estimation::spec::{ChosenBy, Count, Criterion, FitSpec, Scaling, Scheme};
 use proptest::prelude::*;
 
 /// The interval of minimisers found by trying: the grid points within a hair of the least
@@ -32,7 +32,7 @@ proptest! {
         let regularization = spectral(scheme, Count::Given(count), by(Criterion::MinCondition));
         let result = fit(&problem.nodes(), &FitSpec { scaling: Scaling::None, regularization, ..linear() });
         let report = &result.regularization;
-        prop_assert_eq!(report.criterion, Some(Criterion::MinCondition));
+        prop_assert_eq!(report.criterion, Some(ChosenBy::Criterion(Criterion::MinCondition)));
 
         // The reported spectrum, so that only Eq. 49 is on trial here.
         let lambda = result.spectrum.eigenvalues.clone();

@@ -86,7 +86,7 @@ fn places_beyond_doubles() {
             assert_eq!(left.value, there.value);
             assert_eq!(left.confidence, there.confidence);
             assert_eq!(left.simultaneous, there.simultaneous);
-            assert_eq!(left.slopes, there.slopes);
+            assert_eq!((left.slope_u, left.slope_v), (there.slope_u, there.slope_v));
             let named = Warning::PlacesBeyondDouble { places: vec![1], count: 1 };
             assert!(found.warnings.contains(&named), "{:?}", found.warnings);
         }

@@ -5,7 +5,7 @@ use crate::oracle::big::Big;
 use crate::oracle::matrix::{Rows, column, dot, doubles, eigen, gram, inverse, times, vector};
 use crate::problems::{assert_all_close, assert_close, values};
 use flankfit_engine::estimation::FitResult;
-use flankfit_engine::estimation::spec::Criterion;
+use flankfit_engine::estimation::spec::{ChosenBy, Criterion};
 
 /// `∫ (uᵃ)⁽ᵏ⁾ (uᵇ)⁽ᵏ⁾ du` by the power rule.
 fn powers(a: usize, b: usize, order: usize, [low, high]: [f64; 2]) -> Big {
@@ -109,7 +109,9 @@ pub fn check(result: &FitResult, x: &Rows, y: &[f64], penalty: &Rows, unit: bool
         let bound = r * (&dot(&removal[j], &removal[j]).sqrt() / &scales[j]).to_f64();
         assert_close("bias bound", c.bias_bound, bound, 1e-6, 0.0);
     }
-    let best = |criterion: Criterion| result.regularization.choices.iter().find(|c| c.criterion == Some(criterion));
+    let best = |criterion: Criterion| {
+        result.regularization.choices.iter().find(|c| c.criterion == ChosenBy::Criterion(criterion))
+    };
     // variance part of the predicted error cannot be undercut, and nothing answered beats the
     // criterion's own choice
     let own = best(Criterion::MinMse).expect("min_mse").predicted_mse.unwrap();
@@ -160,7 +162,7 @@ pub fn check_curve(result: &FitResult, x: &Rows, y: &[f64], penalty: &Rows, unit
         let condition = (&eigenvalues[n - 1] / &eigenvalues[0]).to_f64();
         assert_close("condition", point.condition.unwrap(), condition, 1e-6, 0.0);
     }
-    let own = |criterion| result.regularization.choices.iter().find(|c| c.criterion == Some(criterion));
+    let own = |criterion| result.regularization.choices.iter().find(|c| c.criterion == ChosenBy::Criterion(criterion));
     for point in curve {
         let least = own(Criterion::MinMse).and_then(|c| c.predicted_mse).expect("a predicted error");
         assert!(point.predicted_mse.unwrap() >= least * (1.0 - 1e-9));

@@ -5,7 +5,7 @@ use crate::oracle::big::Big;
 use crate::oracle::matrix::{column, dot, doubles, gram, inverse, times, vector};
 use crate::oracle::spectral::Filter;
 use crate::problems::{Problem, assert_all_close, assert_close, by, close, columns, config, fit, linear, values};
-use flankfit_engine::estimation::spec::{Criterion, FitSpec, Parameter, Regularization, Scaling};
+use flankfit_engine::estimation::spec::{ChosenBy, Criterion, FitSpec, Parameter, Regularization, Scaling};
 use flankfit_engine::estimation::{FitError, fit as try_fit};
 use proptest::prelude::*;
 
@@ -70,7 +70,7 @@ proptest! {
             let spec = FitSpec { scaling, regularization: ridge(by(criterion)), ..linear() };
             let result = fit(&problem.nodes(), &spec);
             trial.check(&result);
-            let choice = result.regularization.choices.iter().find(|c| c.criterion == Some(criterion)).unwrap();
+            let choice = result.regularization.choices.iter().find(|c| c.criterion == ChosenBy::Criterion(criterion)).unwrap();
             prop_assert_eq!(choice.lambda_star, result.regularization.lambda_star);
         }
     }

@@ -7,7 +7,7 @@ use crate::problems::{
     warned,
 };
 use flankfit_engine::estimation::spec::{
-    Attraction, Criterion, FitSpec, JamesStein, Parameter, Regularization, Scaling, ShrinkageFactor,
+    Attraction, ChosenBy, Criterion, FitSpec, JamesStein, Parameter, Regularization, Scaling, ShrinkageFactor,
 };
 use flankfit_engine::estimation::{FitError, FitResult, fit as try_fit};
 use proptest::prelude::*;
@@ -59,8 +59,8 @@ fn check(problem: &Problem, result: &FitResult, target: &[f64], scaling: Scaling
         .collect();
     for choice in &result.regularization.choices {
         let c = match choice.criterion {
-            None => 1.0,
-            Some(_) => choice.lambda_star.map_or(0.0, |k| 1.0 / (1.0 + k)),
+            ChosenBy::LeastSquares => 1.0,
+            _ => choice.lambda_star.map_or(0.0, |k| 1.0 / (1.0 + k)),
         };
         let expected: f64 = (0..sums.n())
             .map(|i| {
@@ -91,7 +91,7 @@ proptest! {
         // the explicit optimum, and nothing near it is better
         let optimal = fit(&problem.nodes(), &spec(by(Criterion::Optimal)));
         check(&problem, &optimal, &target, scaling, sigma);
-        let best = optimal.regularization.choices.iter().find(|c| c.criterion == Some(Criterion::Optimal)).unwrap();
+        let best = optimal.regularization.choices.iter().find(|c| c.criterion == ChosenBy::Criterion(Criterion::Optimal)).unwrap();
         let least = best.predicted_mse.unwrap();
         for choice in &optimal.regularization.choices {
             prop_assert!(choice.predicted_mse.unwrap() >= least * (1.0 - 1e-12));

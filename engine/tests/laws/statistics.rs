@@ -9,10 +9,22 @@ use crate::problems::{
     values, warned,
 };
 use flankfit_engine::estimation::spec::{
-    Count, Criterion, Degree, FitSpec, Include, Parameter, PolynomialBasis, Regularization, Scaling, Scheme,
+    ChosenBy, Count, Criterion, Degree, FitSpec, Include, Parameter, PolynomialBasis, Regularization, Scaling, Scheme,
 };
-use flankfit_engine::estimation::{FitError, Nodes, fit as try_fit};
+use flankfit_engine::estimation::{
+    FitError, Nodes, fit as try_fit,
+    result::{Choice, FitResult},
+};
 use proptest::prelude::*;
+
+/// Returns the criteria whose choices are reported.
+fn criteria_of(result: &FitResult) -> Vec<Criterion> {
+    let criterion = |choice: &Choice| match choice.criterion {
+        ChosenBy::Criterion(criterion) => Some(criterion),
+        ChosenBy::Fixed | ChosenBy::LeastSquares => None,
+    };
+    result.regularization.choices.iter().filter_map(criterion).collect()
+}
 
 proptest! {
     #![proptest_config(config(64))]
@@ -115,7 +127,7 @@ proptest! {
         prop_assert!(warned(&result, "no_degrees_of_freedom"), "{:?}", result.warnings);
         // The default criterion needs σ̂; without one it answers least squares.
         prop_assert_eq!(values(&result), result.coefficients.iter().map(|c| c.least_squares).collect::<Vec<f64>>());
-        let offered: Vec<Criterion> = result.regularization.choices.iter().filter_map(|c| c.criterion).collect();
+        let offered = criteria_of(&result);
         // Where nothing is to be regularised they all answer least squares.
         for criterion in [Criterion::MinMse, Criterion::Gcv, Criterion::Discrepancy] {
             let nothing = result.regularization.count == Some(0);
@@ -125,9 +137,9 @@ proptest! {
         let sigma = FitSpec { noise_sigma: Some(1e-3), ..linear() };
         let result = fit(&problem.nodes(), &sigma);
         if result.regularization.count != Some(0) {
-            let offered: Vec<Criterion> = result.regularization.choices.iter().filter_map(|c| c.criterion).collect();
+            let offered = criteria_of(&result);
             prop_assert!(offered.contains(&Criterion::MinMse) && offered.contains(&Criterion::Discrepancy));
-            prop_assert_eq!(result.regularization.criterion, Some(Criterion::MinMse));
+            prop_assert_eq!(result.regularization.criterion, Some(ChosenBy::Criterion(Criterion::MinMse)));
         }
     }
 }

@@ -4,7 +4,7 @@ use crate::answers::{answer, at_least, matrix, values};
 use crate::folder::{decimals, number, numbers, reference};
 use flankfit_engine::estimation::FitResult;
 use flankfit_engine::estimation::spec::{
-    Criterion, FitSpec, JamesStein, Model, Parameter, Regularization, Scaling, ShrinkageFactor,
+    ChosenBy, Criterion, FitSpec, JamesStein, Model, Parameter, Regularization, Scaling, ShrinkageFactor,
 };
 
 fn james_stein(factor: ShrinkageFactor, target: Option<Vec<f64>>, scaling: Scaling) -> FitSpec {
@@ -114,8 +114,8 @@ fn closed_forms_for_ridge() {
         let result = answer(&nodes, &spec);
         let k = result.regularization.lambda_star.expect("a parameter");
         near(name, k, number(&truth[name]), 1e-10);
-        assert_eq!(result.regularization.criterion, Some(criterion));
-        let choice = result.regularization.choices.iter().find(|c| c.criterion == Some(criterion));
+        assert_eq!(result.regularization.criterion, Some(ChosenBy::Criterion(criterion)));
+        let choice = result.regularization.choices.iter().find(|c| c.criterion == ChosenBy::Criterion(criterion));
         assert_eq!(choice.and_then(|c| c.lambda_star), Some(k));
     }
     // centred columns of unit length: the correlation form, k smaller by the number of nodes

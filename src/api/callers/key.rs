@@ -2,6 +2,7 @@
 
 use jiff::Timestamp;
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use super::{
@@ -71,46 +72,39 @@ pub struct RotationBody {
 }
 
 /// A key.
+#[skip_serializing_none]
 #[derive(Clone, Serialize, Deserialize, ToSchema)]
 #[schema(as = Key)]
 pub struct KeyBody {
     /// 16 hexadecimal digits, not secret: the part of the key after `ffk_`.
     pub id: String,
     /// Whose it is; absent of a key of no tenant.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tenant: Option<String>,
     /// Name of the key's holder, a person or a program.
     pub name: String,
     /// Absent where scopes were named one by one.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub role: Option<RoleName>,
     /// Scopes of the key.
     pub scopes: Vec<ScopeName>,
     pub kind: KeyKindName,
     /// For a certificate: its subject alternative name.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub san: Option<String>,
     /// When the key was made.
     #[schema(value_type = String, format = DateTime, example = "2026-11-21T08:30:00.000000Z")]
     pub created_at: Moment,
     /// When it ends, or has ended.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, format = DateTime)]
     pub expires_at: Option<Moment>,
     /// Time of the last accepted request, within a minute; absent before the first.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, format = DateTime)]
     pub last_used_at: Option<Moment>,
     /// When it was ended for good.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, format = DateTime)]
     pub revoked_at: Option<Moment>,
     /// The key that took its place when it was rotated.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub replaced_by: Option<String>,
     /// The key itself, only in the answer to the request that made it. It cannot be retrieved
     /// later.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub key: Option<String>,
     /// Consequences of making the key.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -118,13 +112,13 @@ pub struct KeyBody {
 }
 
 /// Some keys, newest first.
+#[skip_serializing_none]
 #[derive(Clone, Serialize, Deserialize, ToSchema)]
 #[schema(as = KeyPage)]
 pub struct KeyPageBody {
     /// The keys of this page.
     pub items: Vec<KeyBody>,
     /// Cursor of the next page; absent on the last one.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub next_cursor: Option<String>,
 }
 

@@ -1,6 +1,7 @@
 //! Tenants as they are written and read.
 
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use super::key::KeyBody;
@@ -39,13 +40,13 @@ pub struct TenantPatchBody {
 }
 
 /// A tenant: a plant with its jobs and keys.
+#[skip_serializing_none]
 #[derive(Clone, Serialize, Deserialize, ToSchema)]
 #[schema(as = Tenant)]
 pub struct TenantBody {
     /// Name of the tenant, unique.
     pub name: String,
     /// For people.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub description: Option<String>,
     /// True if its keys are refused.
     pub suspended: bool,
@@ -57,18 +58,17 @@ pub struct TenantBody {
     pub updated_at: Moment,
     /// Its first key, with the role `admin`, only in the answer to the request that made the
     /// tenant.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub admin_key: Option<KeyBody>,
 }
 
 /// Some tenants, newest first.
+#[skip_serializing_none]
 #[derive(Clone, Serialize, Deserialize, ToSchema)]
 #[schema(as = TenantPage)]
 pub struct TenantPageBody {
     /// The tenants of this page.
     pub items: Vec<TenantBody>,
     /// Cursor of the next page; absent on the last one.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub next_cursor: Option<String>,
 }
 

@@ -2,6 +2,7 @@
 
 use jiff::Timestamp;
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use super::names::{RoleName, ScopeName, names_of};
@@ -11,33 +12,28 @@ use crate::{
 };
 
 /// The caller, as the server identifies it.
+#[skip_serializing_none]
 #[derive(Clone, Debug, Serialize, Deserialize, ToSchema)]
 #[schema(as = Whoami)]
 pub struct WhoamiBody {
     /// Whose jobs they see; absent of a caller of no tenant.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tenant: Option<String>,
     /// Name of the caller: `key-` and the id of the key, or the beginning of the key's digest if
     /// the server's settings contain it; for a token its subject; `anonymous` where no key is
     /// required.
     pub actor: String,
     /// Kind of credential; absent where no key is required.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub kind: Option<ProofName>,
     /// Absent where scopes were listed one by one or a token has several roles, and where no key is
     /// required.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub role: Option<RoleName>,
     /// Scopes of the caller.
     pub scopes: Vec<ScopeName>,
     /// The key's id, where the database has it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub key_id: Option<String>,
     /// The key's name.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub key_name: Option<String>,
     /// When the key or the token ends.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, format = DateTime)]
     pub expires_at: Option<Moment>,
 }

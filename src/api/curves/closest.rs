@@ -1,6 +1,7 @@
 //! The points of a curve that are closest to given ones.
 
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use super::points::space;
@@ -36,6 +37,7 @@ request! {
 }
 
 /// Closest points, everything in the order of the given ones.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = CurveFeet)]
 pub struct CurveFeetBody {
@@ -47,7 +49,6 @@ pub struct CurveFeetBody {
     pub distances: Vec<f64>,
     /// For a plane curve or graph: > 0 where the given point lies to the left of the curve. Left
     /// out where the curve has no direction at one of the closest points.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub signed_distances: Option<Vec<f64>>,
 }
 

@@ -1,6 +1,7 @@
 //! A curve at many parameters.
 
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use crate::api::{
@@ -50,32 +51,27 @@ pub enum CurveIncludeName {
 }
 
 /// A curve at parameters, everything in the order of `at`.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = CurveValues)]
 pub struct CurveValuesBody {
     /// Points of the curve; numbers for a graph.
     pub values: Vec<PointBody>,
     /// By order: first derivatives, second ones, …
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub derivatives: Option<Vec<Vec<PointBody>>>,
     /// With two derivatives or more: 1/radius; for plane curves and graphs > 0 where the curve
     /// turns left. Absent, with a warning, where the first derivative is 0 at one of the
     /// parameters.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub curvature: Option<Vec<f64>>,
     /// With three derivatives: torsion of a space curve; absent where its curvature is 0 at one of
     /// the parameters.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub torsion: Option<Vec<f64>>,
     /// Length from the start of the domain to each parameter; of a graph that of the line (x,
     /// y(x)).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub arc_length: Option<Vec<f64>>,
     /// Length of the whole curve.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub length: Option<f64>,
     /// Estimated error of the lengths.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub length_error: Option<f64>,
     /// What to know about the answer; empty where there is nothing to say.
     pub warnings: Vec<WarningBody>,
@@ -146,7 +142,7 @@ pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
     }));
     object
         .list("warnings", warnings, |object, (code, message)| {
-            object.string("code", code).string("message", &message);
+            object.field("code", &code).field("message", &message);
         })
         .end();
     json.finish().map_err(|_| beyond("/at"))

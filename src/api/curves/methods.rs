@@ -1,6 +1,7 @@
 //! How a curve is led through or near points, as it is written.
 
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use crate::api::{
@@ -65,6 +66,7 @@ pub struct HermiteMethod {
 }
 
 /// Cubic pieces with given or estimated tangents (Eq. 5).
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CubicHermiteMethod {
@@ -73,7 +75,6 @@ pub struct CubicHermiteMethod {
     pub kind: CubicHermiteTag,
     pub tangents: TangentsName,
     /// With `given`: the first derivative at each point.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub values: Option<Vec<PointBody>>,
 }
 
@@ -169,6 +170,7 @@ pub struct PeriodicEnds {
 }
 
 /// The B-spline through all points (Eqs. 6 to 8).
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BSplineCurveMethod {
@@ -179,12 +181,12 @@ pub struct BSplineCurveMethod {
     #[schema(minimum = 1, maximum = 25)]
     pub degree: usize,
     /// The full knot vector; default averages of neighbouring parameters (The NURBS Book, 9.8).
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub knots: Option<Vec<f64>>,
 }
 
 /// The least-squares B-spline. Exactly one of `knots`, `spans`, `control_count` and `tolerance`
 /// sets the knots.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BSplineLeastSquaresCurveMethod {
@@ -195,28 +197,24 @@ pub struct BSplineLeastSquaresCurveMethod {
     #[schema(minimum = 0, maximum = 25)]
     pub degree: usize,
     /// The full knot vector.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub knots: Option<Vec<f64>>,
     /// Equal spans.
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 1)]
     pub spans: Option<usize>,
     /// Number of control points; knots are placed so that every span has points (The NURBS Book,
     /// 9.68 and 9.69).
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 1)]
     pub control_count: Option<usize>,
     /// Largest distance of a point from the curve; knots are inserted until it is met or none can
     /// be inserted.
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(exclusive_minimum = 0)]
     pub tolerance: Option<f64>,
     /// One weight for each point; it multiplies the squared residual.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub weight: Option<Vec<f64>>,
 }
 
 /// The NURBS nearest to the points, with given weights of the control points (Eq. 9).
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NurbsLeastSquaresCurveMethod {
@@ -231,11 +229,11 @@ pub struct NurbsLeastSquaresCurveMethod {
     /// One above 0 for each control point.
     pub weights: Vec<f64>,
     /// One weight for each point; it multiplies the squared residual.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub weight: Option<Vec<f64>>,
 }
 
 /// The natural cubic spline of least Σ w (y − f)² + λ ∫ f″².
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SmoothingSplineMethod {
@@ -243,19 +241,15 @@ pub struct SmoothingSplineMethod {
     #[schema(inline)]
     pub kind: SmoothingSplineTag,
     /// λ: `gcv` (default), `discrepancy` (with `noise_sigma`), `l_curve`, or `fixed` with a value.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub parameter: Option<Parameter>,
     /// Deviation of a height of weight 1.
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(exclusive_minimum = 0)]
     pub noise_sigma: Option<f64>,
     /// Instead of `parameter`: how many parameters the curve is worth, more than 2 (a line) and
     /// less than the number of points (the interpolant).
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 2)]
     pub degrees_of_freedom: Option<f64>,
     /// One weight for each point; it multiplies the squared residual.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub weight: Option<Vec<f64>>,
 }
 

@@ -4,13 +4,17 @@
 use super::{
     method_reader::NearBody,
     methods::{BSplineLeastSquaresCurveMethod, SmoothingSplineMethod},
+    near_result::{
+        CoordinateFitBody, CoordinateResidualsBody, KnotInsertionBody, KnotInsertionStep, KnotInsertionStop,
+        SmoothingBody,
+    },
     points::GivenPoints,
-    result::{write_curve, write_warnings},
+    result::BuiltCurveBody,
 };
 use crate::api::{
     faults::Faults,
-    fits::{answer::text, canonical},
-    json::writer::{Json, Object},
+    fits::{answer::FitResultBody, canonical},
+    json::{gather::gathered, writer::whole},
     problem::Problem,
     shapes::{fault::refused, places::beyond},
     warning::WarningBody,
@@ -97,32 +101,12 @@ fn least_squares(given: &GivenPoints, weight: Option<Vec<f64>>, settings: CurveS
     };
     let fit = near::curve(&points, &settings).map_err(|error| refused(error, "/points"))?;
     let CurveFit { curve, parameters, results, spec, max_error: _, rms_error: _, steps, stop } = &fit;
-    let mut texts = Vec::with_capacity(results.len());
-    for (result, heights) in results.iter().zip(&columns.values) {
+    let mut fits = Vec::with_capacity(results.len());
+    for ((result, heights), name) in results.iter().zip(&columns.values).zip(columns.names) {
         let nodes = Nodes::curve(parameters.clone(), heights.clone(), weight.clone())
             .map_err(|found| Problem::invalid(Faults::of_engine("/nodes", &found)))?;
-        let digest = canonical::input_sha256(&nodes, spec);
-        let text = text::write(result, None, &digest, spec.include).map_err(Problem::internal)?;
-        texts.push(String::from_utf8(text).map_err(Problem::internal)?);
-    }
-    let mut json = Json::with_capacity(1024 + texts.iter().map(String::len).sum::<usize>());
-    let mut object = json.object();
-    let parametric = curve.dimension().is_parametric();
-    write_curve(&mut object, &CurveShape::BSpline(curve.clone()), parametric.then_some(parameters));
-    object.list("fits", columns.names.iter().zip(&texts), |object, (name, text)| {
-        object.string("coordinate", name).raw("result", text);
-    });
-    if let Some(stop) = stop {
-        object.object("knot_insertion", |object| {
-            object.string("stop", stop_name(*stop)).list("steps", steps, |object, step| {
-                let mut distinct = step.knots.clone();
-                distinct.dedup();
-                object
-                    .count("spans", distinct.len() - 1)
-                    .number("max_error", step.max_error)
-                    .number("rms", step.rms_error);
-            });
-        });
+        let result = FitResultBody::new(result, None, canonical::input_sha256(&nodes, spec));
+        fits.push(CoordinateFitBody { coordinate: (*name).into(), result });
     }
     let mut warnings = match stop {
         Some(Stop::Tolerance) | None => Vec::new(),
@@ -142,16 +126,35 @@ fn least_squares(given: &GivenPoints, weight: Option<Vec<f64>>, settings: CurveS
         );
         warnings.push(WarningBody::new("swings_out", message));
     }
-    write_warnings(&mut object, &warnings);
-    object.end();
-    json.finish_gathered().map_err(|_| beyond("/points"))
+    let parametric = curve.dimension().is_parametric();
+    let body = BuiltCurveBody {
+        parameters: parametric.then(|| parameters.clone()),
+        fits: Some(fits),
+        knot_insertion: stop.map(|stop| KnotInsertionBody {
+            stop: stop.into(),
+            steps: steps.iter().map(KnotInsertionStep::from).collect(),
+        }),
+        warnings,
+        ..BuiltCurveBody::new(&CurveShape::BSpline(curve.clone()))
+    };
+    whole(&body).map(gathered).map_err(|_| beyond("/points"))
 }
 
-fn stop_name(stop: Stop) -> &'static str {
-    match stop {
-        Stop::Tolerance => "tolerance_met",
-        Stop::NoRoom => "no_room",
-        Stop::MostControls | Stop::MostSteps => "limit_reached",
+impl From<&near::Step> for KnotInsertionStep {
+    fn from(step: &near::Step) -> Self {
+        let mut distinct = step.knots.clone();
+        distinct.dedup();
+        KnotInsertionStep { spans: distinct.len() - 1, max_error: step.max_error, rms: step.rms_error }
+    }
+}
+
+impl From<Stop> for KnotInsertionStop {
+    fn from(stop: Stop) -> Self {
+        match stop {
+            Stop::Tolerance => KnotInsertionStop::ToleranceMet,
+            Stop::NoRoom => KnotInsertionStop::NoRoom,
+            Stop::MostControls | Stop::MostSteps => KnotInsertionStop::LimitReached,
+        }
     }
 }
 
@@ -186,31 +189,34 @@ fn smoothed(given: &GivenPoints, method: &SmoothingSplineMethod) -> Result<Vec<u
     let points = spline::Points { x, coordinates: &columns.values, weight: weight.map(Vec::as_slice) };
     let settings = spline::SmoothingSpec { smoothing, noise_sigma: method.noise_sigma, pointwise: false };
     let spline = smoothing_spline(&points, &settings).map_err(Problem::invalid)?;
-    let mut json = Json::with_capacity(1024 + 60 * x.len());
-    let mut object = json.object();
-    write_curve(&mut object, &CurveShape::BSpline(spline.curve.clone()), (columns.names.len() > 1).then_some(x));
-    object.object("smoothing", |object| write_smoothing(object, &spline, columns.names));
     let warnings =
         if spline.found.reached { Vec::new() } else { vec![WarningBody::from(&Warning::LambdaAtLimit("λ"))] };
-    write_warnings(&mut object, &warnings);
-    object.end();
-    json.finish().map_err(|_| beyond("/points"))
+    let body = BuiltCurveBody {
+        parameters: (columns.names.len() > 1).then(|| x.clone()),
+        smoothing: Some(smoothing_body(&spline, columns.names)),
+        warnings,
+        ..BuiltCurveBody::new(&CurveShape::BSpline(spline.curve.clone()))
+    };
+    whole(&body).map_err(|_| beyond("/points"))
 }
 
-fn write_smoothing(object: &mut Object<'_>, spline: &SmoothingSpline, names: &[&str]) {
-    object
-        .number("lambda", spline.lambda)
-        .maybe("criterion", spline.found.criterion.map(Criterion::name))
-        .field("reached", &spline.found.reached)
-        .number("effective_degrees_of_freedom", spline.effective_degrees_of_freedom)
-        .count("count", spline.count)
-        .count("abscissae", spline.abscissae)
-        .list("coordinates", names.iter().enumerate(), |object, (c, name)| {
-            object
-                .string("coordinate", name)
-                .number("rss", spline.rss[c])
-                .number("rms", spline.rms[c])
-                .number("max_abs", spline.max_abs[c])
-                .maybe_number("sigma", spline.sigma[c]);
-        });
+fn smoothing_body(spline: &SmoothingSpline, names: &'static [&'static str]) -> SmoothingBody {
+    let coordinate = |(c, name): (usize, &&'static str)| CoordinateResidualsBody {
+        coordinate: (*name).into(),
+        rss: spline.rss[c],
+        rms: spline.rms[c],
+        max_abs: spline.max_abs[c],
+        sigma: spline.sigma[c],
+        std_errors: None,
+        values: None,
+    };
+    SmoothingBody {
+        lambda: spline.lambda,
+        criterion: spline.found.criterion,
+        reached: spline.found.reached,
+        effective_degrees_of_freedom: spline.effective_degrees_of_freedom,
+        count: spline.count,
+        abscissae: spline.abscissae,
+        coordinates: names.iter().enumerate().map(coordinate).collect(),
+    }
 }

@@ -1,19 +1,23 @@
 //! What is said of curves and surfaces near points: fits of coordinates, inserted knots, smoothing,
 //! and fits of many coefficients.
 
+use std::borrow::Cow;
+
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
-use crate::api::fits::{answer::result::FitResultBody, spec::criteria::CriterionName};
+use crate::api::fits::answer::FitResultBody;
+use flankfit_engine::estimation::{result::Arithmetic, spec::Criterion};
 
 /// The fit of one coordinate.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = CoordinateFit)]
-pub struct CoordinateFitBody {
+pub struct CoordinateFitBody<'a> {
     /// `y` of a curve's graph, `z` of a surface's; else `x`, `y` or `z`.
-    pub coordinate: String,
+    pub coordinate: Cow<'static, str>,
     /// The fit as in the answer of `POST /v1/fits`, without the shape.
-    pub result: FitResultBody,
+    pub result: FitResultBody<'a>,
 }
 
 /// Report on the insertion of knots.
@@ -48,14 +52,14 @@ pub struct KnotInsertionStep {
 }
 
 /// A smoothing spline.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Smoothing)]
 pub struct SmoothingBody {
     /// The weight of ∫ f″².
     pub lambda: f64,
     /// Left out where λ or the degrees of freedom were given.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub criterion: Option<CriterionName>,
+    pub criterion: Option<Criterion>,
     /// True if the criterion is met within the range of λ.
     pub reached: bool,
     /// Trace of the smoother: how many parameters the curve is worth.
@@ -69,11 +73,12 @@ pub struct SmoothingBody {
 }
 
 /// Residuals of one coordinate.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = CoordinateResiduals)]
 pub struct CoordinateResidualsBody {
     /// `y` of a curve's graph, `z` of a surface's; else `x`, `y` or `z`.
-    pub coordinate: String,
+    pub coordinate: Cow<'static, str>,
     /// Σ w r².
     pub rss: f64,
     /// √(RSS/Σw).
@@ -81,18 +86,16 @@ pub struct CoordinateResidualsBody {
     /// Largest amount of a residual, in the caller's unit.
     pub max_abs: f64,
     /// √(RSS/(m − effective degrees of freedom)); left out where there is nothing left.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sigma: Option<f64>,
     /// For a surface of many coefficients without a penalty: standard errors of the control points,
     /// row by row.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub std_errors: Option<Vec<Vec<f64>>>,
     /// With `"include": ["residuals"]`: residuals of the counted nodes, in the order posted.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub values: Option<Vec<f64>>,
 }
 
 /// Result of a fit of many coefficients by a banded factorisation.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = BandedFit)]
 pub struct BandedFitBody {
@@ -104,7 +107,6 @@ pub struct BandedFitBody {
     pub effective_degrees_of_freedom: f64,
     /// Condition number of the Fisher information matrix (with penalty) on a unit diagonal; left
     /// out where it could not be found.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub condition: Option<f64>,
     /// The residuals of each coordinate: one entry for a graph, two or three for points.
     pub coordinates: Vec<CoordinateResidualsBody>,
@@ -112,10 +114,9 @@ pub struct BandedFitBody {
     pub nodes_per_span: Vec<Vec<usize>>,
     /// Pairs of spans without a node.
     pub empty_spans: usize,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub penalty: Option<PenaltyBody>,
-    /// `double` or `double_double`: how the matrix was factored.
-    pub arithmetic: String,
+    /// How the matrix was factored.
+    pub arithmetic: Arithmetic,
     /// Corrections of the coefficients by residuals in double-double, and the size of the last one
     /// against them.
     pub corrections: usize,
@@ -124,14 +125,14 @@ pub struct BandedFitBody {
 }
 
 /// The weight of a penalty.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Penalty)]
 pub struct PenaltyBody {
     /// Factor λ of the penalty that is added to the sum of squares.
     pub lambda: f64,
     /// Left out where λ was given.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub criterion: Option<CriterionName>,
+    pub criterion: Option<Criterion>,
     /// True if the criterion is met within the range of λ.
     pub reached: bool,
 }

@@ -1,11 +1,12 @@
 //! A curve that was built, with what is to be said of it.
 
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use super::near_result::{CoordinateFitBody, KnotInsertionBody, SmoothingBody};
 use crate::api::{
-    json::writer::{Json, Object},
+    json::writer::whole,
     problem::Problem,
     shapes::{curve_shape::CurveBody, places::beyond},
     warning::WarningBody,
@@ -16,27 +17,23 @@ use flankfit_engine::{
 };
 
 /// A curve, everything needed to build it again, and how far it can be trusted.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = BuiltCurve)]
-pub struct BuiltCurveBody {
+pub struct BuiltCurveBody<'a> {
     pub curve: CurveBody,
     /// Range of the parameter: of x for a graph.
     #[schema(value_type = Vec<f64>, min_items = 2, max_items = 2)]
     pub domain: [f64; 2],
     /// For points of plane or space: the parameter of each.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub parameters: Option<Vec<f64>>,
     /// For methods that pass through all points.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stability: Option<StabilityBody>,
     /// For least squares: the fit of each coordinate, as `POST /v1/fits` answers it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub fits: Option<Vec<CoordinateFitBody>>,
+    pub fits: Option<Vec<CoordinateFitBody<'a>>>,
     /// For least squares with a `tolerance`: how knots were inserted.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub knot_insertion: Option<KnotInsertionBody>,
     /// For a smoothing spline.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub smoothing: Option<SmoothingBody>,
     /// What to know about the answer; empty where there is nothing to say.
     pub warnings: Vec<WarningBody>,
@@ -44,34 +41,31 @@ pub struct BuiltCurveBody {
 
 /// Stability of a curve through points: the paper's warnings about oscillation, as figures. A
 /// figure that does not exist is absent, and a warning says why.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Stability)]
 pub struct StabilityBody {
     /// Largest factor by which errors of the values grow anywhere on the curve.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lebesgue_constant: Option<f64>,
     /// The parameter at which they grow most.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lebesgue_at: Option<f64>,
     /// The farthest that the curve leaves the range of the two points it runs between; left out
     /// where it never does.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub overshoot: Option<OvershootBody>,
     /// Condition number of the equations that were solved, in the 2-norm.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub condition: Option<f64>,
     /// The farthest that the curve misses one of its points after all rounding, in one coordinate.
     pub interpolation_error: f64,
 }
 
 /// An excursion beyond neighbouring points.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Overshoot)]
 pub struct OvershootBody {
     /// In the unit of the coordinate.
     pub amount: f64,
     /// Relative to the range of this coordinate over all points.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub relative: Option<f64>,
     /// The parameter at which it is reached.
     pub at: f64,
@@ -85,49 +79,52 @@ pub struct OvershootBody {
 /// Overshoots above this part of the range are warned of.
 const NOTABLE_OVERSHOOT: f64 = 0.1;
 
-/// The answer of a curve through points; `parametric` for points of plane or space.
+/// Returns the answer of a curve through points; `parametric` for points of plane or space.
 pub fn through(constructed: &Constructed, parametric: bool) -> Result<Vec<u8>, Problem> {
     let Constructed { shape, parameters, stability } = constructed;
-    let mut json = Json::with_capacity(1024 + 60 * parameters.len());
-    let mut object = json.object();
-    write_curve(&mut object, shape, parametric.then_some(parameters));
-    object.object("stability", |object| write_stability(object, stability));
-    write_warnings(&mut object, &warnings(stability));
-    object.end();
-    json.finish().map_err(|_| beyond("/points"))
+    let body = BuiltCurveBody {
+        parameters: parametric.then(|| parameters.clone()),
+        stability: Some(stability.into()),
+        warnings: warnings(stability),
+        ..BuiltCurveBody::new(shape)
+    };
+    whole(&body).map_err(|_| beyond("/points"))
 }
 
-/// What every curve that was built begins with.
-pub fn write_curve(object: &mut Object<'_>, shape: &CurveShape, parameters: Option<&Vec<f64>>) {
-    object.field("curve", &CurveBody::from(shape)).numbers("domain", &shape.domain());
-    if let Some(parameters) = parameters {
-        object.numbers("parameters", parameters);
+impl BuiltCurveBody<'_> {
+    /// Creates the answer with nothing but the curve.
+    pub fn new(shape: &CurveShape) -> Self {
+        BuiltCurveBody {
+            curve: shape.into(),
+            domain: shape.domain(),
+            parameters: None,
+            stability: None,
+            fits: None,
+            knot_insertion: None,
+            smoothing: None,
+            warnings: Vec::new(),
+        }
     }
 }
 
-/// What every answer ends with.
-pub fn write_warnings(object: &mut Object<'_>, warnings: &[WarningBody]) {
-    object.list("warnings", warnings, |object, warning| warning.write(object));
-}
-
-fn write_stability(object: &mut Object<'_>, stability: &Stability) {
-    let Stability { lebesgue, overshoot, condition, interpolation_error } = stability;
-    if let Ok(lebesgue) = lebesgue {
-        object.number("lebesgue_constant", lebesgue.constant).number("lebesgue_at", lebesgue.at);
+impl From<&Stability> for StabilityBody {
+    fn from(stability: &Stability) -> Self {
+        let Stability { lebesgue, overshoot, condition, interpolation_error } = stability;
+        let lebesgue = lebesgue.as_ref().ok();
+        StabilityBody {
+            lebesgue_constant: lebesgue.map(|found| found.constant),
+            lebesgue_at: lebesgue.map(|found| found.at),
+            overshoot: overshoot.as_ref().map(|found| OvershootBody {
+                amount: found.amount,
+                relative: found.relative,
+                at: found.at,
+                coordinate: found.coordinate,
+                between: found.between,
+            }),
+            condition: condition.as_ref().ok().copied(),
+            interpolation_error: *interpolation_error,
+        }
     }
-    if let Some(overshoot) = overshoot {
-        object.object("overshoot", |object| {
-            object
-                .number("amount", overshoot.amount)
-                .maybe_number("relative", overshoot.relative)
-                .number("at", overshoot.at)
-                .count("coordinate", overshoot.coordinate)
-                .counts("between", &overshoot.between);
-        });
-    }
-    object
-        .maybe_number("condition", condition.as_ref().ok().copied())
-        .number("interpolation_error", *interpolation_error);
 }
 
 fn warnings(stability: &Stability) -> Vec<WarningBody> {

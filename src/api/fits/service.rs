@@ -2,11 +2,7 @@
 
 use std::time::Instant;
 
-use super::{
-    answer::{result::FitAnswer, text},
-    canonical, reader,
-    spec::json,
-};
+use super::{answer::FitResultBody, canonical, reader, spec::json};
 use crate::{
     api::{faults::pointer_of, measurand::axes::MeasurandBody, problem::Problem},
     telemetry,
@@ -36,9 +32,9 @@ pub fn write(
     let spec_text = json::to_json(spec);
     let digest = canonical::input_sha256_by(nodes, spec, &spec_text);
     let shape = near::shape_of(spec, &result);
-    let answered_spec = with_spec.then_some(spec_text.as_str());
-    let answer = FitAnswer { result: &result, shape: shape.as_ref(), input_sha256: &digest, spec: answered_spec };
-    let text = text::write_answer(&answer, spec.include).map_err(Problem::internal)?;
+    let mut answer = FitResultBody::new(&result, shape.as_ref(), digest);
+    answer.spec = with_spec.then(|| spec_text.as_str().into());
+    let text = answer.text().map_err(Problem::internal)?;
     telemetry::record_fit(nodes.posted(), begun.elapsed());
     Ok(Written { result, spec: spec_text, text })
 }

@@ -2,6 +2,7 @@
 //! own coefficients, held against what the job requires.
 
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use super::{
@@ -39,41 +40,32 @@ use flankfit_engine::{
 /// job had when the fit was made; tolerances of a class, which are transverse, are converted to
 /// `direction`. Nodes over diameters are fitted once more over their roll lengths for them. Figures
 /// that cannot be determined are left out, and `warnings` say why.
+#[skip_serializing_none]
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = FitFigures)]
 pub struct FitFiguresBody {
     /// f_Hα over `profile_reference_length_mm`; positive where material grows towards the tip.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub profile_slope_um: Option<FigureBody>,
     /// f_Hβ over `helix_reference_length_mm`; positive where the helix deviates towards the right
     /// hand.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub helix_slope_um: Option<FigureBody>,
     /// Positive where material stands out half-way between root and tip.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub profile_crowning_um: Option<FigureBody>,
     /// Positive where material stands out half-way between the ends.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub helix_crowning_um: Option<FigureBody>,
     /// 4 c_uv: how much more the profile slope is at the end of great z than at that of small z, in
     /// the sign of helix slopes.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub twist_um: Option<FigureBody>,
     /// Direction in which the figures count: that of the job's requirements.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub direction: Option<DirectionName>,
     /// Length that the profile slope refers to: the range of the nodes.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub profile_reference_length_mm: Option<f64>,
     /// Length that the helix slope refers to: by default the face width, where the gear has one.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub helix_reference_length_mm: Option<f64>,
     /// Range of the nodes in roll length.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 2, max_items = 2)]
     pub roll_length_range_mm: Option<[f64; 2]>,
     /// Range of the nodes in z.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 2, max_items = 2)]
     pub z_range_mm: Option<[f64; 2]>,
     /// What to know about the figures, and why those are absent that are.

@@ -2,6 +2,7 @@
 //! from them.
 
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use super::notice::NoticeBody;
@@ -120,20 +121,18 @@ pub enum HandName {
 }
 
 /// The tool that generates the root.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = GearTool)]
 pub struct GearToolBody {
     /// Default 0.38 m_n (ISO 53, profile A).
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 0, maximum = 1e6)]
     pub tip_radius_mm: Option<f64>,
     /// In normal modules. Default 1.25.
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 0, maximum = 1e6)]
     pub addendum_factor: Option<f64>,
     /// Default 0.
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 0, maximum = 1e6)]
     pub protuberance_mm: Option<f64>,
 }

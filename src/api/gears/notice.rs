@@ -1,6 +1,7 @@
 //! Warnings about gears.
 
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use crate::api::{
@@ -17,24 +18,22 @@ use flankfit_engine::gear::{
 };
 
 /// Something that the reader must know.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[schema(as = GearWarning)]
 pub struct NoticeBody {
     /// Stable.
     pub code: String,
     /// JSON Pointer into the request, where it belongs to a place there.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pointer: Option<String>,
     /// In words, with the numbers that matter.
     pub message: String,
     /// What the message speaks of, by names that tell the units: with `code` enough to say it in
     /// another language. Left out where it speaks of nothing, or where the words are the caller's.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<Object>)]
     pub params: Option<Params>,
     /// The part of the answer that warns, as a JSON Pointer; absent where the warning is of the
     /// whole.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub at: Option<String>,
 }
 

@@ -1,6 +1,7 @@
 //! Traces of a flank on the wire.
 
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use crate::api::{faults::Faults, measurand::side::SideName};
@@ -24,6 +25,7 @@ pub enum KindName {
 }
 
 /// Deviations along a profile or along the helix.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = GearTrace)]
@@ -36,13 +38,10 @@ pub struct TraceBody {
     pub flank: SideName,
     pub kind: KindName,
     /// Of a profile: where its samples lie, as diameters …
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub diameter_mm: Option<Vec<f64>>,
     /// … or as roll lengths.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub roll_length_mm: Option<Vec<f64>>,
     /// Of a helix: where its samples lie.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub z_mm: Option<Vec<f64>>,
     /// `null` where undefined. Positive as `deviation_sign` of the evaluation says; by default
     /// (sign `din`) profiles where material stands out, helices where the flank is turned
@@ -50,17 +49,13 @@ pub struct TraceBody {
     /// right flanks need `"deviation_sign": "material"`.
     pub deviation_um: Vec<Option<f64>>,
     /// Which samples count. Default all that are defined.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub valid: Option<Vec<bool>>,
     /// The design line of a modified flank at the samples, in the sign of the deviations: taken
     /// away from them.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub design_um: Option<Vec<f64>>,
     /// Of a profile: its z.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub section_z_mm: Option<f64>,
     /// Of a helix: its diameter.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub section_diameter_mm: Option<f64>,
 }
 

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use crate::{
@@ -17,19 +18,16 @@ use crate::{
 };
 
 /// Description of an iteration's nodes.
+#[skip_serializing_none]
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = KnownMeasurand)]
 pub struct KnownMeasurandBody {
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub flank: Option<SideName>,
     /// The tooth that was measured, as on traces: its number from 1, or a name.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, example = "1")]
     pub tooth: Option<ShortText>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub axes: Option<AxesBody>,
     /// True if the units were confirmed although the values are implausible.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub accept_units: Option<bool>,
 }
 

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 use uuid::Uuid;
 
@@ -17,6 +18,7 @@ const MOST_FAULTS: usize = 100;
 
 /// A change: its time, the caller, and digests of the stored rows. SHA-256 digests have 64
 /// lower-case hexadecimal digits.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = AuditEntry)]
 pub struct EntryBody {
@@ -29,17 +31,14 @@ pub struct EntryBody {
     #[schema(value_type = String, format = DateTime)]
     pub at: String,
     /// Name of the caller's key, or `anonymous`. Absent after a purge of the job.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub actor: Option<String>,
     /// Kind of change, such as `iteration.add`.
     pub action: String,
     /// Path of the changed resource.
     pub subject: String,
     /// `x-request-id` of the request.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub request_id: Option<String>,
     /// The address that the request came from.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub peer: Option<String>,
     /// SHA-256 of the salt and each stored row, by the name of the row, such as `decisions/3/1`.
     pub contents: BTreeMap<String, String>,
@@ -59,17 +58,18 @@ pub struct EntryBody {
 }
 
 /// Some entries, oldest first.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = AuditPage)]
 pub struct AuditPageBody {
     /// The entries of this page.
     pub items: Vec<EntryBody>,
     /// Cursor of the next page; absent on the last one.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub next_cursor: Option<String>,
 }
 
 /// The end of a tenant's chain at some time. Digits are lower-case hexadecimal.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = AuditSeal)]
 pub struct SealBody {
@@ -91,21 +91,19 @@ pub struct SealBody {
     /// SHA-256 of all before.
     pub sha256: String,
     /// Ed25519 signature of the 32 bytes of `sha256`. Absent where the server has no key for it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub signature: Option<String>,
     /// The key that the signature is checked by.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub public_key: Option<String>,
 }
 
 /// Some seals, oldest first.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = AuditSealPage)]
 pub struct SealPageBody {
     /// The seals of this page.
     pub items: Vec<SealBody>,
     /// Cursor of the next page; absent on the last one.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub next_cursor: Option<String>,
 }
 

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use crate::{
@@ -31,6 +32,7 @@ use flankfit_engine::estimation::{
 pub struct ReplayRequest {}
 
 /// Comparison of a stored fit with the same fit computed again from the stored nodes.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Replay, example = json!({"identical": true}))]
 pub struct ReplayBody {
@@ -38,13 +40,10 @@ pub struct ReplayBody {
     pub identical: bool,
     /// Largest relative difference over all numbers of the two answers; absent when they are
     /// identical, or do not line up.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_relative_difference: Option<f64>,
     /// Engine of the stored answer; absent when the answers are identical.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stored_engine: Option<String>,
     /// Engine of the new answer; absent when the answers are identical.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub replay_engine: Option<String>,
 }
 

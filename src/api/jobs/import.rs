@@ -4,6 +4,7 @@
 use std::{collections::BTreeSet, sync::Arc};
 
 use serde::Serialize;
+use serde_with_macros::skip_serializing_none;
 
 use super::{fits, records};
 use crate::{
@@ -54,13 +55,13 @@ fn in_file(found: &Faults) -> Problem {
 }
 
 /// What is kept as the request of a record: which file it was, and what it held of it.
+#[skip_serializing_none]
 #[derive(Clone, Serialize)]
 struct Asked<'a> {
     file: &'a str,
     file_sha256: String,
     file_bytes: usize,
     spec: &'a ImportSpecBody,
-    #[serde(skip_serializing_if = "Option::is_none")]
     mapping: Option<&'a MappingBody>,
     #[serde(flatten)]
     again: Option<Again<'a>>,

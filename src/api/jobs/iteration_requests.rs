@@ -2,6 +2,7 @@
 //! what becomes of the gear.
 
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 use uuid::Uuid;
 
@@ -36,6 +37,7 @@ pub struct IterationRequest {
 }
 
 /// An iteration request as a form (`multipart/form-data`).
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 pub struct IterationForm {
     /// The iteration request without `nodes`, as JSON.
@@ -46,7 +48,6 @@ pub struct IterationForm {
     #[schema(value_type = String, format = Binary)]
     pub nodes: Vec<u8>,
     /// Mapping of the table.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub mapping: Option<MappingBody>,
 }
 
@@ -140,6 +141,7 @@ request! {
 }
 
 /// The fit to choose.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = ChosenFit)]
@@ -147,36 +149,30 @@ pub struct ChosenFitBody {
     /// A fit of this iteration.
     pub fit_id: Uuid,
     /// Kept in the trace.
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, min_length = 1, max_length = 4000)]
     pub reason: Option<LongText>,
 }
 
 /// A decision on the gear, and changes of the nodes' description. Fields that are left out stay
 /// unchanged.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = IterationPatch, example = json!({"decision": "remachine", "reason": "profile slope out of tolerance"}))]
 pub struct IterationPatchBody {
     /// `accept` needs a `reason` where a figure does not conform, gross errors are suspected or the
     /// units are implausible; in a job with limits it needs the figures that they are of.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub decision: Option<DecisionName>,
     /// The flank that was measured.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub flank: Option<SideName>,
     /// The tooth that was measured.
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, min_length = 1, max_length = 200, example = "1")]
     pub tooth: Option<ShortText>,
     /// Quantities and units on the axes of the nodes. An axis that is left out stays unchanged.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub axes: Option<AxesBody>,
     /// That the units are right, however implausible (`implausible_unit`).
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub accept_units: Option<bool>,
     /// Kept in the trace.
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, min_length = 1, max_length = 4000)]
     pub reason: Option<LongText>,
 }

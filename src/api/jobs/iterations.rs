@@ -5,19 +5,18 @@
 
 use jiff::Timestamp;
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 use uuid::Uuid;
 
 use super::iteration_requests::DecisionName;
 use crate::{
     api::{
-        fits::{
-            answer::result::FitResultBody,
-            spec::{criteria::CriterionName, request::FitSpecBody},
-        },
+        fits::{answer::FitResultBody, spec::request::FitSpecBody},
         gears::{fit_figures::FitFiguresBody, notice::NoticeBody},
         json::{
             gather::gathered,
+            raw::Raw,
             text::Moment,
             writer::{Json, Object},
         },
@@ -28,9 +27,10 @@ use crate::{
         Page, Stored,
     },
 };
-use flankfit_engine::estimation::spec::Scheme;
+use flankfit_engine::estimation::spec::{ChosenBy, Scheme};
 
 /// What was posted of an iteration, and what it was given.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct PostedIterationBody {
     /// 1, 2, 3 … within the job.
@@ -43,20 +43,15 @@ pub struct PostedIterationBody {
     #[schema(inline)]
     pub measurand: MeasurandBody,
     /// True if the units were confirmed although the values are implausible; absent otherwise.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub accept_units: Option<bool>,
     /// When the nodes were measured, as it was posted.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, format = DateTime)]
     pub measured_at: Option<Moment>,
     /// Measuring instrument.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub instrument: Option<String>,
     /// Operator who measured the nodes.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub operator: Option<String>,
     /// Note on the measurement.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub note: Option<String>,
     /// When it was stored.
     #[schema(value_type = String, format = DateTime)]
@@ -79,6 +74,7 @@ pub struct NewIterationBody {
 }
 
 /// An iteration of a job, with the figures of the fits of its nodes.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Iteration)]
 pub struct IterationBody {
@@ -86,19 +82,15 @@ pub struct IterationBody {
     #[schema(inline)]
     pub posted: PostedIterationBody,
     /// The latest decision; absent before the first.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub decision: Option<DecisionName>,
     /// Actor of the caller who decided; absent where no key was required.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub decided_by: Option<String>,
     /// The last hundred fits in the order in which they were made; `GET …/fits/{fit_id}` has each
     /// in full.
     pub fits: Vec<FitSummaryBody>,
     /// Number of fits before the listed ones; `GET …/fits` lists all.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub earlier_fits: Option<u64>,
     /// When its nodes, results, texts and names were taken away; absent where they are there.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, format = DateTime)]
     pub purged_at: Option<Moment>,
     /// Warnings of the chosen fit's figures, each with `at`.
@@ -106,6 +98,7 @@ pub struct IterationBody {
 }
 
 /// A fit of an iteration's nodes.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = IterationFit)]
 pub struct IterationFitBody {
@@ -117,10 +110,8 @@ pub struct IterationFitBody {
     #[schema(value_type = String, format = DateTime)]
     pub created_at: Moment,
     /// Actor of the caller who made it; absent where no key was required.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub by: Option<String>,
     /// Why it was made, as it was posted.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
     /// The fit request without nodes, with every default filled in. It can be sent as a refit, or
     /// with nodes as a new fit.
@@ -128,15 +119,15 @@ pub struct IterationFitBody {
     pub spec: serde_json::Value,
     /// Slopes, crownings and twist, or why there are none; absent of curves and matrices, of jobs
     /// without gear and requirements, and of fits from before there were any.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub figures: Option<FitFiguresBody>,
-    pub result: FitResultBody,
+    pub result: FitResultBody<'static>,
     /// Warnings of result and figures, each with `at`; in the answer for a single fit.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<NoticeBody>,
 }
 
 /// Figures of a fit for comparing λ* choices. A figure that does not exist is absent.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = FitSummary)]
 pub struct FitSummaryBody {
@@ -145,60 +136,46 @@ pub struct FitSummaryBody {
     /// True for the chosen fit.
     pub chosen: bool,
     /// For the chosen fit: actor of the caller who chose it; absent where no key was required.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub chosen_by: Option<String>,
     /// The λ* of the fit; left out without regularisation.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lambda_star: Option<f64>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub criterion: Option<CriterionName>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub criterion: Option<ChosenBy>,
     pub scheme: Option<Scheme>,
     /// L: how many of the smallest eigenvalues were regularised.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub count: Option<u32>,
     /// Condition number of the scaled Fisher information matrix; left out where it is infinite.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub condition: Option<f64>,
     /// The same after regularisation.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub regularized_condition: Option<f64>,
     /// Observed ‖Â − Â_B‖ in the scaled columns.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bias_norm: Option<f64>,
     /// The smallest bias bound that holds within the norm limit.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bias_sharp_bound: Option<f64>,
     /// Root mean square of the residuals, in the unit of the heights.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rms: Option<f64>,
     /// Largest |residual|.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_abs: Option<f64>,
     /// Slopes, crownings and twist of the chosen fit (every fit has its own where it is returned in
     /// full); absent where `axes` do not give u, v and z, and for fits that are older than these
     /// figures.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub figures: Option<FitFiguresBody>,
     /// When it was stored.
     #[schema(value_type = String, format = DateTime)]
     pub created_at: Moment,
     /// Actor of the caller who made it; absent where no key was required.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub by: Option<String>,
     /// Why it was made, as it was posted.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
 }
 
 /// Some fits of an iteration, in the order in which they were made.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = FitPage)]
 pub struct FitPageBody {
     /// The fits of this page.
     pub items: Vec<FitSummaryBody>,
     /// Cursor of the next page; absent on the last one.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub next_cursor: Option<String>,
 }
 
@@ -302,7 +279,7 @@ fn fit_in_full(
         .maybe("by", event.by.as_deref())
         .maybe("reason", event.reason.as_deref())
         .raw("spec", spec)
-        .maybe_raw("figures", flank)
+        .maybe("figures", flank.map(Raw::<FitFiguresBody>::from))
         .raw("result", result);
 }
 
@@ -333,7 +310,7 @@ pub(in crate::api) fn fit_summary(object: &mut Object<'_>, fit: &FitSummary) {
         .maybe("bias_sharp_bound", figures.bias_sharp_bound)
         .maybe("rms", figures.rms)
         .maybe("max_abs", figures.max_abs)
-        .maybe_raw("figures", fit.flank.as_deref().filter(|_| fit.chosen))
+        .maybe("figures", fit.flank.as_deref().filter(|_| fit.chosen).map(Raw::<FitFiguresBody>::from))
         .field("created_at", &Moment(fit.event.created_at))
         .maybe("by", fit.event.by.as_deref())
         .maybe("reason", fit.event.reason.as_deref());

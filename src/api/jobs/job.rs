@@ -1,6 +1,7 @@
 //! Gear jobs as they are written and read.
 
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 use uuid::Uuid;
 
@@ -54,6 +55,7 @@ pub struct NewJobBody {
 }
 
 /// A gear job.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Job)]
 pub struct JobBody {
@@ -62,18 +64,13 @@ pub struct JobBody {
     /// Name of the job.
     pub name: String,
     /// Part number on the drawing.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub part_number: Option<String>,
     /// Serial number of this gear.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub serial_number: Option<String>,
     /// The machine that it is made on.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub machine: Option<String>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gear: Option<GearBody>,
     /// Limits and design of its flanks.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub requirements: Option<RequirementsBody>,
     /// Names and values by which the job can be found again.
     #[schema(value_type = std::collections::BTreeMap<String, String>)]
@@ -85,7 +82,6 @@ pub struct JobBody {
     #[schema(value_type = String, format = DateTime, example = "2026-11-21T08:30:00.000000Z")]
     pub updated_at: Moment,
     /// When its nodes, results, texts and names were taken away; absent where they are there.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, format = DateTime)]
     pub purged_at: Option<Moment>,
 }

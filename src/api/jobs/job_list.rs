@@ -1,6 +1,7 @@
 //! Jobs as they are listed, and how many there are.
 
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use super::{iteration_requests::DecisionName, job::JobBody};
@@ -37,6 +38,7 @@ pub enum JobSortName {
 }
 
 /// A job with the status of its last iteration.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = ListedJob)]
 pub struct ListedJobBody {
@@ -52,35 +54,26 @@ pub struct ListedJobBody {
     pub changed_at: Moment,
     /// When the last iteration was measured, as it was posted, or stored where that was left out;
     /// absent without iterations.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, format = DateTime)]
     pub last_measured_at: Option<Moment>,
     /// The flank that the last iteration is of.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub flank: Option<SideName>,
     /// Status of the left flanks alone, defined as `status`. Absent where none was measured.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub left_status: Option<JobStatusName>,
     /// The same of the right flanks.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub right_status: Option<JobStatusName>,
     /// The latest decision on the last iteration; absent before the first.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub decision: Option<DecisionName>,
     /// Root mean square of the residuals of the last iteration's chosen fit, in the unit of its
     /// heights; left out where it does not exist.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rms: Option<f64>,
     /// Condition number of the scaled Fisher information matrix of that fit; left out where it is
     /// infinite.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub condition: Option<f64>,
     /// Slopes, crownings and twist by that fit; absent where the fit has none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub figures: Option<ShortFiguresBody>,
     /// Class of ISO 1328-1, 1 to 11, in the latest evaluation; absent where the evaluation has
     /// none, or where a figure is beyond 11.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub class: Option<u8>,
 }
 
@@ -91,26 +84,21 @@ pub fn class_of(text: &str) -> Result<u8, String> {
 }
 
 /// Figures of a flank without what is known of their errors, in µm.
+#[skip_serializing_none]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = ShortFigures)]
 pub struct ShortFiguresBody {
     /// Positive where material grows towards the tip.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub profile_slope_um: Option<f64>,
     /// Positive where the helix deviates towards the right hand.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub helix_slope_um: Option<f64>,
     /// Positive where material stands out half-way between root and tip.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub profile_crowning_um: Option<f64>,
     /// Positive where material stands out half-way between the ends.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub helix_crowning_um: Option<f64>,
     /// 4 c_uv, in the sign of helix slopes.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub twist_um: Option<f64>,
     /// Whether all of them lie within their limits; absent where none has some.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub within: Option<bool>,
 }
 
@@ -141,17 +129,18 @@ impl ShortFiguresBody {
 }
 
 /// A page of jobs in the requested order.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = JobPage)]
 pub struct JobPageBody {
     /// The jobs of this page.
     pub items: Vec<ListedJobBody>,
     /// Cursor of the next page; absent on the last one.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub next_cursor: Option<String>,
 }
 
 /// Numbers of jobs.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[schema(as = JobSummary)]
 pub struct JobSummaryBody {
@@ -162,7 +151,6 @@ pub struct JobSummaryBody {
     /// Machines by their jobs, those with most first, at most 100.
     pub by_machine: Vec<MachineCountBody>,
     /// Machines beyond those; absent where all are listed.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub other_machines: Option<OtherMachinesBody>,
     /// Jobs without a machine.
     pub without_machine: u64,

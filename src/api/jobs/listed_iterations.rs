@@ -1,6 +1,7 @@
 //! Iterations of a job as they are listed.
 
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 use uuid::Uuid;
 
@@ -20,6 +21,7 @@ use crate::{
 };
 
 /// An iteration with its chosen fit.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = IterationSummary)]
 pub struct ListedIterationBody {
@@ -31,39 +33,33 @@ pub struct ListedIterationBody {
     #[schema(inline)]
     pub measurand: MeasurandBody,
     /// True if the units were confirmed although the values are implausible; absent otherwise.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub accept_units: Option<bool>,
     /// When the nodes were measured, as it was posted.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, format = DateTime)]
     pub measured_at: Option<Moment>,
     /// Measuring instrument.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub instrument: Option<String>,
     /// Operator who measured the nodes.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub operator: Option<String>,
     /// When it was stored.
     #[schema(value_type = String, format = DateTime)]
     pub created_at: Moment,
     /// The latest decision; absent before the first.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub decision: Option<DecisionName>,
     /// Actor of the caller who decided; absent where no key was required.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub decided_by: Option<String>,
     /// The chosen fit.
     pub chosen_fit: FitSummaryBody,
 }
 
 /// Some iterations of a job, by number.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = IterationPage)]
 pub struct IterationPageBody {
     /// The iterations of this page.
     pub items: Vec<ListedIterationBody>,
     /// Cursor of the next page; absent on the last one.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub next_cursor: Option<String>,
 }
 

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 use uuid::Uuid;
 
@@ -36,6 +37,7 @@ pub enum RecordKindName {
 
 /// A record of an iteration: a curve, a surface, deviations, an evaluation, pitches, a correction,
 /// its entered changes, or a change of the nodes' description.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = JobRecord)]
 pub struct RecordBody {
@@ -48,11 +50,9 @@ pub struct RecordBody {
     #[schema(value_type = String, format = DateTime)]
     pub created_at: Moment,
     /// Actor of the caller; absent where no key was required.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub by: Option<String>,
     /// For deviations, evaluations, pitches and corrections: the job's gear at that time. It may
     /// have changed since; a `gear` in the request has precedence.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gear: Option<GearBody>,
     /// The request as posted. If it has no points or nodes, those of the iteration were used. For
     /// an import: `file` (its name), `file_sha256`, `file_bytes` and `spec`. For an imported
@@ -70,6 +70,7 @@ pub struct RecordBody {
 }
 
 /// A record in a list.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = RecordSummary)]
 pub struct RecordSummaryBody {
@@ -82,21 +83,19 @@ pub struct RecordSummaryBody {
     #[schema(value_type = String, format = DateTime)]
     pub created_at: Moment,
     /// Actor of the caller; absent where no key was required.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub by: Option<String>,
     /// For a change of the nodes' description: the values before and after it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub measurand: Option<MeasurandChangeBody>,
 }
 
 /// Some records of an iteration, oldest first.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = RecordPage)]
 pub struct RecordPageBody {
     /// The records of this page.
     pub items: Vec<RecordSummaryBody>,
     /// Cursor of the next page; absent on the last one.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub next_cursor: Option<String>,
 }
 
@@ -157,8 +156,8 @@ pub fn record(record: &Record) -> Vec<u8> {
     let mut object = json.object();
     object
         .field("id", &record.id)
-        .string("kind", kind.name())
-        .string("method", method)
+        .field("kind", &kind.name())
+        .field("method", method)
         .field("created_at", &Moment(record.created_at))
         .maybe("by", record.by.as_deref());
     if let Some(gear) = gear {

@@ -2,6 +2,7 @@
 //! they were made.
 
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 use uuid::Uuid;
 
@@ -13,8 +14,9 @@ use super::{
 };
 use crate::{
     api::{
-        fits::answer::{parts::CoefficientBody, prior::PriorResultBody},
+        jobs::amendments::MeasurandChangeBody,
         json::{
+            raw::Raw,
             text::Moment,
             writer::{Json, Object},
         },
@@ -22,8 +24,10 @@ use crate::{
     },
     jobs::{Choice, DecisionEvent, Earlier, List, RecordSummary, Trace, TracedFit, TracedIteration},
 };
+use flankfit_engine::estimation::result::{Coefficient, PriorReport};
 
 /// The whole story of a job. Nothing in it is ever overwritten: changes of mind are new entries.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Trace)]
 pub struct TraceBody {
@@ -31,11 +35,11 @@ pub struct TraceBody {
     /// By number.
     pub iterations: Vec<TracedIterationBody>,
     /// Cursor of the next page; absent on the last one.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub next_cursor: Option<String>,
 }
 
 /// An iteration in the trace.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = TracedIteration)]
 pub struct TracedIterationBody {
@@ -47,23 +51,18 @@ pub struct TracedIterationBody {
     #[schema(inline)]
     pub measurand: MeasurandBody,
     /// True if the units were confirmed although the values are implausible; absent otherwise.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub accept_units: Option<bool>,
     /// When the nodes were measured, as it was posted.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, format = DateTime)]
     pub measured_at: Option<Moment>,
     /// Measuring instrument.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub instrument: Option<String>,
     /// Operator who measured the nodes.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub operator: Option<String>,
     /// When it was stored.
     #[schema(value_type = String, format = DateTime)]
     pub created_at: Moment,
     /// The latest decision; absent before the first.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub decision: Option<DecisionName>,
     /// In the order in which they were made.
     pub fits: Vec<TracedFitBody>,
@@ -75,11 +74,11 @@ pub struct TracedIterationBody {
     #[serde(default)]
     pub records: Vec<RecordSummaryBody>,
     /// Absent where the lists are whole.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub earlier: Option<EarlierBody>,
 }
 
 /// A fit in the trace.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = TracedFit)]
 pub struct TracedFitBody {
@@ -87,10 +86,9 @@ pub struct TracedFitBody {
     #[schema(inline)]
     pub summary: FitSummaryBody,
     /// In the order of the fit's answer; empty after a purge of the job.
-    pub coefficients: Vec<CoefficientBody>,
+    pub coefficients: Vec<Coefficient>,
     /// Prior of the fit; absent without one.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub prior: Option<PriorResultBody>,
+    pub prior: Option<PriorReport>,
 }
 
 /// For each list of a traced iteration: number of entries before the listed ones, which are the
@@ -109,16 +107,15 @@ pub struct EarlierBody {
 }
 
 /// That from then on a certain fit stood.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = TracedChoice)]
 pub struct TracedChoiceBody {
     /// The fit that stood from then on.
     pub fit_id: Uuid,
     /// Actor of the caller who chose it; absent where no key was required.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub by: Option<String>,
     /// Why it was chosen, as it was posted.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
     /// When it was chosen.
     #[schema(value_type = String, format = DateTime)]
@@ -126,19 +123,17 @@ pub struct TracedChoiceBody {
 }
 
 /// That something was decided.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = TracedDecision)]
 pub struct TracedDecisionBody {
     pub decision: DecisionName,
     /// True if it accepts a gear with a figure that does not conform, suspected gross errors, or
     /// implausible units; a reason is then required. Absent otherwise.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub concession: Option<bool>,
     /// Actor of the caller who decided; absent where no key was required.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub by: Option<String>,
     /// Why it was decided so, as it was posted.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
     /// When it was decided.
     #[schema(value_type = String, format = DateTime)]
@@ -201,11 +196,11 @@ fn choice(object: &mut Object<'_>, choice: &Choice) {
 fn record(object: &mut Object<'_>, record: &RecordSummary) {
     object
         .field("id", &record.id)
-        .string("kind", record.kind.name())
-        .string("method", &record.method)
+        .field("kind", &record.kind.name())
+        .field("method", &record.method)
         .field("created_at", &Moment(record.created_at))
         .maybe("by", record.by.as_deref())
-        .maybe_raw("measurand", record.measurand.as_deref());
+        .maybe("measurand", record.measurand.as_deref().map(Raw::<MeasurandChangeBody>::from));
 }
 
 fn decision(object: &mut Object<'_>, decision: &DecisionEvent) {

@@ -9,80 +9,58 @@ use std::{
     sync::{Arc, LazyLock, PoisonError, RwLock},
 };
 
-use serde::de::DeserializeOwned;
-use serde_json::{Map, Value};
 use utoipa::ToSchema;
 use uuid::Uuid;
 
 use super::{
+    compiled::{Compiled, Id, Kind, Lengths, MOST_PROPERTIES, Node, Object, Range},
     cursor::{Cursor, Syntax, Token},
     location::Location,
-    reader::read,
-    refusal::Refusal,
     wording::{BEYOND, no_such_field, one_of, shortened, unknown_name},
 };
 use crate::api::{
     contract,
     faults::{Fault, Faults},
 };
-use flankfit_engine::{
-    estimation::spec,
-    words::{Shown, counted},
-};
+use flankfit_engine::words::{Shown, counted};
 
 /// Characters of an id with hyphens.
 const UUID_LENGTH: usize = 36;
 /// The form of ids.
 const UUID: &str = "a UUID such as 0190b0de-0000-7000-8000-000000000000, in quotes";
 
-/// Reads a value as a type whose fields depend on each other.
-type Reads = fn(&[u8]) -> Option<Refusal>;
-
-/// Types whose fields depend on each other and that occur within unions and arrays, by the names of
-/// their schemas: each value is read by itself, so that the fault has its place.
-const DEPENDENT: [(&str, Reads); 3] =
-    [("Filter", reads::<spec::Filter>), ("Model", reads::<spec::Model>), ("Parameter", reads::<spec::Parameter>)];
-
-fn reads<T: DeserializeOwned>(text: &[u8]) -> Option<Refusal> {
-    read::<T>(text).err()
-}
-
-/// The schema of a type, and those that it refers to by their names.
-pub type Schemas = Arc<(Value, Map<String, Value>)>;
-
-/// Returns the schema of a type, which is made once.
-pub fn schemas_of<T: ToSchema>() -> Schemas {
-    static KNOWN: LazyLock<RwLock<HashMap<&str, Schemas>>> = LazyLock::new(RwLock::default);
+/// Returns the schema of a type, which is compiled once.
+pub fn schema_of<T: ToSchema>() -> Arc<Compiled> {
+    static KNOWN: LazyLock<RwLock<HashMap<&str, Arc<Compiled>>>> = LazyLock::new(RwLock::default);
     let name = type_name::<T>();
     if let Some(known) = KNOWN.read().unwrap_or_else(PoisonError::into_inner).get(name) {
         return known.clone();
     }
-    let made = Arc::new(contract::schema_of::<T>());
-    KNOWN.write().unwrap_or_else(PoisonError::into_inner).insert(name, made.clone());
-    made
+    let (schema, schemas) = contract::schema_of::<T>();
+    let compiled = Arc::new(Compiled::new(&schema, &schemas));
+    KNOWN.write().unwrap_or_else(PoisonError::into_inner).insert(name, compiled.clone());
+    compiled
 }
 
-/// Returns the faults that the schema of `T` shows in a well-formed text.
+/// Returns the errors that the schema of `T` shows in a well-formed text.
 pub fn check<T: ToSchema>(text: &[u8]) -> Faults {
-    let known = schemas_of::<T>();
-    let (schema, schemas) = &*known;
-    check_by(schema, schemas, text)
+    check_by(&schema_of::<T>(), 0, text)
 }
 
-/// Returns the faults of a member of an object, by the object's schema.
-pub fn check_member((schema, schemas): &(Value, Map<String, Value>), name: &str, text: &[u8]) -> Faults {
-    check_by(&schema["properties"][name], schemas, text)
+/// Returns the errors of a member of an object, by the object's schema.
+pub fn check_member(schema: &Compiled, name: &str, text: &[u8]) -> Faults {
+    schema.member(name).map_or_else(Faults::default, |id| check_by(schema, id, text))
 }
 
-fn check_by(schema: &Value, schemas: &Map<String, Value>, text: &[u8]) -> Faults {
-    let mut check = Check { schemas, faults: Faults::default() };
-    // the syntax has been checked before
-    let _checked = check.value(&mut Cursor::new(text), schema, &Location::Root);
+fn check_by(schema: &Compiled, id: Id, text: &[u8]) -> Faults {
+    let mut check = Check { schema, faults: Faults::default() };
+    // The syntax has been checked before, and the value as a whole is read by its type afterwards.
+    let _checked = check.shape(&mut Cursor::new(text), schema.node(id), &Location::Root);
     check.faults
 }
 
 struct Check<'a> {
-    schemas: &'a Map<String, Value>,
+    schema: &'a Compiled,
     faults: Faults,
 }
 
@@ -91,16 +69,12 @@ impl<'a> Check<'a> {
         self.faults.push(at.pointer(), detail);
     }
 
-    fn resolved(&self, schema: &'a Value) -> &'a Value {
-        name_of(schema).and_then(|name| self.schemas.get(name)).map_or(schema, |schema| self.resolved(schema))
-    }
-
     /// Checks the value at the cursor, and passes over it.
-    fn value(&mut self, cursor: &mut Cursor, schema: &'a Value, at: &Location) -> Result<(), Syntax> {
-        let reads = name_of(schema).and_then(|name| DEPENDENT.iter().find(|(known, _)| *known == name));
-        let Some((_, reads)) = reads else { return self.resolved_value(cursor, self.resolved(schema), at) };
+    fn value(&mut self, cursor: &mut Cursor, id: Id, at: &Location) -> Result<(), Syntax> {
+        let node = self.schema.node(id);
+        let Some(reads) = node.reads else { return self.shape(cursor, node, at) };
         let (mut whole, before) = (cursor.clone(), self.faults.count());
-        self.resolved_value(cursor, self.resolved(schema), at)?;
+        self.shape(cursor, node, at)?;
         if self.faults.count() == before
             && let Some(refusal) = reads(whole.skip_value()?)
         {
@@ -110,29 +84,25 @@ impl<'a> Check<'a> {
         Ok(())
     }
 
-    fn resolved_value(&mut self, cursor: &mut Cursor, schema: &'a Value, at: &Location) -> Result<(), Syntax> {
+    fn shape(&mut self, cursor: &mut Cursor, node: &'a Node, at: &Location) -> Result<(), Syntax> {
         let token = cursor.token()?;
-        if let Some(alternatives) = schema["oneOf"].as_array() {
-            return self.union(cursor, alternatives, token, at);
-        }
-        if let Some(names) = schema["enum"].as_array() {
-            return self.name(cursor, &names_of(names), token, at);
-        }
-        match (kind_of(schema), token) {
-            (Some("object"), Token::Object) => self.object(cursor, schema, at),
-            (Some("array"), Token::Array) => self.array(cursor, schema, at),
-            (Some("number" | "integer"), Token::Number) => self.number(cursor, schema, at),
-            (Some("string"), Token::String) => {
+        match (&node.kind, token) {
+            (Kind::Union { tagged, forms }, _) => self.union(cursor, tagged, forms, token, at),
+            (Kind::Names(names), _) => self.name(cursor, names, token, at),
+            (Kind::Object(object), Token::Object) => self.object(cursor, object, at),
+            (Kind::Array { entries, lengths }, Token::Array) => self.array(cursor, *entries, *lengths, at),
+            (Kind::Number(range), Token::Number) => self.number(cursor, node, range, at),
+            (Kind::Text { is_uuid, lengths }, Token::String) => {
                 let text = cursor.string()?;
-                if schema["format"] == "uuid" && (text.len() != UUID_LENGTH || Uuid::try_parse(&text).is_err()) {
+                if *is_uuid && (text.len() != UUID_LENGTH || Uuid::try_parse(&text).is_err()) {
                     self.fault(at, format!("expected {UUID}"));
                 }
-                self.length(text.chars().count(), schema, ["minLength", "maxLength"], ["a string", "character"], at);
+                self.length(text.chars().count(), *lengths, ["a string", "character"], at);
                 Ok(())
             }
-            (Some("boolean"), Token::True | Token::False) | (None, _) => cursor.skip_value().map(drop),
-            (_, Token::Null) if schema["type"].is_array() => cursor.skip_value().map(drop),
-            _ => self.mismatch(cursor, &self.expected(schema), token, at),
+            (Kind::Boolean, Token::True | Token::False) | (Kind::Any, _) => cursor.skip_value().map(drop),
+            (_, Token::Null) if node.is_nullable => cursor.skip_value().map(drop),
+            _ => self.mismatch(cursor, &self.expected(node), token, at),
         }
     }
 
@@ -148,65 +118,63 @@ impl<'a> Check<'a> {
         Ok(())
     }
 
-    /// The words for the values that a schema allows.
-    fn expected(&self, schema: &'a Value) -> String {
-        let schema = self.resolved(schema);
-        if let Some(names) = schema["enum"].as_array() {
-            return format!("{} in quotes", one_of(&names_of(names)));
-        }
-        match kind_of(schema) {
-            Some("object") => "an object".to_owned(),
-            Some("array") => match (&schema["minItems"], &schema["maxItems"]) {
-                (Value::Number(least), Value::Number(most)) if least == most => format!("an array of {most} entries"),
-                _ => "an array".to_owned(),
-            },
-            Some("integer") => match schema["minimum"].as_f64() {
-                Some(minimum) => format!("a whole number of at least {}", Shown(minimum)),
-                None => "a whole number".to_owned(),
-            },
-            Some(kind) => format!("a {kind}"),
-            None => "a value".to_owned(),
+    /// Returns the words for the values that a schema allows.
+    fn expected(&self, node: &Node) -> String {
+        match &node.kind {
+            Kind::Names(names) => format!("{} in quotes", one_of(&borrowed(names))),
+            Kind::Object(_) => "an object".to_owned(),
+            Kind::Array { lengths: [Some(least), Some(most)], .. } if least == most => {
+                format!("an array of {most} entries")
+            }
+            Kind::Array { .. } => "an array".to_owned(),
+            Kind::Number(Range { is_whole: true, minimum: Some(minimum), .. }) => {
+                format!("a whole number of at least {}", Shown(*minimum))
+            }
+            Kind::Number(Range { is_whole: true, .. }) => "a whole number".to_owned(),
+            Kind::Number(_) => "a number".to_owned(),
+            Kind::Text { .. } => "a string".to_owned(),
+            Kind::Boolean => "a boolean".to_owned(),
+            Kind::Union { .. } | Kind::Any => "a value".to_owned(),
         }
     }
 
-    fn name(&mut self, cursor: &mut Cursor, names: &[&str], token: Token, at: &Location) -> Result<(), Syntax> {
+    fn name(&mut self, cursor: &mut Cursor, names: &[String], token: Token, at: &Location) -> Result<(), Syntax> {
         if token != Token::String {
             cursor.skip_value()?;
-            self.fault(at, format!("expected {} in quotes, found {}", one_of(names), token.name()));
+            self.fault(at, format!("expected {} in quotes, found {}", one_of(&borrowed(names)), token.name()));
             return Ok(());
         }
         let name = cursor.string()?;
-        if !names.contains(&&*name) {
-            self.fault(at, unknown_name(&name, &one_of(names)));
+        if !names.iter().any(|known| *known == name) {
+            self.fault(at, unknown_name(&name, &one_of(&borrowed(names))));
         }
         Ok(())
     }
 
-    fn number(&mut self, cursor: &mut Cursor, schema: &'a Value, at: &Location) -> Result<(), Syntax> {
+    fn number(&mut self, cursor: &mut Cursor, node: &Node, range: &Range, at: &Location) -> Result<(), Syntax> {
         let begin = cursor.clone();
         let (number, text) = cursor.number_and_text()?;
         if number.is_infinite() {
             self.fault(at, BEYOND.to_owned());
             return Ok(());
         }
-        let whole = kind_of(schema) == Some("integer");
+        let whole = range.is_whole;
         if whole && !text.iter().all(|byte| byte.is_ascii_digit() || *byte == b'-') {
-            let wanted = format!("{} without decimal point and exponent", self.expected(schema));
+            let wanted = format!("{} without decimal point and exponent", self.expected(node));
             return self.mismatch(&mut begin.clone(), &wanted, Token::Number, at);
         }
         let text = std::str::from_utf8(text).unwrap_or_default();
         let kind = if whole { "a whole number" } else { "a number" };
-        let bound = |keyword: &str| schema[keyword].as_f64();
-        let wanted = match (bound("minimum"), bound("maximum")) {
+        let wanted = match (range.minimum, range.maximum) {
             (Some(low), Some(high)) if number < low || number > high => {
                 Some(format!("{kind} from {} to {}", Shown(low), Shown(high)))
             }
             (Some(low), _) if number < low => Some(format!("{kind} of at least {}", Shown(low))),
             (_, Some(high)) if number > high => Some(format!("{kind} of at most {}", Shown(high))),
-            _ => match (bound("exclusiveMinimum"), bound("exclusiveMaximum")) {
+            _ => match (range.above, range.below) {
                 (Some(low), _) if number <= low => Some(format!("{kind} above {}", Shown(low))),
                 (_, Some(high)) if number >= high => Some(format!("{kind} below {}", Shown(high))),
-                _ if whole => out_of_range(schema, text),
+                _ if whole => out_of_range(range, text),
                 _ => None,
             },
         };
@@ -217,15 +185,7 @@ impl<'a> Check<'a> {
         Ok(())
     }
 
-    fn length(
-        &mut self,
-        length: usize,
-        schema: &Value,
-        keywords: [&str; 2],
-        [kind, entry]: [&'static str; 2],
-        at: &Location,
-    ) {
-        let [least, most] = keywords.map(|keyword| schema[keyword].as_u64().and_then(|count| count.try_into().ok()));
+    fn length(&mut self, length: usize, [least, most]: Lengths, [kind, entry]: [&'static str; 2], at: &Location) {
         if least.is_none_or(|least| length >= least) && most.is_none_or(|most| length <= most) {
             return;
         }
@@ -239,90 +199,94 @@ impl<'a> Check<'a> {
         self.fault(at, format!("expected {kind} of {wanted}, found {}", counted(length, entry, plural)));
     }
 
-    fn array(&mut self, cursor: &mut Cursor, schema: &'a Value, at: &Location) -> Result<(), Syntax> {
+    fn array(
+        &mut self,
+        cursor: &mut Cursor,
+        entries: Option<Id>,
+        lengths: Lengths,
+        at: &Location,
+    ) -> Result<(), Syntax> {
         let mut length = 0;
         cursor.array(|cursor, index| {
             length = index + 1;
-            match &schema["items"] {
-                Value::Null => cursor.skip_value().map(drop),
-                items => self.value(cursor, items, &Location::Entry(at, index)),
+            match entries {
+                None => cursor.skip_value().map(drop),
+                Some(id) => self.value(cursor, id, &Location::Entry(at, index)),
             }
         })?;
-        self.length(length, schema, ["minItems", "maxItems"], ["an array", "entry"], at);
+        self.length(length, lengths, ["an array", "entry"], at);
         Ok(())
     }
 
-    fn object(&mut self, cursor: &mut Cursor, schema: &'a Value, at: &Location) -> Result<(), Syntax> {
-        let known: Vec<(&'a str, &'a Value)> =
-            schema["properties"].as_object().into_iter().flatten().map(|(name, value)| (&**name, value)).collect();
-        let mut seen: BTreeSet<String> = BTreeSet::new();
+    fn object(&mut self, cursor: &mut Cursor, object: &'a Object, at: &Location) -> Result<(), Syntax> {
+        let Object { properties, others, required } = object;
+        let mut seen = [false; MOST_PROPERTIES];
+        let mut other_names = BTreeSet::new();
         cursor.object(|cursor, name| {
             let at = Location::Member(at, &name);
-            let property = known.iter().find(|(known, _)| *known == name).map(|(_, property)| *property);
-            let is_null = cursor.token()? == Token::Null;
-            match (property, &schema["additionalProperties"]) {
-                // counts as absent
-                (Some(_), _) | (None, Value::Object(_)) if is_null => cursor.skip_value().map(drop),
-                (Some(property), _) | (None, property @ Value::Object(_)) => {
-                    if seen.insert(name.clone().into_owned()) {
-                        return self.value(cursor, property, &at);
-                    }
-                    self.fault(&at, "the field occurs twice; give it once".to_owned());
-                    cursor.skip_value().map(drop)
-                }
-                _ => {
-                    let names: Vec<&str> = known.iter().map(|(name, _)| *name).collect();
-                    let pointer = at.pointer();
-                    self.faults.push_with(pointer, || no_such_field(&name, &names));
-                    cursor.skip_value().map(drop)
-                }
+            let place = properties.iter().position(|(known, _)| *known == name);
+            let Some(id) = place.map(|place| properties[place].1).or(*others) else {
+                let pointer = at.pointer();
+                let names: Vec<&str> = properties.iter().map(|(name, _)| &**name).collect();
+                self.faults.push_with(pointer, || no_such_field(&name, &names));
+                return cursor.skip_value().map(drop);
+            };
+            // `null` counts as absent
+            if cursor.token()? == Token::Null {
+                return cursor.skip_value().map(drop);
             }
+            let is_new = match place {
+                Some(place) => !std::mem::replace(&mut seen[place], true),
+                None => other_names.insert(name.clone().into_owned()),
+            };
+            if is_new {
+                return self.value(cursor, id, &at);
+            }
+            self.fault(&at, "the field occurs twice; give it once".to_owned());
+            cursor.skip_value().map(drop)
         })?;
-        for name in schema["required"].as_array().into_iter().flatten().filter_map(Value::as_str) {
-            if !seen.contains(name) {
-                self.faults.push_missing(Location::Member(at, name).pointer(), "missing");
-            }
+        for place in required.iter().filter(|place| !seen[**place]) {
+            self.faults.push_missing(Location::Member(at, &properties[*place].0).pointer(), "missing");
         }
         Ok(())
     }
 
-    /// A value of several forms: objects are distinguished by their `type`, others by their kind.
+    /// Checks a value of several forms: objects are distinguished by their `type`, others by their
+    /// kind.
     fn union(
         &mut self,
         cursor: &mut Cursor,
-        alternatives: &'a [Value],
+        tagged: &'a [(String, Id)],
+        forms: &'a [Id],
         token: Token,
         at: &Location,
     ) -> Result<(), Syntax> {
-        let alternatives: Vec<&'a Value> = alternatives.iter().map(|one| self.resolved(one)).collect();
-        let tag = |one: &'a Value| self.resolved(&one["properties"]["type"])["enum"][0].as_str();
-        let tagged: Vec<(&'a str, &'a Value)> = alternatives.iter().filter_map(|one| Some((tag(one)?, *one))).collect();
         if token == Token::Object && !tagged.is_empty() {
-            return self.tagged(cursor, &tagged, at);
+            return self.tagged(cursor, tagged, at);
         }
-        let fits = |one: &&&'a Value| match (kind_of(one), token) {
-            (Some("array"), Token::Array) => {
-                let nested = entry_token(cursor) == Some(Token::Array);
-                (self.resolved(&one["items"])["type"] == "array") == nested
+        let node = |id: &Id| self.schema.node(*id);
+        let fits = |id: &&Id| match (&node(id).kind, token) {
+            (Kind::Array { entries, .. }, Token::Array) => {
+                let is_nested = entry_token(cursor) == Some(Token::Array);
+                entries.as_ref().is_some_and(|id| matches!(node(id).kind, Kind::Array { .. })) == is_nested
             }
-            (Some("object"), Token::Object)
-            | (Some("number" | "integer"), Token::Number)
-            | (Some("string"), Token::String)
-            | (Some("boolean"), Token::True | Token::False) => true,
+            (Kind::Object(_), Token::Object)
+            | (Kind::Number(_), Token::Number)
+            | (Kind::Text { .. } | Kind::Names(_), Token::String)
+            | (Kind::Boolean, Token::True | Token::False) => true,
             _ => false,
         };
-        match alternatives.iter().find(fits) {
-            Some(one) => self.value(cursor, one, at),
+        match forms.iter().find(fits) {
+            Some(id) => self.shape(cursor, node(id), at),
             None => {
-                let mut wanted: Vec<String> = alternatives.iter().map(|one| self.expected(one)).collect();
+                let mut wanted: Vec<String> = forms.iter().map(|id| self.expected(node(id))).collect();
                 wanted.dedup();
                 self.mismatch(cursor, &wanted.join(" or "), token, at)
             }
         }
     }
 
-    fn tagged(&mut self, cursor: &mut Cursor, tagged: &[(&'a str, &'a Value)], at: &Location) -> Result<(), Syntax> {
-        let names: Vec<&str> = tagged.iter().map(|(name, _)| *name).collect();
+    fn tagged(&mut self, cursor: &mut Cursor, tagged: &'a [(String, Id)], at: &Location) -> Result<(), Syntax> {
         let (mut found, mut within) = (None, cursor.clone());
         within.object(|cursor, name| {
             if name == "type" && found.is_none() {
@@ -339,14 +303,15 @@ impl<'a> Check<'a> {
         let one = match token {
             Token::String => {
                 let name = look.string()?;
-                tagged.iter().find(|(tag, _)| *tag == name).map(|(_, one)| *one)
+                tagged.iter().find(|(tag, _)| *tag == name).map(|(_, id)| *id)
             }
             _ => None,
         };
         match one {
-            Some(one) => self.object(cursor, one, at),
-            // the fields of no alternative are known
+            Some(id) => self.shape(cursor, self.schema.node(id), at),
+            // the fields of no form are known
             None => {
+                let names: Vec<String> = tagged.iter().map(|(name, _)| name.clone()).collect();
                 self.name(&mut kind, &names, token, &place)?;
                 cursor.skip_value().map(drop)
             }
@@ -354,35 +319,24 @@ impl<'a> Check<'a> {
     }
 }
 
-/// Returns the type of values that are not `null`.
-fn kind_of(schema: &Value) -> Option<&str> {
-    let kind = &schema["type"];
-    kind.as_str().or_else(|| kind.as_array()?.iter().filter_map(Value::as_str).find(|kind| *kind != "null"))
-}
-
 /// Returns the range of an integer type that does not hold a number.
-fn out_of_range(schema: &Value, text: &str) -> Option<String> {
-    let unsigned = schema["minimum"].as_f64().is_some_and(|minimum| minimum >= 0.0);
-    let (low, high) = match (schema["format"].as_str(), unsigned) {
-        (Some("int32"), true) => (0, i128::from(u32::MAX)),
-        (Some("int32"), false) => (i128::from(i32::MIN), i128::from(i32::MAX)),
-        (_, true) => (0, i128::from(u64::MAX)),
-        (_, false) => (i128::from(i64::MIN), i128::from(i64::MAX)),
+fn out_of_range(range: &Range, text: &str) -> Option<String> {
+    let unsigned = range.minimum.is_some_and(|minimum| minimum >= 0.0);
+    let (low, high) = match (range.is_short, unsigned) {
+        (true, true) => (0, i128::from(u32::MAX)),
+        (true, false) => (i128::from(i32::MIN), i128::from(i32::MAX)),
+        (false, true) => (0, i128::from(u64::MAX)),
+        (false, false) => (i128::from(i64::MIN), i128::from(i64::MAX)),
     };
     let holds = text.parse().is_ok_and(|number: i128| (low..=high).contains(&number));
     (!holds).then(|| format!("a whole number from {low} to {high}"))
 }
 
-/// The name of the schema that is referred to.
-fn name_of(schema: &Value) -> Option<&str> {
-    schema["$ref"].as_str()?.rsplit('/').next()
+fn borrowed(names: &[String]) -> Vec<&str> {
+    names.iter().map(String::as_str).collect()
 }
 
-fn names_of(names: &[Value]) -> Vec<&str> {
-    names.iter().filter_map(Value::as_str).collect()
-}
-
-/// The kind of an array's first entry.
+/// Returns the kind of an array's first entry.
 fn entry_token(cursor: &Cursor) -> Option<Token> {
     let mut within = cursor.clone();
     within.takes(b'[').then(|| within.token().ok()).flatten()

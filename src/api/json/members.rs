@@ -5,12 +5,13 @@
 //! serde on its slice. Unknown members, repeated ones and whatever is wrong with each are all
 //! refused at once, however long the text is. A known member that is `null` counts as absent.
 
-use std::marker::PhantomData;
+use std::{marker::PhantomData, sync::Arc};
 
 use serde::Deserialize;
 
 use super::{
-    check::{Schemas, check_member},
+    check::check_member,
+    compiled::Compiled,
     cursor::{Cursor, Syntax, Token},
     error::{ReadError, malformed},
     location::escape,
@@ -124,13 +125,13 @@ pub struct Member<'a, T> {
     /// The object that it belongs to.
     at: &'a str,
     /// Returns the schema of the object.
-    schema: fn() -> Schemas,
+    schema: fn() -> Arc<Compiled>,
     text: Option<&'a [u8]>,
     read_as: PhantomData<fn() -> T>,
 }
 
 impl<'a, T> Member<'a, T> {
-    pub fn new(name: &'static str, at: &'a str, schema: fn() -> Schemas) -> Self {
+    pub fn new(name: &'static str, at: &'a str, schema: fn() -> Arc<Compiled>) -> Self {
         Member { name, at, schema, text: None, read_as: PhantomData }
     }
 

@@ -2,6 +2,7 @@
 //! Pointer, and text that is written without a tree.
 
 pub mod check;
+mod compiled;
 pub mod cursor;
 pub mod decimal;
 pub mod error;
@@ -12,6 +13,7 @@ pub mod merge;
 pub mod nearest;
 mod null_fields;
 pub mod numbers;
+pub mod raw;
 pub mod reader;
 pub mod refusal;
 pub mod request;

@@ -147,7 +147,7 @@ macro_rules! request {
         None
     }};
     (@new $request:ident $kind:ident $at:ident, $key:expr) => {
-        $crate::api::json::members::Member::new($key, $at, $crate::api::json::check::schemas_of::<$request>)
+        $crate::api::json::members::Member::new($key, $at, $crate::api::json::check::schema_of::<$request>)
     };
 
     (@take flatten $member:tt, $key:expr, $name:ident, $cursor:ident) => {

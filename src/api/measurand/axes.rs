@@ -6,6 +6,7 @@
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use super::{profile_axis::ProfileAxisName, side::SideName, units};
@@ -65,6 +66,7 @@ pub struct AxesBody {
 }
 
 /// Quantity and unit of the numbers on an axis.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = Axis)]
@@ -78,12 +80,10 @@ pub struct AxisBody {
     #[schema(value_type = String, min_length = 1, max_length = 200, example = "um")]
     pub unit: ShortText,
     /// For heights: meaning of a positive value. Default `material_out`.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub positive: Option<PositiveName>,
     /// For heights measured as traces with separate zeros: number of nodes of each trace, in the
     /// order of the nodes. A correction then ignores the mean of each trace. Absent where all
     /// heights have one zero.
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(example = json!([480, 480, 240]))]
     pub trace_lengths: Option<Vec<u32>>,
 }

@@ -1,6 +1,7 @@
 //! Curves as they are written: everything needed to build one again.
 
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use super::{
@@ -42,6 +43,7 @@ pub enum CurveBody {
 
 /// One polynomial over the whole domain: in the barycentric form by `nodes`, `weights` and
 /// `values`, in Newton's form by `nodes` (each as often as it has conditions) and `coefficients`.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = PolynomialCurve)]
@@ -54,16 +56,12 @@ pub struct PolynomialCurveBody {
     pub nodes: Vec<f64>,
     /// Barycentric: Σ wᵢ yᵢ/(x − xᵢ) / Σ wᵢ/(x − xᵢ). They follow from the nodes and may be left
     /// out.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub weights: Option<Vec<f64>>,
     /// Barycentric: the values at the nodes.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub values: Option<Vec<PointBody>>,
     /// Newton: divided differences c₀ + c₁(x − x₀) + c₂(x − x₀)(x − x₁) + ….
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub coefficients: Option<Vec<PointBody>>,
     /// Newton form: rounding remainders of `coefficients`; without them a few digits are lost.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub coefficient_remainders: Option<Vec<PointBody>>,
 }
 

@@ -1,6 +1,7 @@
 //! Surfaces as they are written: everything needed to build one again.
 
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use super::{curve_shape::CurveBody, net::Net, point::PointBody};
@@ -67,6 +68,7 @@ pub struct NurbsSurfaceBody {
 }
 
 /// A tensor Bézier patch; its degrees are one less than the numbers of control points.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = BezierSurface)]
@@ -77,10 +79,8 @@ pub struct BezierSurfaceBody {
     /// Rows along u, within a row along v; 2 to 26 of either.
     pub control_points: Vec<Vec<PointBody>>,
     /// For a rational patch, one ≥ 0 for each control point.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub weights: Option<Vec<Vec<f64>>>,
     /// Default [0, 1] both.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub domain: Option<Domain>,
 }
 
@@ -134,6 +134,7 @@ request! {
 }
 
 /// Gregory's rational bicubic patch of 20 control points.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = GregoryPatch)]
@@ -148,7 +149,6 @@ pub struct GregoryBody {
     #[schema(min_items = 2, max_items = 2)]
     pub inner_points: Vec<Vec<PointBody>>,
     /// Default [0, 1] both.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub domain: Option<Domain>,
 }
 

@@ -26,7 +26,7 @@ use crate::{
 use flankfit_engine::{
     estimation::{
         FitSpec, Nodes, Plans,
-        spec::{Degree, Include, Model, PolynomialBasis, Regularization, Scaling, Terms},
+        spec::{Degree, Model, PolynomialBasis, Regularization, Scaling, Terms},
     },
     gear::{
         correction as gear_correction,
@@ -167,7 +167,7 @@ fn simulate_run(
                     warnings: Vec::new(),
                 };
                 let digest = canonical::request_sha256(&request);
-                let result = correction::write(&solution, asked, &digest, Include::default())?;
+                let result = correction::write(&solution, asked, &digest)?;
                 let built = Built { method: "matrix".to_owned(), result };
                 record = Some(records::draft(RecordKind::Correction, &request, built)?);
             }

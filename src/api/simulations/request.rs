@@ -1,6 +1,7 @@
 //! A closed loop to simulate, as it is requested.
 
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use crate::api::faults::Faults;
@@ -14,55 +15,44 @@ use flankfit_engine::{
 
 /// A machine with wrong settings, and methods to correct it. By default the ill-conditioned case: 5
 /// × 9 nodes and six settings, the sixth of which is nearly a combination of two others.
+#[skip_serializing_none]
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = ClosedLoopRequest)]
 pub struct ClosedLoopBody {
     /// Seed of all random numbers. Default 0.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub seed: Option<u64>,
     /// Number of corrections. Default 2.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 1, maximum = 20)]
     pub corrections: Option<usize>,
     /// Correction methods. Default `spectral_uncertainty` (the default of corrections) and
     /// `least_squares`; further ones are `spectral_min_mse`, `ridge_gcv` and so on.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub strategies: Option<Vec<String>>,
     /// Names of the settings, with `matrix`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub settings: Option<Vec<String>>,
     /// Sensitivity matrix: µm at each node per unit of each setting, as used by the corrections.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub matrix: Option<Vec<Vec<f64>>>,
     /// Rows and columns of the nodes of `matrix`, which then form a grid over [-1, 1] × [-1, 1].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub grid: Option<[usize; 2]>,
     /// Standard deviation of the initial error of each setting, in its unit. Default 12 µm in the
     /// ill-conditioned case; required with `matrix`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub setting_error: Option<Vec<f64>>,
     /// Relative standard deviation of the difference between the true response and the matrix,
     /// entry by entry. Default 0.01.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 0, maximum = 1)]
     pub response_noise: Option<f64>,
     /// The value of `response_noise` that corrections assume. Default 0.02.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 0, maximum = 1)]
     pub response_uncertainty: Option<f64>,
     /// Default 0.3.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 0, maximum = 1e6)]
     pub probe_noise_um: Option<f64>,
     /// Share of the nodes that a measurement misses; as many as there are settings must be left.
     /// Default 0.1.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 0, exclusive_maximum = 1)]
     pub missing: Option<f64>,
     /// If true, each run is stored as a job with its iterations and corrections, all in one
     /// transaction. Default false.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub store: Option<bool>,
 }
 

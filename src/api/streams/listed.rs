@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 use uuid::Uuid;
 
@@ -19,6 +20,7 @@ use crate::{
 };
 
 /// A stream in a list: without its spec and its estimate.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = ListedStream)]
 pub struct ListedStreamBody {
@@ -33,7 +35,6 @@ pub struct ListedStreamBody {
     /// Nodes posted so far, missing ones included.
     pub node_count: u64,
     /// The iteration that the stream has become.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub iteration_number: Option<u32>,
     /// When the stream was opened.
     #[schema(value_type = String, format = DateTime)]
@@ -44,13 +45,13 @@ pub struct ListedStreamBody {
 }
 
 /// Some streams of a job, oldest first.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = StreamPage)]
 pub struct StreamPageBody {
     /// The streams of this page.
     pub items: Vec<ListedStreamBody>,
     /// Cursor of the next page; absent on the last one.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub next_cursor: Option<String>,
 }
 
@@ -65,6 +66,7 @@ pub struct PostedBlockBody {
 }
 
 /// Blocks of a stream, in order.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[schema(as = StreamNodes)]
 pub struct StreamNodesBody {
@@ -76,7 +78,6 @@ pub struct StreamNodesBody {
     pub sequence: u64,
     pub state: StreamStateName,
     /// The iteration that the stream has become.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub iteration_number: Option<u32>,
 }
 

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 use uuid::Uuid;
 
@@ -10,7 +11,7 @@ use crate::{
     api::{
         faults::Faults,
         fits::{
-            answer::{result::FitResultBody, text},
+            answer::FitResultBody,
             canonical,
             reader::{self, nodes::RawNodes},
             spec::{json, nodes::NodesBody, request::FitSpecBody},
@@ -82,6 +83,7 @@ request! {
 }
 
 /// The estimate after a block.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = StreamEstimate)]
 pub struct EstimateBody {
@@ -92,14 +94,13 @@ pub struct EstimateBody {
     /// The fit of all nodes so far, except the parts that need the nodes themselves (`max_abs`,
     /// single residuals, B). Absent, with a warning that gives the reason, while the nodes do not
     /// determine the model.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub result: Option<FitResultBody>,
+    pub result: Option<FitResultBody<'static>>,
     /// Reason why there is no result yet, or warnings of the result.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub warnings: Option<Vec<WarningBody>>,
 }
 
 /// A stream.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Stream)]
 pub struct StreamBody {
@@ -121,7 +122,6 @@ pub struct StreamBody {
     #[schema(value_type = FitSpecBody)]
     pub spec: serde_json::Value,
     /// The iteration that the stream has become.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub iteration_number: Option<u32>,
     /// When the stream was opened.
     #[schema(value_type = String, format = DateTime)]
@@ -130,10 +130,8 @@ pub struct StreamBody {
     #[schema(value_type = String, format = DateTime)]
     pub updated_at: Moment,
     /// The estimate after the last block, as its answer had it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub result: Option<FitResultBody>,
+    pub result: Option<FitResultBody<'static>>,
     /// Reason why an open stream has no result yet, or warnings of the result.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub warnings: Option<Vec<WarningBody>>,
 }
 
@@ -204,7 +202,7 @@ pub fn estimate_text(estimate: &Recursive, input_sha256: &[u8; 32]) -> Result<Es
     };
     let shape = near::shape_of(estimate.spec(), &result);
     let digest = canonical::hexadecimal(input_sha256);
-    let text = text::write(&result, shape.as_ref(), &digest, estimate.spec().include).map_err(Problem::internal)?;
+    let text = FitResultBody::new(&result, shape.as_ref(), digest).text().map_err(Problem::internal)?;
     Ok(EstimateText::Result(String::from_utf8(text).map_err(Problem::internal)?))
 }
 

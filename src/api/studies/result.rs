@@ -3,27 +3,24 @@
 use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use super::{
     reader::{CheckedStudy, read},
     request::StudyScaling,
 };
-use crate::api::{
-    faults::moved,
-    fits::{answer::parts::LimitSource, spec::criteria::ChosenBy},
-    problem::Problem,
-    warning::WarningBody,
-};
+use crate::api::{faults::moved, problem::Problem, warning::WarningBody};
 use flankfit_engine::estimation::{
     FitError,
     randomization::{
         self, Figures, LevelRatios, LevelResult, Outcome, Reference, ReferenceChoice, StudyResult, Summary,
     },
-    spec::Criterion,
+    spec::{ChosenBy, Criterion},
 };
 
 /// Comparison of randomising the measurement matrix with regularising.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct RandomizationResult {
     /// Rows of the measurement matrix.
@@ -45,14 +42,11 @@ pub struct RandomizationResult {
     /// Eigenvalues of XᵀX, ascending.
     pub eigenvalues: Vec<f64>,
     /// Least |Pearson correlation| of two columns that vary.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub smallest_correlation: Option<f64>,
     /// Largest |Pearson correlation| of two columns that vary.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub largest_correlation: Option<f64>,
     /// |V₁ᵀA|/‖A‖: how much of A lies along the eigenvector of the smallest eigenvalue; absent for
     /// A = 0.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub along_smallest: Option<f64>,
     /// ‖A‖² in the columns of the study, by which an estimate of 0 errs.
     pub coefficient_norm_squared: f64,
@@ -62,7 +56,6 @@ pub struct RandomizationResult {
     pub levels: Vec<StudyLevel>,
     pub references: StudyReferences,
     /// The level of least median ‖A − Â_R‖²; absent without noise, where least squares is exact.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub optimum: Option<StudyOptimum>,
     /// What to know about the answer; empty where there is nothing to say.
     pub warnings: Vec<WarningBody>,
@@ -83,24 +76,22 @@ pub struct Quartiles {
 }
 
 /// Figures of one estimation method; those that do not exist in every repetition are absent.
+#[skip_serializing_none]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct StudyFigures {
     /// Condition of the inverted matrix: X̃ᵀX̃ of a level, XᵀX of least squares, or the regularised
     /// matrix.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub condition: Option<Quartiles>,
     /// log₁₀ of its determinant.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub log10_determinant: Option<Quartiles>,
     /// ‖A − Â‖².
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bias_norm_squared: Option<Quartiles>,
     /// ‖y − X Â‖², with the X that was not randomised.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rss: Option<Quartiles>,
 }
 
 /// One level of randomisation.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct StudyLevel {
     /// k, the level: how strongly the matrices are perturbed.
@@ -108,11 +99,9 @@ pub struct StudyLevel {
     #[serde(flatten)]
     pub figures: StudyFigures,
     /// ‖y − X̃ Â_R‖², the residual sum of squares in the randomised matrix.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fitted_rss: Option<Quartiles>,
     /// The regularising matrix B of Eq. 40 of the same level, σ_B/σ_X = k; absent where no λ* up to
     /// the largest eigenvalue gives this level, and where the columns are linearly dependent.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub matrix_b: Option<StudyLevelOfB>,
 }
 
@@ -127,24 +116,23 @@ pub struct StudyLevelOfB {
 }
 
 /// The same heights, estimated with X as it is.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct StudyReferences {
     pub least_squares: StudyFigures,
     /// Absent where the columns are linearly dependent.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub spectral_first_order: Option<RegularizedReference>,
     /// Absent where the columns are linearly dependent.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub spectral_exact: Option<RegularizedReference>,
     pub ridge: RegularizedReference,
 }
 
 /// A regularised estimate: figures of the default criterion (`min_mse`), and of every criterion in
 /// `choices`.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct RegularizedReference {
     /// L of the spectral schemes.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub count: Option<usize>,
     #[serde(flatten)]
     pub chosen: RegularizedFigures,
@@ -153,14 +141,13 @@ pub struct RegularizedReference {
 }
 
 /// What a regularised estimate comes to.
+#[skip_serializing_none]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct RegularizedFigures {
     /// λ* of the spectral schemes, k of ridge.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lambda_star: Option<Quartiles>,
     /// σ_B/σ_X of the spectral schemes: size of B relative to the columns it is added to, on the
     /// scale of the levels.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub noise_to_signal: Option<Quartiles>,
     #[serde(flatten)]
     pub figures: StudyFigures,
@@ -188,6 +175,7 @@ pub struct StudyOptimum {
 }
 
 /// Medians of one level relative to least squares.
+#[skip_serializing_none]
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct StudyRatios {
     /// The level itself.
@@ -195,10 +183,8 @@ pub struct StudyRatios {
     /// Median ‖A − Â‖² of least squares over that of this level; its root is the ratio of norms.
     pub error_ratio: f64,
     /// cond(XᵀX) over the median cond(X̃ᵀX̃) of this level.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub condition_ratio: Option<f64>,
     /// Median ‖y − X Â_R‖² of this level over that of least squares.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rss_ratio: Option<f64>,
 }
 
@@ -235,6 +221,14 @@ fn place(path: &str) -> String {
 
 fn refused(error: FitError) -> Problem {
     Problem::of_fit(error, place)
+}
+
+/// Source of the limit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum LimitSource {
+    Estimate,
+    Request,
 }
 
 impl RandomizationResult {
@@ -329,7 +323,7 @@ fn chosen(c: &ReferenceChoice) -> RegularizedFigures {
 
 fn regularized(reference: Reference) -> RegularizedReference {
     let default = reference.choices.iter().find(|c| c.criterion == Criterion::MinMse);
-    let choice = |c: &ReferenceChoice| StudyChoice { criterion: c.criterion.into(), chosen: chosen(c) };
+    let choice = |c: &ReferenceChoice| StudyChoice { criterion: ChosenBy::Criterion(c.criterion), chosen: chosen(c) };
     RegularizedReference {
         count: reference.count,
         chosen: default.map(chosen).unwrap_or_default(),

@@ -1,6 +1,7 @@
 //! The points of a surface that are closest to given nodes: orthogonal distances.
 
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use crate::api::{
@@ -28,6 +29,7 @@ request! {
 }
 
 /// Closest points, everything in the order of the given nodes.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = SurfaceFeet)]
 pub struct SurfaceFeetBody {
@@ -39,7 +41,6 @@ pub struct SurfaceFeetBody {
     pub distances: Vec<f64>,
     /// Above 0 on the side that the normal S_u × S_v points to. Left out where there is no normal
     /// at one of the closest points.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub signed_distances: Option<Vec<f64>>,
     /// True if the connecting line is perpendicular to the surface; otherwise the closest point
     /// lies on a border or an edge.

@@ -143,7 +143,7 @@ pub fn answer(text: &[u8], room: Room) -> Result<Vec<u8>, Problem> {
     }
     object
         .list("warnings", warnings, |object, (code, message)| {
-            object.string("code", code).string("message", &message);
+            object.field("code", &code).field("message", &message);
         })
         .end();
     json.finish().map_err(|_| beyond("/surface"))

@@ -1,6 +1,7 @@
 //! What a surface is made of and how, as it is written.
 
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use crate::api::{
@@ -94,6 +95,7 @@ request! {
 }
 
 /// Bicubic Bézier patches that fill a mesh, or with `control_points` the patch itself.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BezierMethod {
@@ -101,14 +103,13 @@ pub struct BezierMethod {
     #[schema(inline)]
     pub kind: BezierTag,
     /// With `control_points`: one weight ≥ 0 for each, for a rational patch.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub weights: Option<Vec<Vec<f64>>>,
     /// With `control_points`: the domain. Default [0, 1] for both.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub domain: Option<Domain>,
 }
 
 /// The B-spline surface through all nodes, or with `control_points` the surface itself.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BSplineSurfaceMethod {
@@ -118,12 +119,12 @@ pub struct BSplineSurfaceMethod {
     pub degree: Degree,
     /// Full knot vectors of u and v; default averages of neighbouring parameters. Needed with
     /// `control_points`.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub knots: Option<[Vec<f64>; 2]>,
 }
 
 /// The least-squares B-spline surface. Exactly one of `knots`, `spans` and `placed_spans` sets the
 /// knots.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BSplineLeastSquaresSurfaceMethod {
@@ -132,13 +133,10 @@ pub struct BSplineLeastSquaresSurfaceMethod {
     pub kind: BSplineLeastSquaresSurfaceTag,
     pub degree: Degree,
     /// Full knot vectors of u and v.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub knots: Option<[Vec<f64>; 2]>,
     /// Spans of equal width.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub spans: Option<Spans>,
     /// For a grid: number of spans with about equal numbers of nodes.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub placed_spans: Option<Spans>,
 }
 

@@ -1,12 +1,12 @@
 //! Surfaces near nodes: the fit of the service where its spectrum can be told, the banded one where
 //! there are too many coefficients.
 
-use super::{method_reader::RequestedMethod, result::write_surface};
+use super::{method_reader::RequestedMethod, result::BuiltSurfaceBody};
 use crate::api::{
-    curves::result::write_warnings,
+    curves::near_result::{BandedFitBody, CoordinateFitBody, CoordinateResidualsBody, PenaltyBody},
     faults::Faults,
-    fits::{answer::text, canonical},
-    json::writer::{Json, Object},
+    fits::{answer::FitResultBody, canonical},
+    json::{gather::gathered, writer::whole},
     problem::Problem,
     shapes::{fault::refused, places::beyond},
     warning::WarningBody,
@@ -15,7 +15,6 @@ use flankfit_engine::{
     estimation::{
         self, FitSpec, Nodes, Plans,
         near::{self, Shape, SurfaceFit, SurfaceInclude, SurfacePoints},
-        result::Arithmetic,
         spec::{Degree, Estimator, Include, Knots, Model, Regularization, Scaling},
     },
     geometry::surface::{SurfaceShape, construct::Method, least_squares::AxisKnots},
@@ -63,18 +62,12 @@ pub fn build(
     let Some(Shape::Surface(shape)) = near::shape_of(&spec, &result) else {
         return Err(Problem::internal("a fit of a B-spline surface is none"));
     };
-    let text =
-        text::write(&result, None, &canonical::input_sha256(nodes, &spec), spec.include).map_err(Problem::internal)?;
-    let text = String::from_utf8(text).map_err(Problem::internal)?;
-    let mut json = Json::with_capacity(text.len() + 40 * result.coefficients.len());
-    let mut object = json.object();
-    write_surface(&mut object, &shape, None);
-    object.list("fits", [text], |object, text| {
-        object.string("coordinate", "z").raw("result", &text);
-    });
-    write_warnings(&mut object, &[]);
-    object.end();
-    json.finish_gathered().map_err(|_| beyond(base))
+    let fit = FitResultBody::new(&result, None, canonical::input_sha256(nodes, &spec));
+    let body = BuiltSurfaceBody {
+        fits: Some(vec![CoordinateFitBody { coordinate: "z".into(), result: fit }]),
+        ..BuiltSurfaceBody::new(&shape, None)
+    };
+    whole(&body).map(gathered).map_err(|_| beyond(base))
 }
 
 /// Whether the fit of many coefficients knows all that is asked for.
@@ -100,59 +93,43 @@ fn banded(nodes: &Nodes, spec: &FitSpec, base: &str) -> Result<Vec<u8>, Problem>
     let standard_errors = spec.regularization == Regularization::None;
     let include = SurfaceInclude { standard_errors, residuals: spec.include.residuals };
     let fit = near::surface(&points, spec, include).map_err(|error| refused(error, base))?;
-    let told = fit.coordinates.iter().filter_map(|c| c.residuals.as_ref()).map(Vec::len).sum::<usize>();
-    let mut json = Json::with_capacity(4096 + 60 * fit.surface.control_points().len() + 22 * told);
-    let mut object = json.object();
-    let SurfaceFit { surface, .. } = &fit;
-    let columns = surface.bases()[1].distinct_knots().len() - 1;
-    write_surface(&mut object, &SurfaceShape::BSpline(surface.clone()), None);
-    object.object("banded_fit", |object| write_banded(object, &fit, columns));
-    object.list("warnings", &fit.warnings, |object, warning| {
-        WarningBody::from(warning).write(object);
-    });
-    object.end();
-    json.finish().map_err(|_| beyond(base))
+    let built = BuiltSurfaceBody::new(&SurfaceShape::BSpline(fit.surface.clone()), None);
+    let warnings = fit.warnings.iter().map(WarningBody::from).collect();
+    let body = BuiltSurfaceBody { banded_fit: Some(fit.into()), warnings, ..built };
+    whole(&body).map_err(|_| beyond(base))
 }
 
-fn write_banded(object: &mut Object<'_>, fit: &SurfaceFit, columns: usize) {
-    object
-        .count("count", fit.count)
-        .number("degrees_of_freedom", fit.degrees_of_freedom)
-        .number("effective_degrees_of_freedom", fit.effective_degrees_of_freedom)
-        .maybe_number("condition", fit.condition)
-        .list("coordinates", fit.coordinates.iter().zip(["z"]), |object, (residuals, name)| {
-            object
-                .string("coordinate", name)
-                .number("rss", residuals.rss)
-                .number("rms", residuals.rms)
-                .number("max_abs", residuals.max_abs)
-                .maybe_number("sigma", residuals.sigma);
-            if let Some(errors) = &residuals.standard_errors {
-                let rows: Vec<Vec<f64>> = errors.chunks(fit.surface.bases()[1].size()).map(<[f64]>::to_vec).collect();
-                object.rows("std_errors", &rows);
-            }
-            if let Some(values) = &residuals.residuals {
-                object.numbers("values", values);
-            }
-        })
-        .field("nodes_per_span", &fit.nodes_per_span.chunks(columns).collect::<Vec<_>>())
-        .count("empty_spans", fit.empty_spans);
-    if let Some(weight) = &fit.regularization {
-        object.object("penalty", |object| {
-            object
-                .number("lambda", weight.lambda)
-                .maybe("criterion", weight.criterion.map(|criterion| criterion.name()))
-                .field("reached", &weight.reached);
-        });
+impl From<SurfaceFit> for BandedFitBody {
+    fn from(fit: SurfaceFit) -> Self {
+        let [_, v] = fit.surface.bases();
+        let (spans, controls) = (v.distinct_knots().len() - 1, v.size());
+        let coordinate = |residuals: near::Coordinate| CoordinateResidualsBody {
+            coordinate: "z".into(),
+            rss: residuals.rss,
+            rms: residuals.rms,
+            max_abs: residuals.max_abs,
+            sigma: residuals.sigma,
+            std_errors: residuals.standard_errors.map(|errors| errors.chunks(controls).map(<[f64]>::to_vec).collect()),
+            values: residuals.residuals,
+        };
+        BandedFitBody {
+            count: fit.count,
+            degrees_of_freedom: fit.degrees_of_freedom,
+            effective_degrees_of_freedom: fit.effective_degrees_of_freedom,
+            condition: fit.condition,
+            coordinates: fit.coordinates.into_iter().map(coordinate).collect(),
+            nodes_per_span: fit.nodes_per_span.chunks(spans).map(<[usize]>::to_vec).collect(),
+            empty_spans: fit.empty_spans,
+            penalty: fit.regularization.map(|weight| PenaltyBody {
+                lambda: weight.lambda,
+                criterion: weight.criterion,
+                reached: weight.reached,
+            }),
+            arithmetic: fit.arithmetic,
+            corrections: fit.corrections,
+            last_correction: fit.last_correction,
+        }
     }
-    let arithmetic = match fit.arithmetic {
-        Arithmetic::Double => "double",
-        Arithmetic::DoubleDouble => "double_double",
-    };
-    object
-        .string("arithmetic", arithmetic)
-        .count("corrections", fit.corrections)
-        .number("last_correction", fit.last_correction);
 }
 
 type Columns = (Vec<f64>, Vec<f64>, Vec<f64>, Option<Vec<f64>>);

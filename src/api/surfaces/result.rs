@@ -1,21 +1,19 @@
 //! A surface that was built, with what is to be said of it.
 
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use crate::api::{
-    curves::{
-        near_result::{BandedFitBody, CoordinateFitBody},
-        result::write_warnings,
-    },
-    json::writer::{Json, Object},
+    curves::near_result::{BandedFitBody, CoordinateFitBody},
+    json::writer::whole,
     problem::Problem,
     shapes::{places::beyond, surface_shape::SurfaceBody},
     warning::WarningBody,
 };
 use flankfit_engine::estimation::spec::Domain;
 use flankfit_engine::geometry::surface::{
-    Surface, SurfaceShape,
+    Border, Surface, SurfaceShape,
     construct::Built,
     continuity::{ContinuityClass, ContinuityTolerance, Joint, Worst},
     triangle::DegenerateBorder,
@@ -23,49 +21,38 @@ use flankfit_engine::geometry::surface::{
 use flankfit_engine::numerics::cancel::Asking;
 
 /// A surface, everything needed to build it again, and a report.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = BuiltSurface)]
-pub struct BuiltSurfaceBody {
+pub struct BuiltSurfaceBody<'a> {
     pub surface: SurfaceBody,
     pub domain: Domain,
     /// For nodes on a grid: the parameters of its rows and columns.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub parameters: Option<NodeParametersBody>,
     /// For least squares with a whole grid: number of nodes.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub count: Option<usize>,
     /// Nodes less control points.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub degrees_of_freedom: Option<usize>,
     /// Sum of squared residuals, over all coordinates.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rss: Option<f64>,
     /// √(rss/count).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rms: Option<f64>,
     /// √(rss/degrees of freedom/coordinates), the noise of a coordinate; left out where nothing is
     /// left.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sigma: Option<f64>,
     /// For a mesh: the largest gap between crossing curves, and its place.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gap: Option<WorstBody>,
     /// For meshes, borders and patches with cubic borders: the largest distance from the curves,
     /// and its place.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub deviation: Option<WorstBody>,
     /// For several patches: continuity across their common borders.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub continuity: Option<ContinuityBody>,
     /// Borders that are points: there the surface has three sides.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub degenerate_borders: Option<Vec<DegenerateBorderBody>>,
     /// For least squares with up to some hundred coefficients: the fit as in the answer of `POST
     /// /v1/fits`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub fits: Option<Vec<CoordinateFitBody>>,
+    pub fits: Option<Vec<CoordinateFitBody<'a>>>,
     /// For least squares with more coefficients: the fit.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub banded_fit: Option<BandedFitBody>,
     /// What to know about the answer; empty where there is nothing to say.
     pub warnings: Vec<WarningBody>,
@@ -116,6 +103,7 @@ pub enum ContinuityName {
 }
 
 /// One line between two patches.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Joint)]
 pub struct JointBody {
@@ -130,14 +118,12 @@ pub struct JointBody {
     /// Distance of the two sides.
     pub gap: WorstBody,
     /// Angle between the two normals, in degrees; absent where a normal does not exist.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub normal_angle_deg: Option<WorstBody>,
     /// Jump of S_u or S_v.
     pub first_derivative: WorstBody,
     /// Jump of S_uu, S_uv or S_vv.
     pub second_derivative: WorstBody,
     /// Jump of a principal curvature; absent where it does not exist.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub curvature: Option<WorstBody>,
 }
 
@@ -179,86 +165,105 @@ const ANGLE: f64 = 1e-7;
 /// under.
 pub fn built(built: &Built, nodes: Option<usize>, tolerance: Option<f64>) -> Result<Vec<u8>, Problem> {
     let Built { shape, parameters, residual_sum_of_squares, gap, deviation, joints, degenerate } = built;
-    let mut json = Json::with_capacity(4096);
-    let mut object = json.object();
-    write_surface(&mut object, shape, tolerance);
-    if let Some([u, v]) = parameters {
-        object.object("parameters", |object| {
-            object.numbers("u", u).numbers("v", v);
-        });
-    }
+    let mut body = BuiltSurfaceBody {
+        parameters: parameters.clone().map(|[u, v]| NodeParametersBody { u, v }),
+        gap: gap.as_ref().map(WorstBody::from),
+        deviation: deviation.as_ref().map(WorstBody::from),
+        degenerate_borders: (!degenerate.is_empty()).then(|| degenerate.iter().map(Into::into).collect()),
+        ..BuiltSurfaceBody::new(shape, tolerance)
+    };
     if let (Some(rss), Some(count), SurfaceShape::BSpline(surface)) = (residual_sum_of_squares, nodes, shape) {
         let left = count.saturating_sub(surface.control_points().len());
         let numbers = (left * shape.dimension().count()) as f64;
-        object
-            .count("count", count)
-            .count("degrees_of_freedom", left)
-            .number("rss", *rss)
-            .number("rms", (rss / count as f64).sqrt())
-            .maybe_number("sigma", (left > 0).then(|| (rss / numbers).sqrt()));
-    }
-    for (name, worst) in [("gap", gap), ("deviation", deviation)] {
-        if let Some(worst) = worst {
-            write_worst(&mut object, name, worst);
-        }
+        (body.count, body.degrees_of_freedom, body.rss) = (Some(count), Some(left), Some(*rss));
+        body.rms = Some((rss / count as f64).sqrt());
+        body.sigma = (left > 0).then(|| (rss / numbers).sqrt());
     }
     if matches!(shape, SurfaceShape::Patchwork(_)) {
-        write_continuity(&mut object, joints, &tolerances(shape, tolerance));
-    }
-    if !degenerate.is_empty() {
-        object.list("degenerate_borders", degenerate, |object, DegenerateBorder { border, point, extent: _ }| {
-            object.string("border", border.name()).numbers("point", point.as_slice());
+        let tolerance = tolerances(shape, tolerance);
+        body.continuity = Some(ContinuityBody {
+            class: joints.iter().map(|joint| joint.class(&tolerance)).min().unwrap_or(ContinuityClass::C2).into(),
+            joints: joints.iter().map(|joint| JointBody::new(joint, &tolerance)).collect(),
         });
     }
-    write_warnings(&mut object, &[]);
-    object.end();
-    json.finish().map_err(|_| beyond("/method"))
+    whole(&body).map_err(|_| beyond("/method"))
 }
 
-/// What every surface that was built begins with.
-pub fn write_surface(object: &mut Object<'_>, shape: &SurfaceShape, tolerance: Option<f64>) {
-    let [u, v] = shape.domain();
-    object.field("surface", &SurfaceBody::of(shape, tolerance)).object("domain", |object| {
-        object.numbers("u", &u).numbers("v", &v);
-    });
+impl BuiltSurfaceBody<'_> {
+    /// Creates the answer with nothing but the surface, whose curves meet within `tolerance`.
+    pub fn new(shape: &SurfaceShape, tolerance: Option<f64>) -> Self {
+        let [u, v] = shape.domain();
+        BuiltSurfaceBody {
+            surface: SurfaceBody::of(shape, tolerance),
+            domain: Domain { u: Some(u), v: Some(v) },
+            parameters: None,
+            count: None,
+            degrees_of_freedom: None,
+            rss: None,
+            rms: None,
+            sigma: None,
+            gap: None,
+            deviation: None,
+            continuity: None,
+            degenerate_borders: None,
+            fits: None,
+            banded_fit: None,
+            warnings: Vec::new(),
+        }
+    }
 }
 
-fn write_worst(object: &mut Object<'_>, name: &'static str, Worst { value, at }: &Worst) {
-    object.object(name, |object| {
-        object.number("value", *value).numbers("at", at);
-    });
+impl From<&Worst> for WorstBody {
+    fn from(&Worst { value, at }: &Worst) -> Self {
+        WorstBody { value, at }
+    }
 }
 
-fn write_continuity(object: &mut Object<'_>, joints: &[Joint], tolerance: &ContinuityTolerance) {
-    let worst = joints.iter().map(|joint| joint.class(tolerance)).min().unwrap_or(ContinuityClass::C2);
-    object.object("continuity", |object| {
-        object.string("class", class_name(worst)).list("joints", joints, |object, joint| {
-            let Joint { axis, at, along, gap, normal_angle, first_derivative, second_derivative, curvature } = joint;
-            object
-                .string("constant", ["u", "v"][*axis])
-                .number("at", *at)
-                .numbers("along", along)
-                .string("class", class_name(joint.class(tolerance)));
-            write_worst(object, "gap", gap);
-            if let Some(Worst { value, at }) = normal_angle {
-                write_worst(object, "normal_angle_deg", &Worst { value: value.to_degrees(), at: *at });
-            }
-            write_worst(object, "first_derivative", first_derivative);
-            write_worst(object, "second_derivative", second_derivative);
-            if let Some(curvature) = curvature {
-                write_worst(object, "curvature", curvature);
-            }
-        });
-    });
+impl From<Border> for BorderName {
+    fn from(border: Border) -> Self {
+        match border {
+            Border::U0 => BorderName::U0,
+            Border::U1 => BorderName::U1,
+            Border::V0 => BorderName::V0,
+            Border::V1 => BorderName::V1,
+        }
+    }
 }
 
-fn class_name(class: ContinuityClass) -> &'static str {
-    match class {
-        ContinuityClass::Apart => "apart",
-        ContinuityClass::C0 => "c0",
-        ContinuityClass::G1 => "g1",
-        ContinuityClass::C1 => "c1",
-        ContinuityClass::C2 => "c2",
+impl From<&DegenerateBorder> for DegenerateBorderBody {
+    fn from(DegenerateBorder { border, point, extent: _ }: &DegenerateBorder) -> Self {
+        DegenerateBorderBody { border: (*border).into(), point: point.as_slice().to_vec() }
+    }
+}
+
+impl JointBody {
+    fn new(joint: &Joint, tolerance: &ContinuityTolerance) -> Self {
+        let Joint { axis, at, along, gap, normal_angle, first_derivative, second_derivative, curvature } = joint;
+        JointBody {
+            constant: [AxisName::U, AxisName::V][*axis],
+            at: *at,
+            along: *along,
+            class: joint.class(tolerance).into(),
+            gap: gap.into(),
+            normal_angle_deg: normal_angle
+                .as_ref()
+                .map(|found| WorstBody { value: found.value.to_degrees(), at: found.at }),
+            first_derivative: first_derivative.into(),
+            second_derivative: second_derivative.into(),
+            curvature: curvature.as_ref().map(WorstBody::from),
+        }
+    }
+}
+
+impl From<ContinuityClass> for ContinuityName {
+    fn from(class: ContinuityClass) -> Self {
+        match class {
+            ContinuityClass::Apart => ContinuityName::Apart,
+            ContinuityClass::C0 => ContinuityName::C0,
+            ContinuityClass::G1 => ContinuityName::G1,
+            ContinuityClass::C1 => ContinuityName::C1,
+            ContinuityClass::C2 => ContinuityName::C2,
+        }
     }
 }
 

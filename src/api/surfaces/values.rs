@@ -1,6 +1,7 @@
 //! What is asked of a surface at parameters and what is answered, as it is written.
 
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use crate::api::{
@@ -51,30 +52,27 @@ pub enum SurfaceIncludeName {
 }
 
 /// A surface at parameters, everything in the order of `at` or of the grid.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = SurfaceValues)]
 pub struct SurfaceValuesBody {
     /// Points of the surface; numbers for a graph.
     pub values: Vec<PointBody>,
     /// With one derivative or more.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub derivatives: Option<SurfaceDerivativesBody>,
     /// With one derivative or more: unit normals along S_u × S_v; for a graph those of (u, v, z).
     /// Absent, with a warning, where one of them does not exist.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub normals: Option<Vec<Vec<f64>>>,
     /// With two derivatives.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub curvatures: Option<CurvaturesBody>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fundamental_forms: Option<FundamentalFormsBody>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub area: Option<AreaBody>,
     /// What to know about the answer; empty where there is nothing to say.
     pub warnings: Vec<WarningBody>,
 }
 
 /// Partial derivatives.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = SurfaceDerivatives)]
 pub struct SurfaceDerivativesBody {
@@ -83,13 +81,10 @@ pub struct SurfaceDerivativesBody {
     /// ∂S/∂v at each parameter.
     pub v: Vec<PointBody>,
     /// ∂²S/∂u² at each parameter.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub uu: Option<Vec<PointBody>>,
     /// ∂²S/∂u∂v at each parameter.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub uv: Option<Vec<PointBody>>,
     /// ∂²S/∂v² at each parameter.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub vv: Option<Vec<PointBody>>,
 }
 

@@ -1,6 +1,7 @@
 //! How a table is to be read.
 
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use crate::api::{
@@ -11,46 +12,40 @@ use flankfit_engine::formats::table::{ColumnSpec, Decimal, Layout, Mapping, Mean
 
 /// How a table of nodes or points is to be read: as `POST /v1/nodes/read` proposes it, with
 /// whatever is to be otherwise. What is left out is found from the content.
+#[skip_serializing_none]
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = TableMapping, example = json!({"separator": ";", "decimal": ","}))]
 pub struct MappingBody {
     /// What separates cells.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub separator: Option<SeparatorName>,
     /// The decimal sign.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub decimal: Option<DecimalName>,
     /// Whether a line with names comes before the numbers.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub header: Option<bool>,
     /// Whether the first row holds v, the first column u and everything else heights.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub matrix: Option<bool>,
     /// Every column in the order of the table; of a matrix the first column, the first row and the
     /// heights.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub columns: Option<Vec<ColumnBody>>,
     /// How the nodes lie. `scattered` takes nodes that are on a grid as scattered ones; anything
     /// else is compared with what the table holds.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub layout: Option<LayoutName>,
 }
 
 /// A column of a table.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = TableColumn)]
 pub struct ColumnBody {
     /// As the header has it; left out without a header. It changes nothing.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
     /// What it holds.
     pub meaning: MeaningName,
     /// Its unit: `nm`, `um`, `mm` or `in`, of roll angles `deg`, `arcmin` or `rad`; `µm` is read
     /// too. Left out it is µm for deviations, deg for roll angles and mm for other places on a
     /// flank.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(example = "um")]
     pub unit: Option<UnitName>,
 }

@@ -16,12 +16,12 @@ use super::{
 };
 use crate::{
     api::{
-        fits::answer::parts::CauseName,
         gears::{evaluation::figures::FigureBody, fit_figures::FitFiguresBody},
         jobs::{iterations::NewIterationBody, job::JobBody},
     },
     cli::table::Table,
 };
+use flankfit_engine::estimation::result::Cause;
 
 const JOB: &str = include_str!("../../../examples/requests/job.json");
 const REQUIREMENTS: &str = include_str!("../../../examples/requests/job_requirements.json");
@@ -86,7 +86,7 @@ pub fn run(client: &Client, out: &mut impl Write, verbose: bool) -> Result<Strin
     list(out, "no common zero", settings(&proposed).filter(|setting| setting["undetermined"] == true))?;
     let fits = before.iter().flat_map(|one| chosen(one).into_iter());
     let dependencies = fits.flat_map(|fit| &fit.result.collinearity.near_dependencies);
-    for dependency in dependencies.filter(|dependency| dependency.cause == CauseName::Nodes) {
+    for dependency in dependencies.filter(|dependency| dependency.cause == Cause::Nodes) {
         writeln!(out, "  {}", dependency.sentence)?;
     }
     let sentence = answered["answer"]["sentence"].as_str().unwrap_or_default();

@@ -9,14 +9,15 @@ use super::{
 };
 use crate::{
     api::{
-        fits::{
-            answer::{parts::CoefficientBody, result::FitResultBody},
-            spec::criteria::{ChosenBy, CriterionName},
-        },
+        fits::answer::FitResultBody,
         jobs::{iterations::IterationFitBody, trace::TraceBody},
     },
     cli::table::Table,
     jobs::Decision,
+};
+use flankfit_engine::estimation::{
+    result::{Coefficient, TermKey},
+    spec::ChosenBy,
 };
 
 /// What the node numbers and heights are given in.
@@ -28,12 +29,12 @@ fn height_unit(units: Units) -> &'static str {
 }
 
 /// Ends of the interval, to the digits that its width allows.
-fn interval(coefficient: &CoefficientBody) -> String {
+fn interval(coefficient: &Coefficient) -> String {
     let ends = |[low, high]: [f64; 2]| {
         let of = |end| as_certain_as(end, Some(0.25 * (high - low)));
         format!("{} to {}", of(low), of(high))
     };
-    coefficient.interval.map_or_else(|| "–".to_owned(), ends)
+    coefficient.interval.map_or_else(|| "–".to_owned(), |interval| ends(interval.ends))
 }
 
 /// Coefficients with standard errors, bias bounds and intervals.
@@ -41,8 +42,8 @@ pub fn coefficients(fit: &FitResultBody, units: Units) -> String {
     let headings = ["term", "value", "± std. error", "bias bound", "least squares", "95 % interval", "unit"];
     let mut table = Table::new(headings, 1).with_remark();
     for coefficient in &fit.coefficients {
-        let unit = match (units, &coefficient.powers) {
-            (Units::FlankDeviation, Some(powers)) => um_per_mm(powers.iter().sum()),
+        let unit = match (units, &coefficient.key) {
+            (Units::FlankDeviation, TermKey::Powers(powers)) => um_per_mm(powers.iter().sum()),
             _ => String::new(),
         };
         table.row([
@@ -168,7 +169,7 @@ pub fn trace(trace: &TraceBody) -> String {
         };
         let reason = |reason: &Option<String>| reason.clone().unwrap_or_default();
         for fit in iteration.fits.iter().map(|fit| &fit.summary) {
-            let criterion = fit.criterion.map_or(ChosenBy::LeastSquares.name(), CriterionName::name);
+            let criterion = fit.criterion.unwrap_or(ChosenBy::LeastSquares).name();
             let figures = [
                 short_or_absent(fit.lambda_star),
                 short_or_absent(fit.condition),

@@ -10,15 +10,16 @@ use super::{
     report,
 };
 use crate::api::{
-    fits::{
-        answer::{regularization::ChoiceBody, result::FitResultBody},
-        spec::criteria::ChosenBy,
-    },
+    fits::answer::FitResultBody,
     jobs::{
         iterations::{IterationFitBody, NewIterationBody},
         job::JobBody,
         trace::TraceBody,
     },
+};
+use flankfit_engine::estimation::{
+    result::Choice,
+    spec::{ChosenBy, Criterion},
 };
 
 /// Why the demonstration ended early.
@@ -125,7 +126,7 @@ impl<W: Write> Story<'_, W> {
             });
             object.insert("regularization".into(), regularization);
             // `folds` is valid only with cross-validation
-            if criterion != ChosenBy::BlockedCv && !object.contains_key("select") {
+            if criterion != ChosenBy::Criterion(Criterion::BlockedCv) && !object.contains_key("select") {
                 object.remove("folds");
             }
             object.insert("reason".into(), format!("what {} makes of it", criterion.name()).into());
@@ -160,7 +161,7 @@ fn best_other(fit: &FitResultBody) -> Option<ChosenBy> {
     let current = fit.regularization.lambda_star;
     let differs = |other: f64| current.is_none_or(|current| (other - current).abs() > 0.1 * current);
     let others = fit.regularization.choices.iter().filter(|choice| choice.lambda_star.is_some_and(differs));
-    let error = |choice: &ChoiceBody| choice.predicted_mse.unwrap_or(f64::INFINITY);
+    let error = |choice: &Choice| choice.predicted_mse.unwrap_or(f64::INFINITY);
     others.min_by(|a, b| error(a).total_cmp(&error(b))).map(|choice| choice.criterion)
 }
 

@@ -6,9 +6,9 @@
 use crate::{
     error::FitError,
     result::{
-        CollinearityReport, ConstraintsReport, Covariance, ErrorsReport, EstimableSum, FilteringReport, FitResult,
-        Influence, Interval, LikelihoodReport, MatrixBFactors, MinimaxReport, PositionsReport, Predictions,
-        PriorReport, Selection, VarianceReport, Warning,
+        CollinearityReport, ConstraintsReport, Covariance, ErrorsReport, EstimableSum, FilterCollinearity,
+        FilterReport, FitResult, Influence, Interval, LikelihoodReport, MatrixBFactors, MinimaxReport, PositionsReport,
+        Predictions, PriorReport, Selection, VarianceReport, Warning,
     },
 };
 use flankfit_numerics::check::Faults;
@@ -69,24 +69,28 @@ pub fn checked_collinearity(
     dropped.warn(warnings);
     let sound = report.correlation.iter().flatten().all(|row| all(row))
         && report.variance_proportions.iter().flatten().all(|row| all(row))
-        && report.near_dependencies.iter().all(|near| near.eigenvalue.is_finite() && all(&near.weights));
+        && report
+            .near_dependencies
+            .iter()
+            .all(|near| near.eigenvalue.is_finite() && near.weights.iter().all(|weights| all(weights)));
     if sound { Ok(report) } else { Err(beyond()) }
 }
 
 /// The same for what filters did.
 pub fn checked_filtering(
-    mut report: FilteringReport,
+    filters: Vec<FilterReport>,
+    mut columns: FilterCollinearity,
     warnings: &mut Vec<Warning>,
-) -> Result<FilteringReport, FitError> {
+) -> Result<(Vec<FilterReport>, FilterCollinearity), FitError> {
     let mut dropped = Dropped::default();
-    for figures in [&mut report.before, &mut report.after] {
+    for figures in [&mut columns.before, &mut columns.after] {
         dropped.look_at("filter_collinearity.condition", &mut figures.condition);
         dropped.look_at("filter_collinearity.largest_correlation", &mut figures.largest_correlation);
         dropped.look_at("filter_collinearity.largest_vif", &mut figures.largest_vif);
     }
     dropped.warn(warnings);
-    let sound = report.filters.iter().all(|filter| all(&[filter.max_change, filter.rms_change]));
-    if sound { Ok(report) } else { Err(beyond()) }
+    let sound = filters.iter().all(|filter| all(&[filter.max_change, filter.rms_change]));
+    if sound { Ok((filters, columns)) } else { Err(beyond()) }
 }
 
 /// The parts that come only when asked for.
@@ -177,11 +181,9 @@ pub fn checked(mut result: FitResult) -> Result<FitResult, FitError> {
         let message = "λ* lifts an eigenvalue beyond the range of double precision";
         return Err(FitError::BeyondDouble(Faults::one("regularization", message)));
     }
-    if result
-        .robust
-        .as_ref()
-        .is_some_and(|r| !(r.scale.is_none_or(f64::is_finite) && r.objective.is_finite() && all(&r.weights)))
-    {
+    if result.robust.as_ref().is_some_and(|r| {
+        !(r.scale.is_none_or(f64::is_finite) && r.objective.is_finite() && r.weights.iter().all(|weights| all(weights)))
+    }) {
         let message =
             "scale or sum of this estimator leave the range of double precision: choose another scale or unit";
         return Err(FitError::BeyondDouble(Faults::one("estimator", message)));

@@ -27,7 +27,7 @@ use super::{
     error::FitError,
     fit::{Plans, fit_remembering as fit_nodes},
     prior::with_earlier,
-    result::{Coefficient, FilteringReport, FitResult, MovedCoefficient, Warning},
+    result::{Coefficient, FilterCollinearity, FitResult, MovedCoefficient, Warning},
     select::choose,
     spec::{Estimator, Filter, FitSpec, Include, Regularization},
 };
@@ -173,8 +173,12 @@ fn fit_model(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<FitResult, 
         result.warnings.extend(outliers_before_smoothing(nodes, spec, plans)?);
     }
     let [before, after] = columns::compare(nodes, &applied.nodes, &applied.steps, spec, &mut applied.warnings)?;
-    let report = FilteringReport { filters: applied.reports, before, after };
-    result.filtering = Some(finite::checked_filtering(report, &mut result.warnings)?);
+    let columns = FilterCollinearity { before, after };
+    if !spec.include.peaks {
+        applied.reports.iter_mut().for_each(|report| report.node_indices = None);
+    }
+    let (filters, columns) = finite::checked_filtering(applied.reports, columns, &mut result.warnings)?;
+    (result.filters, result.filter_collinearity) = (Some(filters), Some(columns));
     result.warnings.append(&mut applied.warnings);
     Ok(result)
 }

@@ -170,11 +170,12 @@ pub(super) fn apply(nodes: &Nodes, filters: &[Filter]) -> Result<Applied, Faults
         let squares = distances.iter().fold(0.0, |sum, d| sum + (d / scale).powi(2));
         let mean_square = squares / counted.max(1) as f64;
         reports.push(FilterReport {
-            filter: *filter,
+            kind: filter.into(),
             changed: distances.len(),
+            removed: if matches!(steps.last(), Some(Step::Removed)) { distances.len() } else { 0 },
             max_change: largest,
             rms_change: scale * mean_square.sqrt(),
-            peaks,
+            node_indices: peaks,
             iteration,
         });
     }

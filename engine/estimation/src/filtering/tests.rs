@@ -239,7 +239,7 @@ fn windows_beyond_the_grid_are_the_whole_grid() {
     let peaks = |window| {
         let filter = Filter::Hampel(Hampel { window, threshold: 6.0, action: Action::Replace, axis: None });
         let report = steps::apply(&grid, &[filter]).unwrap().reports.remove(0);
-        assert_eq!(report.peaks.as_deref(), Some(&[40][..]), "{window}");
+        assert_eq!(report.node_indices.as_deref(), Some(&[40][..]), "{window}");
         report
     };
     let whole = peaks(25);
@@ -261,7 +261,7 @@ fn peaks_are_replaced_or_removed() {
     for (action, removed) in [(Action::Replace, 0), (Action::Remove, 2)] {
         let applied = steps::apply(&nodes, &[hampel(action)]).unwrap();
         let report = &applied.reports[0];
-        assert_eq!((report.peaks.as_deref(), report.changed, report.removed()), (Some(&[12, 20][..]), 2, removed));
+        assert_eq!((report.node_indices.as_deref(), report.changed, report.removed), (Some(&[12, 20][..]), 2, removed));
         assert!((report.max_change - 8.0).abs() < 0.2 && report.rms_change < report.max_change);
         let Nodes::Curve(curve) = applied.nodes else { panic!() };
         match action {
@@ -359,7 +359,7 @@ fn the_columns_are_filtered_as_the_heights_are() {
         let model =
             Model::Polynomial { degree: Degree::Both(degree), basis: PolynomialBasis::Monomial, terms: Terms::Tensor };
         let spec = FitSpec { filters: vec![gaussian(cutoff, None)], ..FitSpec::new(model) };
-        super::fit(&nodes, &spec).unwrap().filtering.unwrap()
+        super::fit(&nodes, &spec).unwrap().filter_collinearity.unwrap()
     };
     // two columns of unit length at the cosine c have the eigenvalues 1 ± c
     let c = dot(&one, &first) / (dot(&one, &one) * dot(&first, &first)).sqrt();
@@ -391,7 +391,7 @@ fn axes_and_columns_agree() {
         let spec = FitSpec { filters, ..FitSpec::new(model) };
         let figures = |weight: Option<Vec<f64>>| {
             let nodes = Nodes::grid(u.clone(), v.clone(), z.clone(), None, weight).unwrap();
-            super::fit(&nodes, &spec).unwrap().filtering.unwrap().after
+            super::fit(&nodes, &spec).unwrap().filter_collinearity.unwrap().after
         };
         // weights, though all 1, part the axes
         let (by_axes, by_columns) = (figures(None), figures(Some(vec![1.0; 180])));

@@ -104,13 +104,20 @@ pub(super) fn conclude_with(
         collinearity: Arc::clone(&frame.collinearity),
         perturbation,
         residuals: solved.residuals(&applied, values),
-        robust: robust.map(|robust| RobustReport {
-            coefficients: solved.least_squares.coefficients.clone(),
-            ..robust.estimate.report.clone()
+        robust: robust.map(|robust| {
+            let report = robust.estimate.report.clone();
+            let included = spec.include.robust_weights;
+            RobustReport {
+                coefficients: solved.least_squares.coefficients.clone(),
+                weights: report.weights.filter(|_| included),
+                rejected: report.rejected.filter(|_| included),
+                ..report
+            }
         }),
         regularization: applied.regularization,
         bias: applied.bias,
-        filtering: None,
+        filters: None,
+        filter_collinearity: None,
         prior: applied.prior.map(|prior| prior.report),
         constraints: applied.constraints,
         covariance,

@@ -26,7 +26,7 @@ use crate::{
     estimate::Frame,
     factor::{Factor, orthonormal_rows},
     problem::{Evidence, LinearProblem},
-    result::{ErrorsReport, FitResult, VarianceReport, Warning, Whiteness},
+    result::{ErrorsReport, FitResult, GroupSigma, VarianceReport, Warning, Whiteness},
     spec::{Along, Correlation, Errors, FitSpec, Include, Variance},
 };
 use flankfit_numerics::{Dd, check::Faults, triangular};
@@ -242,14 +242,14 @@ impl Plain<'_> {
         // as many coefficients as nodes leave rounding
         let lags = if left.len() > self.design.size() { Whiteness::lags(&lines) } else { 0 };
         let whiteness = |residuals: &[f64]| Whiteness::of(residuals, &lines, lags);
-        result.errors = Some(ErrorsReport {
-            correlation: process.correlation(),
-            along: errors.along,
+        result.errors = Some(ErrorsReport::new(
+            process.correlation(),
+            errors.along,
             std_errors,
-            effective_count: heights.weight * sample.count() as f64 / self.heights.weight,
-            whiteness: whiteness(&residuals).zip(whiteness(&left)).map(|(before, after)| [before, after]),
+            heights.weight * sample.count() as f64 / self.heights.weight,
+            whiteness(&residuals).zip(whiteness(&left)).map(|(before, after)| [before, after]),
             lags,
-        });
+        ));
         self.in_heights(&mut result, left, &lines, &whitening);
         Ok(result)
     }
@@ -358,7 +358,8 @@ impl Plain<'_> {
             result.warnings.push(Warning::GroupVarianceUncertain { group, freedom });
         }
         let sigma = result.residuals.sigma.unwrap_or(0.0);
-        result.variance = Some(VarianceReport::Groups(weights.iter().map(|(&g, &w)| (g, sigma / w.sqrt())).collect()));
+        let sigmas = weights.iter().map(|(&group, &w)| GroupSigma { group, sigma: sigma / w.sqrt() }).collect();
+        result.variance = Some(VarianceReport { groups: Some(sigmas), exponent: None, at: None });
         Ok(result)
     }
 
@@ -401,7 +402,7 @@ impl Plain<'_> {
         if estimated && freedom < FEW_OF_POWER {
             result.warnings.push(Warning::PowerUncertain { freedom, more: FEW_OF_POWER - freedom });
         }
-        result.variance = Some(VarianceReport::Power { exponent, at: middle });
+        result.variance = Some(VarianceReport { groups: None, exponent: Some(exponent), at: Some(middle) });
         Ok(result)
     }
 

@@ -11,7 +11,7 @@ use crate::{
     prior::PooledNoise,
     regularized::Applied,
     result::{Covariance, Interval, IntervalKind, Predictions, RegularizationKind, Warning},
-    spec::{Criterion, Estimator},
+    spec::{ChosenBy, Criterion, Estimator},
 };
 
 impl Solved<'_> {
@@ -77,7 +77,7 @@ impl Solved<'_> {
             errors: self.errors,
             given_limit: intervals::given_limit(&applied.bias).filter(|_| plain),
             norm_limit: applied.bias.coefficient_norm_limit,
-            chosen_by_heights: !regularization.fixed && regularization.criterion != Some(Criterion::MinCondition),
+            chosen_by_heights: depends_on_heights(regularization.criterion),
             conditional: self.is_conditional(applied),
         }
     }
@@ -85,8 +85,7 @@ impl Solved<'_> {
     /// Whether standard errors of the estimate treat a λ* selected from the heights as given.
     pub(super) fn is_conditional(&self, applied: &Applied) -> bool {
         let regularization = &applied.regularization;
-        !regularization.fixed
-            && regularization.criterion != Some(Criterion::MinCondition)
+        depends_on_heights(regularization.criterion)
             && regularization.kind != RegularizationKind::None
             && applied.prior.is_none()
     }
@@ -205,4 +204,9 @@ fn noise_of(pooled: PooledNoise, level: f64) -> Noise {
         None => Noise::known(pooled.sigma, level),
         Some(freedom) => Noise::estimated(pooled.sigma, freedom as f64, level),
     }
+}
+
+/// Whether λ* depends on the heights.
+fn depends_on_heights(chosen_by: Option<ChosenBy>) -> bool {
+    !matches!(chosen_by, Some(ChosenBy::Fixed | ChosenBy::Criterion(Criterion::MinCondition)))
 }

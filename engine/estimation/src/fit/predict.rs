@@ -122,6 +122,11 @@ pub(super) fn predictions(forms: &Forms, asked: &Predict, level: f64) -> Predict
             retain(&mut places, &keeps);
         }
     }
+    let slopes_of = |found: &Vec<Estimated>| Slopes {
+        value: values(found),
+        std_error: errors(forms, found),
+        confidence: intervals(forms, found, 0.0),
+    };
     let mut found = Predictions {
         place_indices: (!all).then_some(kept),
         level,
@@ -137,14 +142,8 @@ pub(super) fn predictions(forms: &Forms, asked: &Predict, level: f64) -> Predict
             .noise
             .filter(|_| asked.kinds.simultaneous && !heights.is_empty())
             .and_then(|noise| simultaneous(forms, &heights, &places, &noise)),
-        slopes: slopes
-            .iter()
-            .map(|found| Slopes {
-                value: values(found),
-                std_error: errors(forms, found),
-                confidence: intervals(forms, found, 0.0),
-            })
-            .collect(),
+        slope_u: slopes.first().map(&slopes_of),
+        slope_v: slopes.get(1).map(&slopes_of),
     };
     found.retain_finite();
     found

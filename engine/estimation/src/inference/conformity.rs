@@ -19,7 +19,7 @@ use flankfit_numerics::distribution::Student;
 pub const CONFORMANCE_PROBABILITY: f64 = 0.95;
 
 /// An estimate, and what is known of its error.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Inferred {
     /// The estimate.
     pub value: f64,

@@ -21,8 +21,15 @@ use flankfit_numerics::{
     root::boundary,
 };
 
-/// Which factor is the smallest one.
+/// Method for the factor of a simultaneous band: Scheffé's, or, where that is narrower, the
+/// volume of a tube (Naiman; Sun and Loader; curves and surfaces) or Student's t at the level
+/// divided by the number of rows (Bonferroni; rows of a measurement matrix).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(rename_all = "snake_case")
+)]
 pub enum SimultaneousMethod {
     /// All unit vectors.
     Scheffe,

@@ -9,15 +9,17 @@ use nalgebra::DMatrix;
 
 use super::{context::Context, node_shares, oblique::Oblique};
 use crate::{
-    diagnostics::collinearity::MATRICES_UP_TO,
     error::FitError,
     result::{Choice, LambdaCurvePoint, Warning},
     selection::{
         Chosen, LeftOut, Place, Rule, Search, Spectral, Unavailable, range, scan,
         selector::{Comparison, ParameterProblem, Selection, select},
     },
-    spec::{Criterion, Parameter},
+    spec::{ChosenBy, Criterion, Parameter},
 };
+
+/// Greatest number of coefficients for which the least condition is computed unasked.
+const COMPARED_UP_TO: usize = 64;
 
 /// The λ that is used, with its figures.
 pub(super) struct SelectedPenalty {
@@ -142,7 +144,7 @@ impl Comparison for Penalised<'_> {
     fn criteria(&self) -> impl Iterator<Item = Criterion> {
         // of many coefficients the search for the least condition is dearer than all else together
         let spec = self.context.spec;
-        let few = self.oblique.delta.len() <= MATRICES_UP_TO || spec.include.lambda_curve;
+        let few = self.oblique.delta.len() <= COMPARED_UP_TO || spec.include.lambda_curve;
         let asked = spec.regularization.criterion() == Some(Criterion::MinCondition);
         Criterion::ALL.into_iter().filter(move |c| few || asked || *c != Criterion::MinCondition)
     }
@@ -156,7 +158,7 @@ impl Comparison for Penalised<'_> {
         let rss = context.least_squares.rss;
         match answer {
             None => Choice {
-                criterion: None,
+                criterion: ChosenBy::LeastSquares,
                 lambda_star: None,
                 condition: super::report::condition(context.spectrum.lambda.iter().copied()),
                 bias_norm: 0.0,
@@ -164,7 +166,7 @@ impl Comparison for Penalised<'_> {
                 rms: (rss / context.weight).sqrt(),
             },
             Some(Lambda { value, .. }) => Choice {
-                criterion,
+                criterion: criterion.into(),
                 lambda_star: Some(value),
                 condition: oblique.condition(value),
                 bias_norm: oblique.bias(value),

@@ -1,7 +1,10 @@
 //! Parts of the report that every kind of regularisation fills in.
 
 use super::context::Context;
-use crate::result::{Choice, RegularizationKind, RegularizationReport, RegularizedSpectrum};
+use crate::{
+    result::{Choice, RegularizationKind, RegularizationReport, RegularizedSpectrum},
+    spec::ChosenBy,
+};
 use flankfit_numerics::check::Faults;
 
 /// Numbers of B that an answer may hold.
@@ -28,7 +31,6 @@ pub(super) fn report(kind: RegularizationKind) -> RegularizationReport {
         lambda_star_interval: None,
         gamma: None,
         criterion: None,
-        fixed: false,
         filter_factors: Vec::new(),
         matrix_norm_squared: None,
         largest_eigenvalue_bound: None,
@@ -64,7 +66,7 @@ pub(crate) fn regularized_spectrum(eigenvalues: Vec<f64>) -> RegularizedSpectrum
 pub(super) fn unregularized(context: &Context) -> RegularizationReport {
     let Context { spectrum, least_squares, .. } = *context;
     let least = Choice {
-        criterion: None,
+        criterion: ChosenBy::LeastSquares,
         lambda_star: None,
         condition: regularized_spectrum(spectrum.lambda.clone()).condition,
         bias_norm: 0.0,

@@ -23,7 +23,7 @@ use crate::{
     problem::{Evidence, matrix_b},
     result::{RegularizationKind, RegularizationReport, Regularized, RepresentativeReport, Warning},
     selection::Rule,
-    spec::{Domain, FitSpec, Knots, Model, Piece, PolynomialBasis, Representative, Scaling},
+    spec::{ChosenBy, Domain, FitSpec, Knots, Model, Piece, PolynomialBasis, Representative, Scaling},
     spectrum::caller_columns,
 };
 use flankfit_numerics::{
@@ -205,7 +205,7 @@ pub(super) fn apply(
             scheme: Some(piece.scheme),
             count: Some(piece.eigenvalues.len()),
             lambda_star: Some(piece.lambda_star),
-            fixed: true,
+            criterion: Some(ChosenBy::Fixed),
             filter_factors: factors.chain(std::iter::repeat(1.0)).take(n).collect(),
             matrix_norm_squared: Some(matrix_norm_squared),
             representative: Some(RepresentativeReport { of: asked.of.clone(), alignment }),

@@ -116,8 +116,7 @@ pub(super) fn attraction(
     let report = RegularizationReport {
         lambda_star: drawn.and_then(|drawn| drawn.weight),
         shrinkage_factor: drawn.map(|drawn| drawn.factor),
-        criterion: selection.criterion,
-        fixed: selection.fixed,
+        criterion: selection.chosen_by(),
         choices: selection.choices,
         ..report(RegularizationKind::Attraction)
     };
@@ -173,7 +172,11 @@ impl Comparison for Attracted<'_> {
 
     fn figures(&self, criterion: Option<Criterion>, answer: Option<Drawn>) -> Choice {
         let lambda_star = answer.and_then(|drawn| drawn.weight);
-        Choice { criterion, lambda_star, ..self.target.choice(answer.map_or(1.0, |drawn| drawn.factor)) }
+        Choice {
+            criterion: criterion.into(),
+            lambda_star,
+            ..self.target.choice(answer.map_or(1.0, |drawn| drawn.factor))
+        }
     }
 
     fn at_share(&self, share: f64) -> f64 {

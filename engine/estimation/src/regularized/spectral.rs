@@ -126,7 +126,7 @@ impl AppliedFilter<'_> {
         let spectral = matches!(self.rule, Rule::Spectral { count: 1.., .. });
         let sums = problem.sums(self.rule, self.selected.parameter());
         let applied = Choice {
-            criterion: self.selected.selection.criterion,
+            criterion: self.selected.selection.criterion.into(),
             lambda_star: parameter,
             condition: None,
             bias_norm: sums.bias.sqrt(),
@@ -140,8 +140,7 @@ impl AppliedFilter<'_> {
             lambda_star: parameter,
             lambda_star_interval: self.selected.selection.answer.and_then(|c| c.interval),
             gamma: parameter.filter(|_| spectral).map(|p| p - lambda[0]),
-            criterion: self.selected.selection.criterion,
-            fixed: self.selected.selection.fixed,
+            criterion: self.selected.selection.chosen_by(),
             filter_factors: self.filtered.iter().map(|f| f.factor).collect(),
             matrix_norm_squared: scheme.map(|_| (0..lambda.len()).map(|i| self.c(i) * self.c(i) * lambda[i]).sum()),
             largest_eigenvalue_bound: scheme

@@ -20,6 +20,7 @@ use crate::{
     problem::Evidence,
     result::{Choice, RegularizationKind, RegularizationReport, Warning},
     selection::Filtered,
+    spec::ChosenBy,
 };
 use flankfit_numerics::{Dd, Real, check::Faults};
 
@@ -126,7 +127,7 @@ impl<'a> AttractionTarget<'a> {
         let context = self.context;
         let distance = self.away.iter().map(|d| d * d).sum::<f64>().sqrt();
         Choice {
-            criterion: None,
+            criterion: ChosenBy::LeastSquares,
             lambda_star: None,
             condition: super::report::condition(context.spectrum.lambda.iter().copied()),
             bias_norm: (1.0 - c).abs() * distance,

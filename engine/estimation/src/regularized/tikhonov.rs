@@ -180,8 +180,7 @@ impl Found {
             spectrum: super::report::regularized_spectrum(eigenvalues),
             regularization: RegularizationReport {
                 lambda_star: chosen,
-                criterion: selection.criterion,
-                fixed: selection.fixed,
+                criterion: selection.chosen_by(),
                 filter_factors: (0..size).map(|i| 1.0 - removed(i)).collect(),
                 predicted_mse_corrected: corrected,
                 choices: selection.choices,

@@ -19,7 +19,7 @@ use crate::{
         Filtered, Rule, Unavailable,
         selector::{no_minimiser, warn_of_missing_sigma},
     },
-    spec::Criterion,
+    spec::{ChosenBy, Criterion},
 };
 use flankfit_numerics::check::Faults;
 
@@ -66,7 +66,8 @@ pub(super) fn apply_by(
         Err(Unavailable::NoMinimiser) => return Err(no_minimiser(criterion).into()),
     };
     let applied = apply(context, rank, warnings)?;
-    let regularization = RegularizationReport { criterion: Some(criterion), ..applied.regularization };
+    let regularization =
+        RegularizationReport { criterion: Some(ChosenBy::Criterion(criterion)), ..applied.regularization };
     Ok(Applied { regularization, ..applied })
 }
 
@@ -85,7 +86,7 @@ pub(super) fn apply(context: &Context, rank: usize, warnings: &mut Vec<Warning>)
     let (lambda, a) = (&spectrum.lambda, &spectrum.a);
     let problem = context.spectral_problem(lambda, a);
     let least = Choice {
-        criterion: None,
+        criterion: ChosenBy::LeastSquares,
         lambda_star: None,
         condition: problem.condition(Rule::None, 0.0),
         bias_norm: 0.0,

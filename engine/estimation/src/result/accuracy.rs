@@ -1,7 +1,8 @@
 //! Effect of uncertain nodes and rounding on the coefficients.
 
-/// How far uncertain nodes can move the coefficients.
+/// Bounds on the relative error of the coefficients that the nodes' uncertainty causes.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema), schema(as = Perturbation))]
 pub struct PerturbationReport {
     /// Bounds for the least-squares estimate.
     pub least_squares: PerturbationBounds,
@@ -9,17 +10,20 @@ pub struct PerturbationReport {
     pub regularized: PerturbationBounds,
 }
 
-/// Bounds on the relative error of the coefficients in the scaled columns.
+/// Bounds on the relative error of the coefficients, in the scaled columns.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "contract", serde_with_macros::skip_serializing_none)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema))]
 pub struct PerturbationBounds {
-    /// Ineq. 22, corrected; `None` where κ·ε ≥ 1.
+    /// Bound by Ineq. 22; absent where the inequality does not apply.
     pub square_bound: Option<f64>,
-    /// Wedin's first-order bound, with the residual term.
+    /// First-order bound with the residual term.
     pub first_order_bound: Option<f64>,
 }
 
-/// The arithmetic that the factorisation was carried out in.
+/// Arithmetic of the decisive steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema), serde(rename_all = "snake_case"), schema(as = ArithmeticName))]
 pub enum Arithmetic {
     /// IEEE double precision.
     Double,
@@ -27,8 +31,9 @@ pub enum Arithmetic {
     DoubleDouble,
 }
 
-/// What rounding leaves of the result.
+/// Numerical accuracy of the answer.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema))]
 pub struct Numerics {
     /// Arithmetic of the factorisation.
     pub arithmetic: Arithmetic,

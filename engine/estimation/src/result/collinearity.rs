@@ -1,6 +1,8 @@
 //! Linear dependence of the columns.
 
-/// Collinearity of the columns of X: condition indices, variance inflation and near dependencies.
+use crate::spec::PolynomialBasis;
+
+/// Linear dependence of the columns.
 ///
 /// ```
 /// use flankfit_estimation::{FitSpec, Nodes, fit, spec::Model};
@@ -21,32 +23,43 @@
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "contract", serde_with_macros::skip_serializing_none)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema), schema(as = Collinearity))]
 pub struct CollinearityReport {
-    /// The same columns in Legendre's basis over the domain; `None` for models that are not made of
-    /// polynomials.
+    /// The same columns in an orthonormal polynomial basis: whether a dependency is the nodes'
+    /// or the basis's. Absent for models that are not made of polynomials.
     pub basis: Option<OrthonormalBasis>,
-    /// One entry for each column, in the order of the coefficients.
+    /// Each column against all others, in the order of the coefficients.
     pub columns: Vec<ColumnCollinearity>,
-    /// Pearson correlation of the columns, in coefficient order; `None` beyond the size limit
-    /// unless included.
+    /// Pearson correlation of the columns, in coefficient order. Present when `collinearity`
+    /// was included.
     pub correlation: Option<Vec<Vec<f64>>>,
-    /// Per term, the share of its variance that belongs to each eigenvalue (ascending).
+    /// Per term, the share of its variance that belongs to each eigenvalue (ascending). Present
+    /// when `collinearity` was included.
     pub variance_proportions: Option<Vec<Vec<f64>>>,
-    /// Directions with a condition index above 30 (Belsley's rule), the smallest eigenvalue first;
-    /// at most 100.
+    /// One for each small eigenvalue, the smallest first.
     pub near_dependencies: Vec<NearDependency>,
 }
 
-/// The column space in a basis that is orthonormal over the domain.
+/// The space of the columns in Legendre's basis over the domain, which is orthonormal there.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "contract", serde_with_macros::skip_serializing_none)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema), schema(as = CollinearityBasis))]
 pub struct OrthonormalBasis {
-    /// λₙ/λ₁ of the Fisher information matrix of unit-length columns; `None` if they are linearly
-    /// dependent.
+    /// Legendre's.
+    #[cfg_attr(feature = "contract", serde(rename = "type"))]
+    pub kind: PolynomialBasis,
+    /// Condition of the Fisher information matrix of these columns at unit length, as
+    /// `spectrum.condition` is of those asked for; left out where the nodes leave some function
+    /// undetermined.
     pub condition: Option<f64>,
 }
 
-/// Cause of a near dependency between columns.
+/// Cause of a near dependency: `basis`, the columns are independent in Legendre's basis over
+/// the domain; `nodes`, the nodes cannot separate them in any basis, or there is no other
+/// basis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema), serde(rename_all = "snake_case"), schema(as = DependencyCause))]
 pub enum Cause {
     /// The basis: in Legendre's basis over the domain there is no such dependency.
     Basis,
@@ -54,34 +67,40 @@ pub enum Cause {
     Nodes,
 }
 
-/// How far one column is explained by the others.
+/// Collinearity of one column.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "contract", serde_with_macros::skip_serializing_none)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema))]
 pub struct ColumnCollinearity {
-    /// Name of the term.
+    /// The column, named as its coefficient.
     pub term: String,
-    /// 1/(1−R²), centred; `None` for the constant.
+    /// Variance inflation factor 1/(1−R²), centred; absent for the constant.
     pub vif: Option<f64>,
 }
 
-/// A direction along which some columns almost cancel, so that heights say little about it.
+/// A near linear dependency of columns.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "contract", serde_with_macros::skip_serializing_none)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema))]
 pub struct NearDependency {
-    /// Eigenvalue λᵢ of the Fisher information matrix of unit-length columns.
+    /// Eigenvalue of the scaled Fisher information matrix.
     pub eigenvalue: f64,
-    /// √(λₙ/λᵢ); `None` where λᵢ is numerically zero.
+    /// √(greatest eigenvalue / this one); 30 and more are a matter of concern. Left out where
+    /// it is infinite.
     pub condition_index: Option<f64>,
-    /// The eigenvector: how much of each unit-length column takes part.
-    pub weights: Vec<f64>,
-    /// Terms that take part, the leading one first.
+    /// The eigenvector, with one entry for each column. Present with `include` of
+    /// `collinearity`.
+    pub weights: Option<Vec<f64>>,
+    /// The terms in the dependency.
     pub terms: Vec<String>,
-    /// cos of the angle between the two columns, where there are two terms.
+    /// Cosine of the angle between the two columns, where there are two terms.
     pub cosine: Option<f64>,
-    /// −v_i/v_j, which Eq. 26 says the cosine tends to, where there are two terms.
+    /// For two terms: the limit of the cosine by Eq. 26.
     pub weight_ratio: Option<f64>,
     /// R² of the leading term on the others, where there are more than two.
     pub r_squared: Option<f64>,
     /// Whether it would disappear in another basis.
     pub cause: Cause,
-    /// The same in words, with the figures that it rests on.
+    /// The same in words.
     pub sentence: String,
 }

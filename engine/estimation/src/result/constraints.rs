@@ -2,25 +2,33 @@
 
 use crate::spec::{ConstraintKind, Domain, FilterAxis};
 
-/// What constraints came to: that they hold, and that no function of the model that meets them is
-/// much better.
+/// Proof that the fitted function meets the constraints, and that no function of the model that
+/// meets them is much better. It applies to the fitted function (`curve`, `surface`,
+/// `predictions`); rounded coefficients of raw powers meet the constraints to
+/// `numerics.correct_digits`.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema), schema(as = ConstraintsResult))]
 pub struct ConstraintsReport {
-    /// In the order asked for.
+    /// In the order of the request.
+    #[cfg_attr(feature = "contract", serde(rename = "each"))]
     pub constraints: Vec<ConstraintReport>,
-    /// Σ w r² of the constrained estimate.
+    /// Σ w r² of the constrained estimate; `residuals.least_squares_rss` is that of the best
+    /// without constraints.
     pub rss: f64,
-    /// No function of the model that meets the constraints has a Σ w r² below this (the value of
-    /// the dual problem).
+    /// No function of the model that meets the constraints has a Σ w r² below this (the value
+    /// of the dual problem).
     pub rss_bound: f64,
-    /// How far the gradient of the Lagrangian is from 0, relative to the heights.
+    /// Length of the gradient of the Lagrangian relative to that of the projected heights: 0 at
+    /// the exact solution.
     pub stationarity: f64,
-    /// Rounds in which violated places were looked for.
+    /// Number of rounds that searched for violated constraints; 0 where least squares meets all
+    /// of them.
     pub rounds: usize,
 }
 
-/// What one constraint came to.
+/// Result of one constraint.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema), schema(as = ConstraintResult))]
 pub struct ConstraintReport {
     /// What the function has to do.
     pub kind: ConstraintKind,
@@ -28,23 +36,27 @@ pub struct ConstraintReport {
     pub along: FilterAxis,
     /// Where.
     pub domain: Domain,
-    /// A lower bound, not below 0, of the derivative over the domain; of its negative where it must
-    /// not be positive.
+    /// The derivative (its negative for `decreasing` and `concave`) is nowhere in `domain`
+    /// below this number, which is not below 0: proved by Bernstein coefficients, over all
+    /// places. In the unit of the heights over that of the axis, squared for bends.
     pub least_value: f64,
-    /// The same of plain least squares, which may be below 0.
+    /// The same of plain least squares; below 0 where the constraint had something to do.
     pub least_squares_least_value: f64,
-    /// Where the constraint holds the function back.
+    /// Places where the constraint is active.
     pub active: Vec<ActivePlace>,
 }
 
-/// A place where a constraint holds the function back.
+/// A place where the constraint is active: without it the derivative would be below 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "contract", serde_with_macros::skip_serializing_none)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema))]
 pub struct ActivePlace {
-    /// u; x of a curve.
+    /// u, or x of a curve.
     pub u: f64,
     /// v of a surface.
     pub v: Option<f64>,
-    /// By how much Σ w r² would fall for each unit by which the derivative might be below 0 there.
+    /// Decrease of Σ w r² per unit by which the derivative may fall below 0 here (twice the
+    /// Lagrange multiplier of half the sum).
     pub multiplier: f64,
 }
 

@@ -1,8 +1,8 @@
 //! Sums of coefficients that the nodes determine although the coefficients themselves cannot be
 //! separated.
 
-/// A weighted sum of the coefficients of nearly dependent terms ("clustering of regressors"), which
-/// the nodes determine well. It is that of least squares, or of the robust estimate.
+/// A sum of the coefficients of nearly dependent terms that the nodes determine, of the
+/// unregularised estimate.
 ///
 /// ```
 /// use flankfit_estimation::{
@@ -28,19 +28,24 @@
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "contract", serde_with_macros::skip_serializing_none)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema))]
 pub struct EstimableSum {
-    /// Names of the terms.
+    /// The terms whose coefficients cannot be separated.
     pub terms: Vec<String>,
-    /// Weight of each term's coefficient; 1 for the leading one.
+    /// Weight of the coefficient of each of `terms`; 1 for the leading one.
     pub weights: Vec<f64>,
-    /// The sum.
+    /// Σ weight · coefficient, found without the large coefficients that cancel in it; in the
+    /// unit of the leading coefficient.
     pub value: f64,
-    /// `None` without an estimate of the noise, and for robust estimates of a weighted matrix.
+    /// Standard error of `value`. Absent without an estimate of the noise, and for estimators
+    /// that weight the matrix.
     pub std_error: Option<f64>,
-    /// Student's, at the level of the fit.
+    /// Student's confidence interval at `level`, `[low, high]`.
+    #[cfg_attr(feature = "contract", schema(min_items = 2, max_items = 2))]
     pub interval: Option<[f64; 2]>,
-    /// How much worse it is determined than the best of its group, in columns of unit length: 1 to
-    /// 30.
+    /// Ratio of the standard error of the sum to that of the best determined sum of the same
+    /// terms, in columns of unit length: 1 to 30.
     pub condition_index: f64,
     /// The same in words.
     pub sentence: String,

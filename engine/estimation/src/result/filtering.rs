@@ -1,62 +1,97 @@
 //! Report on filters.
 
-use crate::spec::{Action, Filter};
+use crate::spec::Filter;
 
-/// Everything about the filters of a fit.
+/// Linear dependence of the columns before and after the filters, which may smooth away the
+/// difference between terms. `after` is that of the filtered matrix X without removed nodes,
+/// with the peaks and robustness weights found from the heights; the fit itself relates the
+/// filtered heights to X.
 #[derive(Clone, Debug, PartialEq)]
-pub struct FilteringReport {
-    /// One for each filter, in the order applied.
-    pub filters: Vec<FilterReport>,
+#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema))]
+pub struct FilterCollinearity {
     /// Figures of the functions at the posted nodes.
     pub before: ColumnFigures,
     /// Figures of the same functions after the same filters.
     pub after: ColumnFigures,
 }
 
-/// What one filter changed.
+/// Changes by one filter.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "contract",
+    serde_with_macros::skip_serializing_none,
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    schema(as = FilterResult)
+)]
 pub struct FilterReport {
-    /// The filter as asked for.
-    pub filter: Filter,
-    /// Nodes whose height is another one now, or that were removed.
+    /// Type of the filter.
+    #[cfg_attr(feature = "contract", serde(rename = "type"))]
+    pub kind: FilterKind,
+    /// Number of nodes whose height was changed or that were removed.
     pub changed: usize,
-    /// Largest change of a height; of a removed node its distance from the median of its window.
+    /// Number of nodes removed.
+    pub removed: usize,
+    /// Largest change of a height; of a removed node its distance from the median of its
+    /// window.
     pub max_change: f64,
-    /// √(Σ change²/m) over the m nodes that counted before this filter.
+    /// Root mean square of the changes, over the nodes that counted before this filter.
     pub rms_change: f64,
-    /// Posted nodes that were taken for peaks, ascending; of a Hampel filter only.
-    pub peaks: Option<Vec<usize>>,
-    /// Iteration of a robust Gaussian filter only.
+    /// Posted nodes (from 0, grids row by row) that were taken for peaks; of `hampel` only,
+    /// present when `peaks` was included.
+    pub node_indices: Option<Vec<usize>>,
+    /// Iteration of a robust filter.
+    #[cfg_attr(feature = "contract", serde(flatten))]
     pub iteration: Option<IterationReport>,
 }
 
-impl FilterReport {
-    /// Nodes that count no more.
-    pub fn removed(&self) -> usize {
-        match self.filter {
-            Filter::Hampel(hampel) if hampel.action == Action::Remove => self.changed,
-            _ => 0,
+/// Type of a filter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(rename_all = "snake_case"),
+    schema(as = FilterName)
+)]
+pub enum FilterKind {
+    /// Filter of peaks by the median of a window.
+    Hampel,
+    /// Gaussian filter.
+    Gaussian,
+    /// Spline filter.
+    Spline,
+}
+
+impl From<&Filter> for FilterKind {
+    fn from(filter: &Filter) -> Self {
+        match filter {
+            Filter::Hampel(_) => FilterKind::Hampel,
+            Filter::Gaussian(_) => FilterKind::Gaussian,
+            Filter::Spline(_) => FilterKind::Spline,
         }
     }
 }
 
 /// How the iteration of a robust filter ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema))]
 pub struct IterationReport {
-    /// Rounds of the line that took the most.
+    /// Rounds of the line that took the most; of a robust filter only.
     pub iterations: usize,
-    /// Whether every line came to rest within the rounds allowed.
+    /// True if the iteration converged on every line; for a robust filter only.
     pub converged: bool,
 }
 
-/// How the columns depend on each other; a number that does not exist is `None`.
+/// Figures of a measurement matrix.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "contract", serde_with_macros::skip_serializing_none)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema))]
 pub struct ColumnFigures {
     /// Counted nodes.
+    #[cfg_attr(feature = "contract", serde(rename = "count"))]
     pub nodes: usize,
-    /// λₙ/λ₁ of the Fisher information matrix on columns of unit length.
+    /// λₙ/λ₁ on columns of unit length; absent when it cannot be given.
     pub condition: Option<f64>,
-    /// Largest |Pearson correlation| of two columns that vary.
+    /// Largest |Pearson correlation| of two columns.
     pub largest_correlation: Option<f64>,
     /// Largest variance inflation factor.
     pub largest_vif: Option<f64>,

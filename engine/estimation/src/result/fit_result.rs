@@ -8,7 +8,7 @@ use super::{
     constraints::ConstraintsReport,
     errors::{ErrorsReport, VarianceReport},
     estimable::EstimableSum,
-    filtering::FilteringReport,
+    filtering::{FilterCollinearity, FilterReport},
     influence::Influence,
     matrix_b::MatrixBFactors,
     positions::PositionsReport,
@@ -28,10 +28,15 @@ use crate::spec::{Domain, Piece};
 
 /// The answer to a fit.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "contract",
+    serde_with_macros::skip_serializing_none,
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema)
+)]
 pub struct FitResult {
-    /// One entry for each term of the model.
+    /// In the order of `powers`, `index` or `column`.
     pub coefficients: Vec<Coefficient>,
-    /// The box on which mapped bases live; `None` for a measurement matrix.
+    /// The box on which mapped bases live; absent for a measurement matrix.
     pub domain: Option<Domain>,
     /// Eigenvalues of the Fisher information matrix before and after regularisation.
     pub spectrum: SpectrumReport,
@@ -40,57 +45,66 @@ pub struct FitResult {
     /// How far regularisation has moved the estimate, and how far it can have.
     pub bias: BiasReport,
     /// How the columns depend on each other.
+    #[cfg_attr(feature = "contract", schema(value_type = CollinearityReport))]
     pub collinearity: Arc<CollinearityReport>,
-    /// How far uncertain nodes can move the coefficients; present when their uncertainty was given.
+    /// Present when `node_uncertainty` was given.
     pub perturbation: Option<PerturbationReport>,
     /// What the fitted function leaves of the heights.
     pub residuals: ResidualReport,
-    /// Present for every estimator but least squares.
+    /// Present for every estimator but `least_squares`.
     pub robust: Option<RobustReport>,
-    /// Present when `lambda_curve` was included.
+    /// Condition, bias and error along λ*; present when `lambda_curve` was included.
     pub lambda_curve: Option<Vec<LambdaCurvePoint>>,
-    /// Present when `ridge_trace` was included.
+    /// The coefficients along k, ascending from 0; present with `include` of `ridge_trace` and
+    /// ridge.
     pub ridge_trace: Option<Vec<RidgeTracePoint>>,
-    /// Rows of B (m×n, in the caller's columns), present when `matrix_b` was included.
+    /// The rows of B in the caller's columns; present when `matrix_b` was included.
     pub matrix_b: Option<Vec<Vec<f64>>>,
-    /// B as the product of Eq. 28, with the inequalities about it; likewise.
+    /// B as a product; present with `matrix_b`.
     pub matrix_b_factors: Option<MatrixBFactors>,
-    /// What of the fit is used for others; present when `representative` was included and B is not
-    /// 0.
+    /// The data that other fits need: V, λ* and L, as `regularization` of type `representative`
+    /// takes them. Present with `include` of `representative`, if `spectral` raised an
+    /// eigenvalue.
     pub representative: Option<Piece>,
-    /// Well determined sums of the coefficients of nearly dependent terms; present when
-    /// `collinearity` was included and some terms are.
+    /// Sums of the coefficients of nearly dependent terms that are well determined; present
+    /// when `collinearity` was included and some terms are nearly dependent.
     pub estimable: Option<Vec<EstimableSum>>,
-    /// Present when filters were asked for.
-    pub filtering: Option<FilteringReport>,
-    /// Present when something was known before.
+    /// Changes by each filter, in the order applied; present with filters.
+    pub filters: Option<Vec<FilterReport>>,
+    /// Present when there were filters.
+    pub filter_collinearity: Option<FilterCollinearity>,
+    /// Present when something was known before (`prior`).
     pub prior: Option<PriorReport>,
     /// Present when the function was constrained.
     pub constraints: Option<ConstraintsReport>,
-    /// Present when `covariance` was included and there is an estimate of the noise.
+    /// Present when `covariance` was included.
     pub covariance: Option<Covariance>,
-    /// Present when heights were asked for at places.
+    /// Present with `predict`.
     pub predictions: Option<Predictions>,
     /// Present when sums were asked for and the nodes determine the coefficients; a sum that double
     /// precision does not hold is `None`.
+    #[cfg_attr(feature = "contract", serde(skip))]
     pub sums: Option<Vec<Option<WeightedSum>>>,
     /// Present when `influence` was included and the nodes determine the coefficients.
     pub influence: Option<Influence>,
-    /// Present when the model was chosen out of several.
+    /// Present when the model was chosen out of several (`select`).
     pub selection: Option<Selection>,
     /// The fitted polynomial as a curve or surface; present when `shape` was included.
+    #[cfg_attr(feature = "contract", serde(skip))]
     pub shape: Option<Shape>,
-    /// Present when errors are correlated.
+    /// Present when `errors` were correlated.
     pub errors: Option<ErrorsReport>,
     /// Present when variances were estimated.
     pub variance: Option<VarianceReport>,
-    /// Present when positions of nodes were taken as off.
+    /// Present when the positions of the nodes were taken as off.
     pub positions: Option<PositionsReport>,
     /// The fit without the nodes suspected of gross errors; present if there are any and the others
     /// determine it.
+    #[cfg_attr(feature = "contract", serde(skip))]
     pub without_suspected: Option<Box<FitResult>>,
     /// Arithmetic and correct digits.
     pub numerics: Numerics,
-    /// What a reader must know of this fit.
+    /// What to know about the answer; empty where there is nothing to say.
+    #[cfg_attr(feature = "contract", serde(skip))]
     pub warnings: Vec<Warning>,
 }

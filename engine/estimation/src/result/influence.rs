@@ -1,10 +1,10 @@
 //! Influence of each node on the fit.
 
-/// How much each counted node has a say in a fit, in the order of the residuals. What the other
-/// nodes leave undetermined (a node of leverage 1) is `None`.
-///
-/// A regularised fit is looked at with its penalty held: the penalty is that of all nodes, and λ*
-/// is not chosen anew without a node.
+/// Influence of each counted node on the fit, in the order of `residuals.values`; null where a
+/// figure does not exist: without a node of leverage 1 the other nodes do not determine the fit
+/// (warning `full_leverage`), and figures that are divided by σ̂ need noise (warning
+/// `no_noise_without`). For a regularised fit the penalty of all nodes is held fixed: λ* is not
+/// chosen again without a node. Residuals include √weight where nodes have weights.
 ///
 /// ```
 /// use flankfit_estimation::{
@@ -26,24 +26,33 @@
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "contract", serde_with_macros::skip_serializing_none)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema))]
 pub struct Influence {
-    /// hᵢ, the diagonal of the matrix that turns heights into fitted ones.
+    /// hᵢ, from 0 to 1: derivative of the fitted height with respect to the node's own height.
+    /// The sum over the nodes is the effective number of coefficients.
     pub leverage: Vec<f64>,
-    /// √wᵢ rᵢ / (σ̂ √(1 − hᵢ)); `None` without an estimate of the noise.
+    /// √wᵢ rᵢ / (σ̂ √(1 − hᵢ)), σ̂ being `residuals.sigma`; null where σ̂ is 0. Absent without
+    /// degrees of freedom.
     pub internally_studentized: Option<Vec<Option<f64>>>,
-    /// The same with the σ̂ of the other nodes; `None` without degrees of freedom for it.
+    /// The same with the σ̂ of least squares without the node: for normal errors and no
+    /// regularisation, Student's t with m − n − 1 degrees of freedom; null where the other
+    /// nodes are fitted exactly. Absent without these degrees of freedom.
     pub externally_studentized: Option<Vec<Option<f64>>>,
-    /// Σ w (change of the fitted heights)² without the node, over σ̂² Σh; `None` without an
-    /// estimate of the noise.
+    /// Cook's distance: Σ w (change of the fitted heights without the node)² / (σ̂² Σh); null
+    /// where σ̂ is 0.
     pub cooks_distance: Option<Vec<Option<f64>>>,
-    /// Change of the node's own fitted height without it, over the standard error of that height
-    /// with the σ̂ of the other nodes; `None` without degrees of freedom for it.
+    /// Change of the node's own fitted height without it, in standard errors of that height
+    /// with the σ̂ of the other nodes; null where those are fitted exactly.
     pub dffits: Option<Vec<Option<f64>>>,
-    /// rᵢ / (1 − hᵢ): the height less what the fit to the other nodes says there.
+    /// rᵢ/(1 − hᵢ), in the unit of the heights: the height minus the prediction by a fit to the
+    /// other nodes.
     pub press_residual: Vec<Option<f64>>,
-    /// Σ w r²/(1 − h)²; `None` where a node is undetermined by the others.
+    /// Σ w r²/(1 − h)²: the sum of squares of leave-one-out cross-validation. Absent where a
+    /// node has leverage 1.
     pub press: Option<f64>,
-    /// Which posted node each entry belongs to; present when some node was left out.
+    /// The posted node (from 0, grids row by row) of each entry; present when some node was
+    /// left out.
     pub node_indices: Option<Vec<usize>>,
 }
 

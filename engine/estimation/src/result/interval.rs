@@ -2,8 +2,20 @@
 
 use crate::inference::Inferred;
 
-/// What an interval rests on.
+/// Basis of an interval. `student`: Student's t about the estimate. `least_squares`: Student's
+/// t about the unregularised estimate (least squares, or the robust estimate), where the bias
+/// of the regularised one is unbounded. (With `noise_sigma`, t is the normal quantile in all of
+/// these.) `bias_aware`: the shortest interval about a filtered estimate that holds for all
+/// coefficients within the given norm limit, and for no others. `posterior`: Student's t about
+/// the mean of the posterior, if the prior is given; if moves are estimated, an interval that
+/// is shorter where the earlier iterations predict well. With a known σ its coverage holds for
+/// any flank, and it is the same after a prior is dropped (docs/prior.md).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(rename_all = "snake_case")
+)]
 pub enum IntervalKind {
     /// Student's t about the estimate, which is unbiased.
     Student,
@@ -39,17 +51,32 @@ impl Interval {
 
 /// A confidence interval of one coefficient at the level of the spec.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "contract",
+    serde_with_macros::skip_serializing_none,
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema)
+)]
 pub struct Interval {
-    /// Its ends.
+    /// Confidence interval of the true coefficient at `level`, `[low, high]`. Coverage at 0.95
+    /// is 0.94 to 0.96 on average for independent normal errors (docs/intervals.md); for other
+    /// cases see docs/errors.md, docs/prior.md and docs/selection.md. The regularised `value`
+    /// may lie outside. Absent without an estimate of the noise, and where the coefficient is
+    /// not bounded.
+    #[cfg_attr(feature = "contract", serde(rename = "interval"))]
     pub ends: [f64; 2],
-    /// What it rests on.
+    /// Basis of the interval.
+    #[cfg_attr(feature = "contract", serde(rename = "interval_kind"))]
     pub kind: IntervalKind,
-    /// What it is made of.
+    /// Estimate and standard error that it is made of.
+    #[cfg_attr(feature = "contract", serde(skip))]
     pub about: Inferred,
-    /// Student's interval about least squares, where this one is bias-aware or of a posterior and
-    /// least squares has one.
+    /// Student's interval about `least_squares` by these nodes alone; there with an `interval`
+    /// of kind `bias_aware` or `posterior`.
+    #[cfg_attr(feature = "contract", serde(rename = "least_squares_interval"))]
     pub least_squares: Option<[f64; 2]>,
-    /// What was gained: its width as a share of that of least squares, where a norm limit or a
-    /// prior was given and least squares has one.
+    /// Effect of the given norm limit (`coefficient_norm_limit`) or `prior`: the width of
+    /// `interval` divided by that of Student's interval about least squares, above 0. 0.6 is an
+    /// interval shorter by 40 %; 1 is no gain, and above 1 the prior made it wider.
+    #[cfg_attr(feature = "contract", serde(rename = "interval_gain"))]
     pub gain: Option<f64>,
 }

@@ -1,36 +1,35 @@
 //! The matrix B as the product that Eq. 28 makes of it, and the inequalities about it.
 
-/// `B = e Σ QᵢSᵢᵀ` (Eq. 28, one product for each regularised eigenvalue), in the scaled columns,
-/// with e = max cᵢ.
-///
-/// With Q = XV and S = μV/e the functional of Eq. 33 has its minimum (Eqs. 37, 38), μ = γ/(2λ): the
-/// factor cᵢ of Eq. 40. In the exact scheme μ is its cᵢ.
+/// `B = e Σ QᵢSᵢᵀ` (Eq. 28, one product for each regularised eigenvalue) and the inequalities
+/// about it (Eqs. 42 to 46), in the scaled columns.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema))]
 pub struct MatrixBFactors {
-    /// e.
+    /// e, the largest cᵢ of Eq. 40.
     pub e: f64,
     /// One entry for each regularised eigenvalue, ascending.
     pub products: Vec<ProductOfB>,
-    /// `λ_max[BᵀB]`: the largest cᵢ²λᵢ.
+    /// λ_max[BᵀB].
     pub largest_eigenvalue: f64,
-    /// Eq. 42, its bound; for more than one eigenvalue the trace (Eq. 41).
+    /// Its bound by Eq. 42; for more than one eigenvalue the trace of BᵀB (Eq. 41).
     pub largest_eigenvalue_bound: f64,
-    /// λ_max[XᵀB + BᵀX]: the largest 2cᵢλᵢ.
+    /// λ_max[XᵀB + BᵀX].
     pub mixed_eigenvalue: f64,
-    /// Eqs. 43 to 46, the bound λ* − λ₁.
+    /// Its bound λ* − λ₁ (Eqs. 45 and 46).
     pub mixed_eigenvalue_bound: f64,
 }
 
-/// One product of B.
+/// One product QSᵀ of B.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema))]
 pub struct ProductOfB {
-    /// λᵢ.
+    /// λᵢ, the eigenvalue that is raised.
     pub eigenvalue: f64,
-    /// μ of Eq. 38.
+    /// μ, the multiplier of Eq. 38.
     pub mu: f64,
-    /// Q of Eq. 37, one entry for each counted node.
+    /// Q = XV (Eq. 37): one entry for each counted node.
     pub q: Vec<f64>,
-    /// S of Eq. 38, one entry for each column.
+    /// S = μV/e (Eq. 38): one entry for each coefficient.
     pub s: Vec<f64>,
 }
 

@@ -8,20 +8,23 @@ use crate::spec::PositionKind;
 /// those that are down to 0.81.
 pub(crate) const HOLDING: [f64; 3] = [0.5, 0.6, 0.3];
 
-/// Nodes whose positions are off.
+/// Positions of the nodes that are off. `residuals` are then vertical distances from the surface,
+/// to first order, and `sigma` is the standard deviation of a height of weight 1 where the surface
+/// is level.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "contract", serde_with_macros::skip_serializing_none, derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema), schema(as = PositionsResult))]
 pub struct PositionsReport {
     /// Whether positions were read off wrongly, or missed.
     pub kind: PositionKind,
     /// Rounds of the iteration.
     pub rounds: usize,
-    /// The share of positions in the variance of what is left of the heights, on average.
+    /// Mean share of positions in the variance of the residual heights, 0 to 1.
     pub variance_share: f64,
-    /// How far from where it was read the likeliest position of a node lies at most; 0 for nominal
-    /// positions.
+    /// Largest distance between the measured and the estimated position of a node, in the unit of
+    /// the abscissae; 0 for `nominal`.
     pub largest_shift: f64,
-    /// σ of the residuals over the uncertainty of heights that was told: far from 1 where the
-    /// uncertainties do not fit the residuals; none beyond the range of numbers.
+    /// `sigma` divided by the given `height`: far from 1 where the uncertainties do not match the
+    /// residuals. Intervals use `sigma`.
     pub sigma_ratio: Option<f64>,
 }
 

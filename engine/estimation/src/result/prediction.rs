@@ -2,60 +2,81 @@
 
 use crate::inference::SimultaneousMethod;
 
-/// What a fit says at the places asked for, in their order.
+/// Heights, slopes and bands at the places of `predict.at`, in their order (of a grid v running
+/// fastest).
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "contract", serde_with_macros::skip_serializing_none)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema))]
 pub struct Predictions {
-    /// The place of each entry, from 0; there where some were left out, whose figures are beyond
-    /// the range of double.
+    /// Index (from 0, in the requested order) of the place of each entry; present when some
+    /// were left out because their figures exceed double precision (warning `beyond_double`).
     pub place_indices: Option<Vec<usize>>,
     /// Level of the bands.
     pub level: f64,
     /// Heights of the estimate.
     pub value: Vec<f64>,
-    /// Their standard errors, as those of coefficients; `None` without an estimate of the noise.
+    /// Standard errors, those of least squares where λ* was chosen from the nodes; absent
+    /// without an estimate of the noise.
     pub std_error: Option<Vec<f64>>,
-    /// Sharp bounds on their bias, given r.
+    /// Sharp bounds on the bias of each height, given r; with a `prior` as those of
+    /// `coefficients[].bias_bound`.
     pub bias_bound: Vec<f64>,
-    /// Intervals of the true height at each place by itself.
+    /// `[low, high]` of the true height at each place by itself. Like
+    /// `coefficients[].interval`: about least squares where no norm limit was given.
     pub confidence: Option<Vec<[f64; 2]>>,
-    /// Intervals of a further measurement of weight 1 at each place by itself.
+    /// `[low, high]` of a further measurement of weight 1 at each single place. For robust fits
+    /// by their own residuals, outliers included; absent for a quantile.
     pub prediction: Option<Vec<[f64; 2]>>,
-    /// A band of the true heights of the whole domain at once.
+    /// Band of the true heights of the whole domain at once.
+    #[cfg_attr(feature = "contract", serde(flatten))]
     pub simultaneous: Option<Simultaneous>,
-    /// Slopes by u (by x for a curve) and v.
-    pub slopes: Vec<Slopes>,
+    /// Slopes by u (by x for a curve); there with `predict.slopes`.
+    pub slope_u: Option<Slopes>,
+    /// Slopes by v.
+    pub slope_v: Option<Slopes>,
 }
 
 /// A band that holds everywhere at once.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema))]
 pub struct Simultaneous {
-    /// The band at each place.
+    /// `[low, high]` of the true heights of the whole domain at once, at each place; with a
+    /// linear model of all requested rows at once. About least squares; with a norm limit, and
+    /// a λ* that does not depend on the heights, about the estimate if that band is narrower on
+    /// average.
+    #[cfg_attr(feature = "contract", serde(rename = "simultaneous"))]
     pub band: Vec<[f64; 2]>,
-    /// Half its width in standard errors.
+    /// Half the width of `simultaneous` in standard errors, the largest of all places.
+    #[cfg_attr(feature = "contract", serde(rename = "simultaneous_factor"))]
     pub factor: f64,
-    /// Where the factor comes from.
+    /// Method for the factor.
+    #[cfg_attr(feature = "contract", serde(rename = "simultaneous_method"))]
     pub method: SimultaneousMethod,
-    /// Scheffé's factor, of which the others are never larger.
+    /// Scheffé's factor √(nF), of which no other is larger where it is used.
     pub scheffe: f64,
 }
 
-/// Slopes along one axis.
+/// Slopes along one axis, in the unit of the heights over that of the axis.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "contract", serde_with_macros::skip_serializing_none)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema))]
 pub struct Slopes {
     /// Slopes of the estimate.
     pub value: Vec<f64>,
-    /// Their standard errors, as those of coefficients; `None` without an estimate of the noise.
+    /// Standard errors of the slopes.
     pub std_error: Option<Vec<f64>>,
-    /// Intervals of the true slope at each place by itself.
+    /// `[low, high]` of the true slope at each place by itself.
     pub confidence: Option<Vec<[f64; 2]>>,
 }
 
-/// Covariance matrices of the coefficients, the lower triangle by rows.
+/// Covariance matrices of the coefficients, in their order: the lower triangle by rows, row j
+/// having j + 1 numbers.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema))]
 pub struct Covariance {
-    /// Covariance of the estimate.
+    /// Covariance of the estimate for the λ* used.
     pub coefficients: Vec<Vec<f64>>,
-    /// Covariance of unregularised least squares.
+    /// Covariance of the unregularised estimate: least squares, or the robust estimate.
     pub least_squares: Vec<Vec<f64>>,
 }
 
@@ -64,6 +85,10 @@ fn finite<'a>(mut values: impl Iterator<Item = &'a f64>) -> bool {
 }
 
 impl Predictions {
+    fn slopes(&self) -> impl Iterator<Item = &Slopes> {
+        self.slope_u.iter().chain(&self.slope_v)
+    }
+
     /// Leaves out the entries for which `kept` says no.
     fn retain(&mut self, kept: &[bool]) {
         fn entries<T: Clone>(list: &mut Vec<T>, kept: &[bool]) {
@@ -77,7 +102,7 @@ impl Predictions {
         values.into_iter().flatten().for_each(|list| entries(list, kept));
         let bands = [&mut self.confidence, &mut self.prediction].into_iter().flatten();
         bands.chain(self.simultaneous.as_mut().map(|found| &mut found.band)).for_each(|list| entries(list, kept));
-        for slopes in &mut self.slopes {
+        for slopes in [&mut self.slope_u, &mut self.slope_v].into_iter().flatten() {
             [Some(&mut slopes.value), slopes.std_error.as_mut()]
                 .into_iter()
                 .flatten()
@@ -96,7 +121,7 @@ impl Predictions {
                 && self.std_error.iter().all(number)
                 && self.confidence.iter().chain(&self.prediction).all(pair)
                 && self.simultaneous.iter().all(|found| pair(&found.band))
-                && self.slopes.iter().all(|slopes| {
+                && self.slopes().all(|slopes| {
                     number(&slopes.value) && slopes.std_error.iter().all(number) && slopes.confidence.iter().all(pair)
                 })
         };
@@ -118,7 +143,7 @@ impl Predictions {
                 .simultaneous
                 .iter()
                 .all(|band| finite(band.band.iter().flatten().chain([&band.factor, &band.scheffe])))
-            && self.slopes.iter().all(|s| finite(s.value.iter()) && errors(&s.std_error) && bands(&s.confidence))
+            && self.slopes().all(|s| finite(s.value.iter()) && errors(&s.std_error) && bands(&s.confidence))
     }
 }
 

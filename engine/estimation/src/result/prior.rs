@@ -1,49 +1,66 @@
 //! Effect of the prior.
 
-/// What became of what was known before the nodes were measured.
+/// Effect of the prior. `spectrum.eigenvalues` are those of the nodes alone,
+/// `spectrum.regularized` those of nodes and prior together.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "contract", serde_with_macros::skip_serializing_none)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema), schema(as = PriorResult))]
 pub struct PriorReport {
-    /// Numbers of the earlier iterations, oldest first; `None` for a prior that was given.
+    /// The earlier iterations, oldest first; absent with `mean`. If the list is empty, the
+    /// nodes alone are used.
     pub iterations: Option<Vec<u32>>,
-    /// The fits of them that stood.
+    /// The fit of each that stood when this one was made. What they measured is fitted by this
+    /// fit's own spec.
     pub fit_ids: Option<Vec<String>>,
-    /// The corrections whose predicted changes were taken to have come.
+    /// Corrections whose predicted changes were added to the prior, in their order.
     pub corrections: Vec<UsedCorrection>,
-    /// Standard deviation of the move of each coefficient between two iterations, in the caller's
-    /// terms.
+    /// Standard deviation of the move of each coefficient from one iteration to the next.
+    #[cfg_attr(feature = "contract", serde(rename = "move"))]
     pub move_std_error: Option<Vec<f64>>,
-    /// The same in standard errors of a coefficient, where it was estimated: root mean square.
+    /// The same in standard errors of the coefficient by these nodes alone, where it was
+    /// estimated.
     pub move_ratio: Option<f64>,
-    /// Whether the nodes contradict the prior; `None` where that cannot be told yet.
+    /// Test of the nodes against the prior; absent where it is not available (with iterations
+    /// and an estimated move, before the third iteration; available from the second if the move
+    /// exceeds 1,000 standard errors, the largest step allowed).
     pub conflict: Option<PriorConflict>,
-    /// Share of the information on each coefficient that is the prior's: 1 less the variance over
-    /// that of least squares, both for the same σ.
+    /// For each coefficient the share of the prior in the information: 1 minus the ratio of its
+    /// variance to that of least squares, both for `sigma`.
     pub share: Vec<f64>,
-    /// σ̂ of a height of weight 1, of all residuals together; or σ that was given.
+    /// Standard deviation of a height of weight 1, from the residuals of all iterations
+    /// together, or as given. Errors of the coefficients use it, unless a prior with a given
+    /// `move` or `mean` is dropped.
     pub sigma: Option<f64>,
-    /// The degrees of freedom of all residuals together; `None` where σ was given.
+    /// Degrees of freedom of `sigma`; absent where it was given.
     pub degrees_of_freedom: Option<usize>,
 }
 
-/// A correction between two iterations.
+/// A correction of the machine between two iterations.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "contract", serde_with_macros::skip_serializing_none)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema))]
 pub struct UsedCorrection {
-    /// The iteration that it was kept with.
+    /// The iteration that it is kept with.
     pub iteration: u32,
-    /// The record that holds it.
+    /// The record that it is.
     pub record_id: String,
-    /// The changes of the settings that were entered in place of the proposed ones.
+    /// The changes that were entered on the machine, in the order of the correction's settings;
+    /// left out where the proposed changes were taken.
     pub entered: Option<Vec<f64>>,
 }
 
-/// How far the nodes lie from what the prior predicts.
+/// Distance between the nodes and the prediction of the prior.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema))]
 pub struct PriorConflict {
-    /// `eᵀS⁻¹e/n`: about 1 where the prior holds.
+    /// `eᵀS⁻¹e/n`, where e is the distance from the prediction and S its covariance: about 1 if
+    /// the prior is correct.
     pub statistic: f64,
-    /// The probability of as much or more where the prior holds, by F(n, ν).
+    /// Probability of this value or a larger one if the prior is correct.
     pub p: f64,
-    /// Whether the prior was let go.
+    /// True if p is below 1e-4: the prior is dropped, and least squares of these nodes is
+    /// returned (warning `prior_conflict`). Where moves are estimated the intervals are the
+    /// same as without a conflict: their coverage holds for any flank.
     pub let_go: bool,
 }
 

@@ -2,12 +2,17 @@
 
 use crate::spec::PieceOf;
 
-/// How the matrix B of a representative piece suits the nodes.
+/// Fit of the matrix B of a representative piece to these nodes.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "contract", serde_with_macros::skip_serializing_none)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema), schema(as = RepresentativeResult))]
 pub struct RepresentativeReport {
     /// The stored fit that it is of, where it was found in one.
+    #[cfg_attr(feature = "contract", serde(flatten))]
     pub of: PieceOf,
-    /// Cosine of the largest angle between the directions of the piece and as many of the nodes'
-    /// own, those with the smallest eigenvalues: 1 where both are alike.
+    /// Cosine of the largest angle between the regularised directions of the piece and as many
+    /// directions of these nodes, those with the smallest eigenvalues: 1 where they agree, as
+    /// for nodes at the same places. Below 0.95 the warning `representative_misaligned` gives
+    /// the share of the error that remains.
     pub alignment: f64,
 }

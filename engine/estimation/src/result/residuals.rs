@@ -1,33 +1,35 @@
 //! Residuals.
 
-/// What the fitted function leaves of the heights.
+/// Residuals Y − X Â_B.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "contract", serde_with_macros::skip_serializing_none)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema), schema(as = Residuals))]
 pub struct ResidualReport {
-    /// Nodes counted (missing ones and those of weight 0 are not).
+    /// Nodes counted.
     pub count: usize,
-    /// m − n: counted nodes less coefficients.
+    /// Nodes counted less coefficients.
     pub degrees_of_freedom: usize,
     /// Σ w r² of the regularised estimate.
     pub rss: f64,
-    /// σ̂ of the least-squares residuals; `None` without degrees of freedom.
+    /// σ̂ of the plain least-squares fit; absent without degrees of freedom.
     pub sigma: Option<f64>,
-    /// √(Σ w r² / Σ w).
+    /// √(Σ w r² / Σ w), in the unit of the heights.
     pub rms: f64,
-    /// `None` where the nodes are gone (a stream keeps sums only).
+    /// Largest |residual|; absent in the answers of a stream, which keeps no nodes.
     pub max_abs: Option<f64>,
-    /// 1 − RSS over the sum of squares about the mean (about 0 where the columns do not span a
-    /// constant); `None` where that sum is 0.
+    /// About the mean when the constant lies in the span of the columns, about 0 otherwise.
     pub r_squared: Option<f64>,
-    /// Σ w r² of the least-squares estimate.
+    /// Σ w r² of the plain least-squares fit.
     pub least_squares_rss: f64,
-    /// One per counted node, in the order posted (grids row by row); present when included.
+    /// One per counted node, in the order posted; present when `residuals` was included.
     pub values: Option<Vec<f64>>,
-    /// The fitted heights, one per counted node; present when included.
+    /// The fitted function at each counted node, in the order posted; present when `fitted` was
+    /// included.
     pub fitted: Option<Vec<f64>>,
-    /// The heights that were fitted, one per counted node; present with `fitted` where filters
-    /// changed them.
+    /// The height that was fitted of each counted node; present with `fitted` where filters
+    /// changed some height.
     pub heights: Option<Vec<f64>>,
-    /// Which posted node each value belongs to; present with the lists above when some node was
-    /// left out.
+    /// The posted node (from 0, grids row by row) of each number of the lists above; present
+    /// with them when some node was left out.
     pub node_indices: Option<Vec<usize>>,
 }

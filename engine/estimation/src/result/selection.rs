@@ -2,47 +2,54 @@
 
 use crate::spec::{Degree, ModelCriterion};
 
-/// Which of several models was fitted.
+/// Selection of one of several models, with the figures of each.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema))]
 pub struct Selection {
-    /// By what.
+    /// Criterion of the selection.
     pub criterion: ModelCriterion,
-    /// Every model that was looked at: degrees ascending, that along v running fastest; terms in
-    /// the order in which they were let go, or came in along the path of the elastic net.
+    /// All models compared: degrees ascending, that along v fastest; terms in the order in
+    /// which they were removed (`backward`) or added (`elastic_net`).
     pub candidates: Vec<Candidate>,
-    /// Which of them was fitted.
+    /// Which of `candidates` was fitted, from 0.
     pub chosen: usize,
 }
 
-/// A model by plain least squares. Likelihoods are those of normal errors with σ² at its maximum; a
-/// figure that does not exist is `None`.
+/// A model by plain least squares; exactly one of `degree` and `terms` is there. Likelihoods
+/// are those of normal errors with σ² at its maximum; σ² counts as a parameter: k is
+/// `coefficients` + 1.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "contract", serde_with_macros::skip_serializing_none)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema))]
 pub struct Candidate {
-    /// Degree along u and v, or that of a curve; of candidates that are degrees.
+    /// Degree of a curve or of a total degree, or `[p, q]`.
     pub degree: Option<Degree>,
-    /// Its terms, of candidates that are subsets of terms.
+    /// Terms of the model, named as in `coefficients`.
     pub terms: Option<Vec<String>>,
-    /// n.
+    /// Number of coefficients n.
     pub coefficients: usize,
-    /// λ of the elastic net that kept these terms; of several the one with the least `blocked_cv`.
+    /// λ of the elastic net that keeps these terms, in the unit of the heights; of several the
+    /// one with the least `blocked_cv`.
     pub lambda: Option<f64>,
-    /// −2 ln L + 2(n + 1), σ² counted as a parameter; `None`, like all that is made of L, where the
+    /// Akaike's criterion, −2 ln L + 2k; absent, like all that is made of L, where the
     /// residuals are 0 but for rounding, or n = m.
     pub aic: Option<f64>,
-    /// `aic` corrected for few nodes.
+    /// The same corrected for few nodes; absent where m ≤ k + 1.
     pub aicc: Option<f64>,
-    /// −2 ln L + (n + 1) ln m.
+    /// Schwarz's criterion, −2 ln L + k ln m.
     pub bic: Option<f64>,
-    /// Σ w r²/(1 − h)²; `None` where a node has leverage 1.
+    /// Σ w r²/(1 − h)², unit of the heights squared; absent where a node has leverage 1.
     pub press: Option<f64>,
-    /// Σ w r² of nodes that were left out in blocks; of the elastic net that of its own estimates
-    /// at `lambda`, made anew without each block.
+    /// Σ w r² of nodes left out in blocks, unit of the heights squared; with `elastic_net` that
+    /// of its own estimates at `lambda`, made anew without each block. Absent where the other
+    /// nodes do not determine a block.
     pub blocked_cv: Option<f64>,
-    /// −2 ln of the marginal likelihood, less what is the same for all candidates.
+    /// −2 ln of the marginal likelihood with Zellner's prior, without the part that all models
+    /// have in common; absent where `aic` is.
     pub reml: Option<f64>,
-    /// Σ w r².
+    /// Σ w r², unit of the heights squared.
     pub rss: f64,
-    /// √(rss/(m − n)).
+    /// √(rss/(m − n)), unit of the heights; absent without degrees of freedom.
     pub sigma: Option<f64>,
 }
 

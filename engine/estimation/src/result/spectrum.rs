@@ -1,29 +1,33 @@
 //! The eigenvalues, before and after regularisation.
 
-/// Eigenvalues of the Fisher information matrix of the scaled columns.
+/// Eigenvalues of the scaled Fisher information matrix.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "contract", serde_with_macros::skip_serializing_none)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema), schema(as = Spectrum))]
 pub struct SpectrumReport {
-    /// Eigenvalues of the scaled Fisher information matrix, ascending.
+    /// Ascending.
     pub eigenvalues: Vec<f64>,
-    /// λₙ/λ₁; `None` where λ₁ is numerically zero.
+    /// λₙ/λ₁; absent when the rank is not full.
     pub condition: Option<f64>,
-    /// log₁₀ of the condition.
+    /// Decimal logarithm of the condition number.
     pub log10_condition: Option<f64>,
-    /// log₁₀ of the determinant; `None` where it is numerically zero.
+    /// Sum of the decimal logarithms of the eigenvalues; left out where one is 0.
     pub log10_determinant: Option<f64>,
-    /// Number of eigenvalues that are numerically nonzero.
+    /// Number of singular values above rounding error.
     pub rank: usize,
     /// In the order of the directions that the eigenvalues came from.
     pub regularized: RegularizedSpectrum,
 }
 
-/// Eigenvalues after regularisation.
+/// After regularisation, in the order of the directions that the eigenvalues came from.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "contract", serde_with_macros::skip_serializing_none)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema))]
 pub struct RegularizedSpectrum {
-    /// μᵢ = λᵢ (1 + cᵢ)² of each direction.
+    /// Eigenvalues after the regularisation.
     pub eigenvalues: Vec<f64>,
-    /// Largest over smallest eigenvalue; `None` where that is numerically zero.
+    /// Greatest over least; left out where it is infinite.
     pub condition: Option<f64>,
-    /// log₁₀ of the determinant; `None` where it is numerically zero.
+    /// Sum of the decimal logarithms of the eigenvalues; left out where one is 0.
     pub log10_determinant: Option<f64>,
 }

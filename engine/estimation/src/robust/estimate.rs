@@ -99,7 +99,7 @@ fn as_least_squares(outcome: Outcome, measured: &Measured) -> RobustEstimate {
         (factor.rss, factor.max_abs) = (summary.rss, summary.max_abs);
     }
     let spread = Spread::new(&factor, plain, outcome.dispersion, outcome.along, weights.is_some());
-    let rejected = omega.map_or_else(Vec::new, |omega| {
+    let rejected: Vec<usize> = omega.map_or_else(Vec::new, |omega| {
         omega.iter().enumerate().filter(|(_, w)| **w == 0.0).map(|(k, _)| sample.posted(k)).collect()
     });
     let report = RobustReport {
@@ -109,8 +109,9 @@ fn as_least_squares(outcome: Outcome, measured: &Measured) -> RobustEstimate {
         scale: outcome.scale,
         dispersion: outcome.dispersion,
         objective: outcome.objective,
-        weights: outcome.weights,
-        rejected,
+        weights: Some(outcome.weights),
+        rejected_count: rejected.len(),
+        rejected: Some(rejected),
         certificate: outcome.certificate,
         unique: outcome.unique,
         vertex: outcome.vertex.map(|nodes| nodes.into_iter().map(|k| sample.posted(k)).collect()),

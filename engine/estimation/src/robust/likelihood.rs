@@ -99,7 +99,6 @@ pub(super) fn estimate(distribution: Distribution, measured: &Measured) -> Resul
         dispersion: settled.dispersion,
         local: if found.convex { LocalSolution::Global } else { LocalSolution::FromStart },
         likelihood: known.then(|| LikelihoodReport {
-            distribution,
             shape: (distribution != Distribution::Laplace).then_some(shape),
             shape_std_error: (inside && m > n).then(|| (found.shape_variance / count).sqrt()),
             log_likelihood: found.log_likelihood + jacobian,

@@ -11,7 +11,7 @@ use super::{
 use crate::{
     error::FitError,
     result::{Choice, LambdaCurvePoint, RegularizationKind, Warning},
-    spec::{Count, Criterion, Parameter, Regularization, Scheme},
+    spec::{ChosenBy, Count, Criterion, Parameter, Regularization, Scheme},
 };
 use flankfit_numerics::check::Faults;
 
@@ -109,14 +109,15 @@ pub(crate) fn decide(
     if let Rule::Spectral { count: 0, .. } = rule {
         // nothing to regularise: every criterion answers least squares
         let least_squares = figures(problem, rule, weight, None, None);
-        let same = Criterion::ALL.map(|criterion| Choice { criterion: Some(criterion), ..least_squares.clone() });
+        let same = Criterion::ALL
+            .map(|criterion| Choice { criterion: ChosenBy::Criterion(criterion), ..least_squares.clone() });
         let mut choices: Vec<Choice> = std::iter::once(least_squares.clone()).chain(same).collect();
         let (criterion, fixed) = match parameter {
             Parameter::Criterion(criterion) => (Some(criterion), false),
             Parameter::Fixed(_) => (None, true),
         };
         if criterion.is_some_and(|asked| !Criterion::ALL.contains(&asked)) {
-            choices.push(Choice { criterion, ..least_squares });
+            choices.push(Choice { criterion: criterion.into(), ..least_squares });
         }
         let selection = Selection { answer: None, criterion, fixed, choices, curve: want_curve.then(Vec::new) };
         return Ok(SelectedFilter { kind, rule, selection });
@@ -209,7 +210,7 @@ fn figures(
     let at = lambda_star.unwrap_or(0.0);
     let sums = problem.sums(rule, at);
     Choice {
-        criterion,
+        criterion: criterion.into(),
         lambda_star,
         condition: problem.condition(rule, at),
         bias_norm: sums.bias.sqrt(),

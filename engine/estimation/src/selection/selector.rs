@@ -9,7 +9,7 @@ use super::search::{Place, Unavailable};
 use crate::{
     error::FitError,
     result::{Choice, LambdaCurvePoint, NeedsSigma, Warning},
-    spec::{Criterion, Parameter},
+    spec::{ChosenBy, Criterion, Parameter},
 };
 use flankfit_numerics::check::Faults;
 
@@ -63,6 +63,13 @@ pub(crate) struct Selection<A> {
     /// Least squares first.
     pub choices: Vec<Choice>,
     pub curve: Option<Vec<LambdaCurvePoint>>,
+}
+
+impl<A> Selection<A> {
+    /// Returns the origin of the parameter; `None` without regularisation.
+    pub(crate) fn chosen_by(&self) -> Option<ChosenBy> {
+        if self.fixed { Some(ChosenBy::Fixed) } else { self.criterion.map(ChosenBy::Criterion) }
+    }
 }
 
 /// Selects the parameter for `problem`.

@@ -22,7 +22,7 @@ pub enum Parameter {
 /// ```
 /// use flankfit_estimation::{
 ///     FitSpec, Nodes, fit,
-///     spec::{Criterion, Model, Parameter, Regularization},
+///     spec::{ChosenBy, Criterion, Model, Parameter, Regularization},
 /// };
 ///
 /// let t = |k: i32| f64::from(k) / 10.0 - 1.0;
@@ -45,7 +45,7 @@ pub enum Parameter {
 ///     let chosen = ridge(criterion)?.regularization.lambda_star;
 ///     let foreseen = table
 ///         .iter()
-///         .find(|choice| choice.criterion == Some(criterion))
+///         .find(|choice| choice.criterion == ChosenBy::Criterion(criterion))
 ///         .map(|choice| choice.lambda_star);
 ///     assert_eq!(foreseen, Some(chosen));
 /// }
@@ -61,6 +61,11 @@ pub enum Parameter {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(rename_all = "snake_case")
+)]
 pub enum Criterion {
     /// Least mean squared error of the coefficients, predicted from an estimate less its noise.
     MinMse,
@@ -76,6 +81,7 @@ pub enum Criterion {
     /// Ridge: (p−2)σ²/‖Â‖², the modified form of Hoerl, Kennard and Baldwin.
     Hkb,
     /// Ridge: pσ²/‖Â‖², as Hoerl, Kennard and Baldwin (1975) gave it.
+    #[cfg_attr(feature = "contract", serde(rename = "hkb_1975"))]
     Hkb1975,
     /// Ridge: (p−2)σ² λ̄/ΣλᵢÂᵢ², after Lawless and Wang.
     LawlessWang,
@@ -90,6 +96,65 @@ pub enum Criterion {
     BlockedCv,
     /// Least `RSS + 2σ² Σfᵢ`, Stein's unbiased estimate of the risk of the fitted heights.
     Sure,
+}
+
+/// Origin of a value of λ* or k, as results name it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize), serde(untagged))]
+pub enum ChosenBy {
+    /// A criterion chose it.
+    Criterion(Criterion),
+    /// The caller gave it.
+    #[cfg_attr(feature = "contract", serde(with = "fixed"))]
+    Fixed,
+    /// Not regularised, for comparison.
+    #[cfg_attr(feature = "contract", serde(with = "least_squares"))]
+    LeastSquares,
+}
+
+#[cfg(feature = "contract")]
+flankfit_numerics::constant!(fixed = "fixed");
+#[cfg(feature = "contract")]
+flankfit_numerics::constant!(least_squares = "least_squares");
+
+#[cfg(feature = "contract")]
+impl utoipa::PartialSchema for ChosenBy {
+    fn schema() -> utoipa::openapi::RefOr<utoipa::openapi::Schema> {
+        let all = Criterion::every().map(ChosenBy::Criterion).chain([ChosenBy::Fixed, ChosenBy::LeastSquares]);
+        let description =
+            "Criterion that chose λ* or k; `fixed`: the caller gave it; `least_squares`: not regularised.";
+        flankfit_numerics::contract::names(all.map(ChosenBy::name)).description(Some(description)).into()
+    }
+}
+
+#[cfg(feature = "contract")]
+impl utoipa::ToSchema for ChosenBy {}
+
+impl ChosenBy {
+    /// Returns the stable name.
+    pub fn name(self) -> &'static str {
+        match self {
+            ChosenBy::Criterion(criterion) => criterion.name(),
+            ChosenBy::Fixed => "fixed",
+            ChosenBy::LeastSquares => "least_squares",
+        }
+    }
+}
+
+impl From<Option<Criterion>> for ChosenBy {
+    /// Returns least squares for no criterion.
+    fn from(criterion: Option<Criterion>) -> Self {
+        criterion.map_or(ChosenBy::LeastSquares, ChosenBy::Criterion)
+    }
+}
+
+impl From<Parameter> for ChosenBy {
+    fn from(parameter: Parameter) -> Self {
+        match parameter {
+            Parameter::Criterion(criterion) => ChosenBy::Criterion(criterion),
+            Parameter::Fixed(_) => ChosenBy::Fixed,
+        }
+    }
 }
 
 impl Criterion {

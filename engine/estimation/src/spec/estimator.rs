@@ -101,7 +101,7 @@ pub const DEFAULT_COVERAGE: f64 = 0.75;
 /// ```
 /// use flankfit_estimation::{
 ///     FitSpec, Nodes, fit,
-///     spec::{Estimator, Loss, MEstimator, Model, Regularization, ScaleRule, Start},
+///     spec::{Estimator, Include, Loss, MEstimator, Model, Regularization, ScaleRule, Start},
 /// };
 ///
 /// // The location of numbers about 10, one of them far off.
@@ -112,13 +112,14 @@ pub const DEFAULT_COVERAGE: f64 = 0.75;
 /// let spec = FitSpec {
 ///     estimator: Estimator::M(tukey),
 ///     regularization: Regularization::None,
+///     include: Include { robust_weights: true, ..Include::default() },
 ///     ..FitSpec::new(Model::Linear)
 /// };
 /// let found = fit(&nodes, &spec)?;
 /// // Nodes beyond c = 4.685 scales have no weight.
 /// let robust = found.robust.expect("the estimator is a robust one");
 /// assert!(robust.converged);
-/// assert_eq!(robust.rejected, [5]);
+/// assert_eq!(robust.rejected, Some(vec![5]));
 /// assert!((found.coefficients[0].value - 10.0).abs() < 0.02);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

@@ -28,7 +28,7 @@ mod tikhonov;
 
 pub use constraint::{Constraint, ConstraintKind};
 pub use contamination::{Contamination, minimax_k};
-pub use criterion::{Criterion, Parameter};
+pub use criterion::{ChosenBy, Criterion, Parameter};
 #[cfg(feature = "contract")]
 pub use errors::ErrorModel;
 pub use errors::{Along, Correlation, Errors, Matern, Variance};

@@ -56,10 +56,15 @@ pub struct Representative {
 
 /// The stored fit that a piece is of; passed through to the report.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "contract",
+    serde_with_macros::skip_serializing_none,
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema)
+)]
 pub struct PieceOf {
-    /// Number of its iteration.
+    /// The iteration of the job that the piece is; absent where it was posted.
     pub iteration: Option<u32>,
-    /// The fit; the one that stands where it is not told.
+    /// The fit of it; the current one by default.
     pub fit_id: Option<String>,
 }
 

@@ -34,6 +34,12 @@ pub struct Student {
     peak: f64,
 }
 
+impl Default for Student {
+    fn default() -> Self {
+        Student::NORMAL
+    }
+}
+
 impl Student {
     /// The limit of infinitely many degrees of freedom.
     pub const NORMAL: Student = Student { freedom: f64::INFINITY, peak: 0.398_942_280_401_432_7 };

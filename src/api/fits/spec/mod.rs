@@ -1,6 +1,5 @@
 //! Fit requests: the engine's specification, the nodes, and the names of optional parts.
 
-pub mod criteria;
 pub mod include;
 pub mod json;
 pub mod nodes;

@@ -2,6 +2,7 @@
 //! [`crate::api::fits::nodes_text`], not by serde.
 
 use serde::Serialize;
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use crate::api::{fits::reader::nodes::RawNodes, json::request::request};
@@ -30,6 +31,7 @@ pub enum NodesBody {
 }
 
 /// One boundary curve y(x); abscissae in any order, repetitions are repeated measurements.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CurveNodes {
@@ -43,11 +45,11 @@ pub struct CurveNodes {
     #[schema(min_items = 1)]
     pub y: Vec<f64>,
     /// Multiplies the squared residual; 0 leaves the node out.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub weight: Option<Vec<f64>>,
 }
 
 /// One surface z(u, v) at arbitrary places.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ScatteredNodes {
@@ -64,11 +66,11 @@ pub struct ScatteredNodes {
     #[schema(min_items = 1)]
     pub z: Vec<f64>,
     /// Multiplies the squared residual; 0 leaves the node out.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub weight: Option<Vec<f64>>,
 }
 
 /// One surface on the crossings of two axes.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GridNodes {
@@ -85,14 +87,13 @@ pub struct GridNodes {
     #[schema(min_items = 1)]
     pub z: Vec<Vec<Option<f64>>>,
     /// `false` marks a missing node.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub valid: Option<Vec<Vec<bool>>>,
     /// Multiplies the squared residual; 0 leaves the node out.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub weight: Option<Vec<Vec<f64>>>,
 }
 
 /// The measurement matrix itself, row by row.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MatrixNodes {
@@ -106,10 +107,8 @@ pub struct MatrixNodes {
     #[schema(min_items = 1)]
     pub y: Vec<f64>,
     /// Names of the columns, all different.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub names: Option<Vec<String>>,
     /// Multiplies the squared residual; 0 leaves the row out.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub weight: Option<Vec<f64>>,
 }
 

@@ -1,6 +1,7 @@
 //! A fit request: nodes, specification and measurand.
 
 use serde::Serialize;
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use super::{include::IncludeName, nodes::PostedNodes};
@@ -25,6 +26,7 @@ pub struct FitRequest {
 }
 
 /// A fit request as a form (`multipart/form-data`).
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 pub struct FitForm {
     /// The fit request without `nodes`, as JSON.
@@ -35,7 +37,6 @@ pub struct FitForm {
     #[schema(value_type = String, format = Binary)]
     pub nodes: Vec<u8>,
     /// Mapping of the table.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub mapping: Option<MappingBody>,
 }
 

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 use uuid::Uuid;
 
@@ -25,6 +26,7 @@ use crate::{
 const MOST_CHANGE: f64 = 1e12;
 
 /// What was entered on the machine after a correction.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = AppliedRequest)]
@@ -33,12 +35,12 @@ pub struct AppliedRequestBody {
     /// was left alone. A setting that is not named was changed as the correction says.
     pub settings: BTreeMap<String, f64>,
     /// Kept with it, such as why the settings differ from the correction. May have line breaks.
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, min_length = 1, max_length = 4000)]
     pub note: Option<LongText>,
 }
 
 /// The changes that were entered on the machine: who entered them, and when.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = AppliedChanges)]
 pub struct AppliedChangesBody {
@@ -48,12 +50,10 @@ pub struct AppliedChangesBody {
     #[schema(value_type = String, format = DateTime)]
     pub created_at: Moment,
     /// Who entered them: the actor of the caller; absent where no key was asked for.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub by: Option<String>,
     /// Every setting of the correction, in its order.
     pub settings: Vec<AppliedChangeBody>,
     /// What was noted with them.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub note: Option<String>,
 }
 
@@ -73,6 +73,7 @@ pub struct AppliedChangeBody {
 }
 
 /// The result of a record of applied changes.
+#[skip_serializing_none]
 #[derive(Serialize, Deserialize)]
 struct AppliedResult {
     /// The record of the correction.
@@ -80,7 +81,6 @@ struct AppliedResult {
     /// The iteration that the correction is kept with.
     iteration: u32,
     settings: Vec<AppliedChangeBody>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     note: Option<String>,
 }
 

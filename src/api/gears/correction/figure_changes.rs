@@ -1,6 +1,7 @@
 //! Figures of a flank before a correction and after, with their errors.
 
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use flankfit_engine::gear::{
@@ -9,23 +10,19 @@ use flankfit_engine::gear::{
 };
 
 /// Figures as `figures` has them, each left out where the nodes do not tell it.
+#[skip_serializing_none]
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = FigureChanges)]
 pub struct FigureChangesBody {
     /// f_Hα.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub profile_slope: Option<FigureChangeBody>,
     /// f_Hβ.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub helix_slope: Option<FigureChangeBody>,
     /// C_α.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub profile_crowning: Option<FigureChangeBody>,
     /// C_β.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub helix_crowning: Option<FigureChangeBody>,
     /// 4 c_uv of the surface.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub twist: Option<FigureChangeBody>,
 }
 
@@ -49,17 +46,16 @@ pub struct FigureChangeBody {
 }
 
 /// A figure with the error that the residuals of its own surface say.
+#[skip_serializing_none]
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = EstimatedFigure)]
 pub struct EstimatedFigureBody {
     /// In µm.
     pub value_um: f64,
     /// In µm; left out without degrees of freedom.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub std_error_um: Option<f64>,
     /// `[low, high]` of the true figure in µm, Student's at 0.95; left out without degrees of
     /// freedom.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 2, max_items = 2)]
     pub interval_um: Option<[f64; 2]>,
 }

@@ -1,6 +1,7 @@
 //! Figures of the flanks before a correction, as wanted and as predicted, against their limits.
 
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use crate::api::{gears::evaluation::conformity::DecisionName, params::Params, warning::WarningBody};
@@ -17,12 +18,11 @@ use flankfit_engine::{
 };
 
 /// Figures of each flank that was measured.
+#[skip_serializing_none]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = SidedCorrectionFigures)]
 pub struct SidedFiguresBody {
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub left: Option<TargetFiguresBody>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub right: Option<TargetFiguresBody>,
 }
 
@@ -30,27 +30,24 @@ pub struct SidedFiguresBody {
 /// lengths: those of the iteration's chosen fit, of a gear the means over the fits of the teeth.
 /// Those that a fit does not have are by least squares over the nodes of a weight above 0; one that
 /// the nodes do not determine is left out.
+#[skip_serializing_none]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = CorrectionTargetFigures)]
 pub struct TargetFiguresBody {
     /// f_Hα: positive where material grows from root to tip.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub profile_slope_um: Option<TargetFigureBody>,
     /// f_Hβ, by DIN: positive towards the right hand.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub helix_slope_um: Option<TargetFigureBody>,
     /// C_α.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub profile_crowning_um: Option<TargetFigureBody>,
     /// C_β.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub helix_crowning_um: Option<TargetFigureBody>,
     /// 4 c_uv of the surface, with the sign of f_Hβ.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub twist_um: Option<TargetFigureBody>,
 }
 
 /// A figure before the correction, as wanted and as predicted, in µm.
+#[skip_serializing_none]
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = CorrectionTargetFigure)]
 pub struct TargetFigureBody {
@@ -63,18 +60,14 @@ pub struct TargetFigureBody {
     pub predicted: f64,
     /// Of `before` and `predicted` alike: that of the fit, of a gear by noise and scatter of the
     /// teeth; left out without degrees of freedom.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub std_error: Option<f64>,
     /// What the job requires, `[low, high]`, in the direction of the figures; of slopes else by the
     /// class. Left out where it requires nothing.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 2, max_items = 2)]
     pub limits: Option<[f64; 2]>,
     /// As of any figure, with a guard band by the standard error.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub conformity_before: Option<DecisionName>,
     /// Likewise of the predicted figure.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub conformity_predicted: Option<DecisionName>,
 }
 

@@ -1,6 +1,7 @@
 //! What a correction of one flank does to the other one.
 
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use super::{
@@ -22,19 +23,17 @@ use flankfit_engine::gear::{
 };
 
 /// The flank beside the corrected one, as the settings that both have in common change it.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = OtherFlank)]
 pub struct OtherFlankBody {
     pub flank: SideName,
     /// Its newest iteration; left out where it was not measured.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub iteration: Option<u32>,
     /// Its figures before and as predicted, with the limits that the job requires; the target is
     /// the job's.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub figures: Option<TargetFiguresBody>,
     /// Why there are no figures.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub not_predicted: Option<String>,
 }
 

@@ -3,6 +3,7 @@
 use std::{collections::BTreeMap, ops::Range};
 
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use super::{
@@ -104,23 +105,20 @@ request! {
 }
 
 /// How a setting may be changed, in its unit.
+#[skip_serializing_none]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = SettingLimits)]
 pub struct LimitsBody {
     /// Least change, usually below 0.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub min: Option<f64>,
     /// Greatest change.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub max: Option<f64>,
     /// Step of the control: the change is a multiple of it, and predicted figures are those of the
     /// rounded changes.
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(exclusive_minimum = 0)]
     pub increment: Option<f64>,
     /// Whether the setting stays as it is; without the others then.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub fixed: Option<bool>,
 }
 

@@ -1,6 +1,7 @@
 //! Changes of machine settings, and whether the machine answered as predicted.
 
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 use uuid::Uuid;
 
@@ -18,42 +19,36 @@ use super::{
 use crate::api::{
     built::Built,
     faults::{Faults, is_within, pointer_of},
-    fits::{
-        answer::{result::FitResultBody, text},
-        canonical,
-    },
+    fits::{answer::FitResultBody, canonical},
     gears::{
         deviations::registration::IndistinguishableBody,
         evaluation::request::{DirectionName, ReferenceName},
         figure_limits,
         requirements::RequirementsBody,
     },
-    json::{location::escape, writer::Json},
+    json::{gather::gathered, location::escape, writer::whole},
     measurand::side::SideName,
     problem::{Problem, ProblemCode},
     warning::WarningBody,
 };
 use flankfit_engine::{
-    estimation::{FitError, spec::Include},
+    estimation::FitError,
     gear::correction::{Change, Correction, Flank, LeftAlone, Limit, Predicted, SettingsUsed, Solution, Trust},
     numerics::check,
 };
 
 /// What is to be changed, and what is expected of it.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Correction)]
-pub struct CorrectionBody {
+pub struct CorrectionBody<'a> {
     /// UUIDv7 of the record that it is kept as; in the answer to the request that made it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub id: Option<Uuid>,
     /// Numbers of the iterations whose nodes it is made for; left out where there is no iteration.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub iterations: Option<Vec<u32>>,
     /// The flanks that they are of, the left one first; left out where no iteration says it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub flanks: Option<Vec<SideName>>,
     /// Of a gear: the teeth of each flank, and how much they differ.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub teeth: Option<SidedTeethBody>,
     /// What was aimed at.
     pub target: AimBody,
@@ -63,49 +58,40 @@ pub struct CorrectionBody {
     /// Which settings were changed.
     pub settings_used: SettingsUsedName,
     /// The share of their limits within which figures need no correction; left out with `all`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub keep_within: Option<f64>,
     /// In the order of the request, or of the machine.
     pub settings: Vec<SettingChangeBody>,
     /// Figures of the flank before, as wanted and as predicted, against the limits that the job
     /// requires; left out with a `matrix` and where the nodes do not tell them.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub figures: Option<SidedFiguresBody>,
     /// What the changes do to the other flank; of the correction of an iteration by a machine.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub other_flank: Option<OtherFlankBody>,
     /// Direction in which the figures count. Present with a machine, like the next three.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub direction: Option<DirectionName>,
     /// Length that slopes refer to.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reference: Option<ReferenceName>,
     /// Length that profile slopes are over.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub profile_reference_length_mm: Option<f64>,
     /// Length that helix slopes are over.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub helix_reference_length_mm: Option<f64>,
     /// Settings whose effects nearly cancel on these nodes.
     pub indistinguishable: Vec<IndistinguishableBody>,
     pub predicted: PredictedBody,
     /// How λ* came about; left out where the request says how to regularise.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub trust: Option<TrustBody>,
     /// The fit of all settings that may be changed, without limits, as `POST /v1/fits` answers it:
     /// the sensitivity matrix is the measurement matrix, the wanted change of each deviation the
     /// height. Present when `result` was included.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub result: Option<FitResultBody>,
+    pub result: Option<FitResultBody<'a>>,
     /// The fit of the settings that stay free, where some are at their limits. Present when
     /// `result` was included.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub limited_result: Option<FitResultBody>,
+    pub limited_result: Option<FitResultBody<'a>>,
     /// What to know about the answer; empty where there is nothing to say.
     pub warnings: Vec<WarningBody>,
 }
 
 /// What becomes of a setting.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = SettingChange)]
 pub struct SettingChangeBody {
@@ -117,25 +103,20 @@ pub struct SettingChangeBody {
     /// To be added to the setting.
     pub change: f64,
     /// What it would be without increments; left out without one. Errors are of this.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unrounded: Option<f64>,
     /// What is asked for without limits; left out where it is the same.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unlimited: Option<f64>,
     /// Of noise and errors of the sensitivity (`response_uncertainty`) together: how far the change
     /// lies from what this regularised correction is on average, once in three times further. What
     /// regularisation takes away on average is not in it but in `bias_bound`: what is wanted lies
     /// within the sum of both two times in three or more, where its norm is within that of the
     /// bound (docs/explanation/mathematics.md). Left out at a limit and without degrees of freedom.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub std_error: Option<f64>,
     /// The part of errors of the sensitivity in it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub response_std_error: Option<f64>,
     /// Sharp bound on what regularisation takes away, if the changes that are wanted have at most
     /// the norm `result.bias.coefficient_norm_limit` (its source stands beside it); where that is
     /// `limits`, no more than the way from the change to its farther limit. Left out at a limit.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bias_bound: Option<f64>,
     /// Whether it stands at a limit.
     pub limited: bool,
@@ -144,7 +125,6 @@ pub struct SettingChangeBody {
     /// Whether it was to stay as it is.
     pub fixed: bool,
     /// Why it is left alone; left out where it is changed, fixed or undetermined.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub left: Option<LeftName>,
     /// Whether the deviations say nothing about the setting (see `absolute`), or nothing that other
     /// settings do not explain as well, as of a twist where one profile and one helix cross. It
@@ -165,6 +145,7 @@ pub enum LeftName {
 
 /// The flank after the correction, if the machine answers as the sensitivity says. Of the nodes
 /// that take part.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = PredictedFlank)]
 pub struct PredictedBody {
@@ -178,15 +159,14 @@ pub struct PredictedBody {
     pub max_before_um: f64,
     /// Of every node in the order posted; `null` where undefined. Present when `nodes` was
     /// included.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub deviation_um: Option<Vec<Option<f64>>>,
     /// Standard uncertainty of the change at each node that the uncertainty of the sensitivity
     /// leaves. Present when `nodes` was included.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub uncertainty_um: Option<Vec<Option<f64>>>,
 }
 
 /// How far the sensitivity is trusted, in columns of unit length.
+#[skip_serializing_none]
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = SensitivityTrust)]
 pub struct TrustBody {
@@ -195,7 +175,6 @@ pub struct TrustBody {
     /// The share that the uncertainty of the sensitivity has in it.
     pub from_response: f64,
     /// The share of the noise; left out where it is not known.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub from_noise: Option<f64>,
     /// How many directions have smaller eigenvalues.
     pub damped: usize,
@@ -230,7 +209,7 @@ pub fn build(text: &[u8], subject: &Subject<'_>) -> Result<(Built, CorrectionInc
         warnings.extend(teeth::warnings(&nodes));
     }
     let asked = Asked { correction: &correction, aim, flank, about, warnings };
-    let result = write(&solution, asked, &canonical::request_sha256(text), include.fit)?;
+    let result = write(&solution, asked, &canonical::request_sha256(text))?;
     Ok((Built { method: nodes.method.to_owned(), result }, include))
 }
 
@@ -300,61 +279,49 @@ impl About {
     }
 }
 
-/// The whole of it as JSON, `nodes` and `result` too; `digest` is that of the request, `include`
-/// that of the fits.
-pub fn write(solution: &Solution, asked: Asked<'_>, digest: &str, include: Include) -> Result<Vec<u8>, Problem> {
+/// Returns the whole of it as JSON, `nodes` and `result` too; `digest` is that of the request.
+pub fn write(solution: &Solution, asked: Asked<'_>, digest: &str) -> Result<Vec<u8>, Problem> {
     let Asked { correction, aim, flank, about, warnings: more } = asked;
     let About { iterations, flanks, teeth, other_flank } = about;
     let spec = correction.asked();
     let Solution { settings, indistinguishable, predicted, trust, fit, limited_fit, warnings, leverage: _, noise: _ } =
         solution;
     let change: Vec<f64> = settings.iter().map(|setting| setting.change).collect();
-    let sided = (!spec.figures.is_empty()).then(|| SidedFiguresBody::new(&spec.figures, &change));
-    let (used, keep_within) = match spec.used {
+    let (settings_used, keep_within) = match spec.used {
         SettingsUsed::All => (SettingsUsedName::All, None),
         SettingsUsed::Needed { keep_within } => (SettingsUsedName::Needed, Some(keep_within)),
     };
-    let settings: Vec<SettingChangeBody> = settings.iter().map(SettingChangeBody::from).collect();
-    let apart: Vec<IndistinguishableBody> = indistinguishable
-        .iter()
-        .map(|group| IndistinguishableBody {
-            names: group.names.clone(),
-            condition_index: group.condition_index,
-            sentence: group.sentence.clone(),
-        })
-        .collect();
-    let warnings: Vec<WarningBody> = warnings.iter().map(WarningBody::from).chain(more).collect();
-    let text = |result| {
-        let text = text::write(result, None, digest, include).map_err(Problem::internal)?;
-        String::from_utf8(text).map_err(Problem::internal)
+    let indistinguishable = indistinguishable.iter().map(|group| IndistinguishableBody {
+        names: group.names.clone(),
+        condition_index: group.condition_index,
+        sentence: group.sentence.clone(),
+    });
+    let [profile_reference_length_mm, helix_reference_length_mm] =
+        flank.map(|flank| flank.references().map(Some)).unwrap_or_default();
+    let body = CorrectionBody {
+        id: None,
+        iterations: (!iterations.is_empty()).then_some(iterations),
+        flanks: (!flanks.is_empty()).then_some(flanks),
+        teeth,
+        target: AimBody { kind: aim, deviation_um: spec.target.clone() },
+        absolute: spec.absolute,
+        settings_used,
+        keep_within,
+        settings: settings.iter().map(SettingChangeBody::from).collect(),
+        figures: (!spec.figures.is_empty()).then(|| SidedFiguresBody::new(&spec.figures, &change)),
+        other_flank,
+        direction: flank.map(|flank| flank.terms.direction.into()),
+        reference: flank.map(|flank| flank.terms.reference.into()),
+        profile_reference_length_mm,
+        helix_reference_length_mm,
+        indistinguishable: indistinguishable.collect(),
+        predicted: predicted.into(),
+        trust: trust.map(TrustBody::from),
+        result: Some(FitResultBody::new(fit, None, digest.to_owned())),
+        limited_result: limited_fit.as_ref().map(|fit| FitResultBody::new(fit, None, digest.to_owned())),
+        warnings: warnings.iter().map(WarningBody::from).chain(more).collect(),
     };
-    let mut json = Json::with_capacity(8192 + 48 * predicted.deviation.len());
-    let mut object = json.object();
-    object
-        .maybe("iterations", (!iterations.is_empty()).then_some(iterations))
-        .maybe("flanks", (!flanks.is_empty()).then_some(flanks))
-        .maybe("teeth", teeth)
-        .field("target", &AimBody { kind: aim, deviation_um: spec.target.clone() })
-        .field("absolute", &spec.absolute)
-        .field("settings_used", &used)
-        .maybe("keep_within", keep_within)
-        .field("settings", &settings)
-        .maybe("figures", sided)
-        .maybe("other_flank", other_flank)
-        .maybe("direction", flank.map(|flank| DirectionName::from(flank.terms.direction)))
-        .maybe("reference", flank.map(|flank| ReferenceName::from(flank.terms.reference)))
-        .maybe("profile_reference_length_mm", flank.map(|flank| flank.references()[0]))
-        .maybe("helix_reference_length_mm", flank.map(|flank| flank.references()[1]))
-        .field("indistinguishable", &apart)
-        .field("predicted", &PredictedBody::from(predicted))
-        .maybe("trust", trust.map(TrustBody::from))
-        .raw("result", &text(fit)?);
-    if let Some(limited) = limited_fit {
-        object.raw("limited_result", &text(limited)?);
-    }
-    object.field("warnings", &warnings);
-    object.end();
-    json.finish_gathered().map_err(Problem::not_finite)
+    whole(&body).map(gathered).map_err(Problem::not_finite)
 }
 
 impl From<&Change> for SettingChangeBody {

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use serde_json::value::RawValue;
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 use uuid::Uuid;
 
@@ -38,6 +39,7 @@ use flankfit_engine::{
 };
 
 /// A correction and its answer.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = KeptCorrection)]
 pub struct StoredCorrectionBody {
@@ -50,38 +52,33 @@ pub struct StoredCorrectionBody {
     pub created_at: Moment,
     /// The gear that the job had then, of which `result` and `answer` are; left out where it had
     /// none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gear: Option<GearBody>,
     /// As it was posted; what it says node by node when `nodes` was included.
     #[schema(value_type = Object)]
     pub request: serde_json::Value,
-    pub result: CorrectionBody,
+    pub result: CorrectionBody<'static>,
     /// What was entered on the machine, where it was said; the newest entry. `answer` is compared
     /// with these changes then, and with those of `result` otherwise.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub applied: Option<AppliedChangesBody>,
     /// What the next iteration of the same flank and tooth measured; left out before there is one.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub answer: Option<MachineAnswerBody>,
     /// Why the next iteration cannot be compared.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub not_compared: Option<String>,
     /// Whether teeth were numbered otherwise after the correction; there where pitches are kept
     /// with an iteration before it and with one after it. The newest of each are taken.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tooth_shift: Option<ToothShiftBody>,
     /// What `result` and its parts warn of, each with `at`.
     pub warnings: Vec<WarningBody>,
 }
 
 /// Predicted beside measured, over the nodes that are defined before, predicted and after.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = MachineAnswer)]
 pub struct MachineAnswerBody {
     /// Number of the iteration that measured it; of a gear the last of `iterations`.
     pub iteration: u32,
     /// Of a gear: the iterations of the round after the correction, whose mean is compared.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub iterations: Option<Vec<u32>>,
     /// How many nodes were compared.
     pub nodes: usize,
@@ -101,16 +98,13 @@ pub struct MachineAnswerBody {
     /// How much of the predicted change came, without what the noise of the first measurement puts
     /// into it through the correction; left out where it is not distinguishable from none at all
     /// (standard error above 0.3).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub response_ratio: Option<f64>,
     /// Of the noise of both measurements, and of errors of the sensitivity that its settings have
     /// as a whole.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub response_ratio_std_error: Option<f64>,
     /// `[low, high]` of the share that came, at 0.95 by that standard error (Student's t where the
     /// noise was estimated). It is rather too wide: it held in 0.97 and more of simulated
     /// corrections (docs/explanation/intervals.md).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 2, max_items = 2)]
     pub response_ratio_interval: Option<[f64; 2]>,
     /// Of measured minus predicted against noise and all that errors of the sensitivity explain,
@@ -122,28 +116,23 @@ pub struct MachineAnswerBody {
     /// The verdict in words.
     pub sentence: String,
     /// Of every node; `null` where undefined. Present when `nodes` was included.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub predicted_um: Option<Vec<Option<f64>>>,
     /// Of every node; `null` where undefined. Present when `nodes` was included.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub measured_um: Option<Vec<Option<f64>>>,
     /// Figures before, predicted and measured with their errors, and how much they changed; left
     /// out where the nodes do not tell them.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub figure_changes: Option<FigureChangesBody>,
     /// Of a gear: the figures of each flank that was measured again, in place of `figure_changes`.
     /// Their errors hold the scatter of the teeth.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub flanks: Option<SidedChangesBody>,
 }
 
 /// Changes of the figures of each flank.
+#[skip_serializing_none]
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = SidedFigureChanges)]
 pub struct SidedChangesBody {
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub left: Option<FigureChangesBody>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub right: Option<FigureChangesBody>,
 }
 
@@ -179,22 +168,18 @@ impl From<Verdict> for VerdictName {
     }
 }
 
+#[skip_serializing_none]
 #[derive(Serialize)]
 struct Written<'a> {
     id: Uuid,
     method: &'a str,
     created_at: Moment,
-    #[serde(skip_serializing_if = "Option::is_none")]
     gear: Option<Box<RawValue>>,
     request: Box<RawValue>,
     result: Box<RawValue>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     applied: Option<AppliedChangesBody>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     answer: Option<MachineAnswerBody>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     not_compared: Option<String>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     tooth_shift: Option<ToothShiftBody>,
     warnings: [(); 0],
 }

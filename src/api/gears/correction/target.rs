@@ -6,6 +6,7 @@ use serde::{
     Deserialize, Deserializer, Serialize,
     de::{self, MapAccess, Visitor, value::MapAccessDeserializer},
 };
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use crate::api::{
@@ -85,13 +86,13 @@ impl<'de> Deserialize<'de> for TargetBody {
 }
 
 /// What the correction aimed at.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = CorrectionAim)]
 pub struct AimBody {
     pub kind: AimName,
     /// The deviation that is wanted at each node in the order posted; left out with `nominal`, 0
     /// everywhere. Present when `nodes` was included.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub deviation_um: Option<Vec<f64>>,
 }
 

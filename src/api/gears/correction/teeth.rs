@@ -1,6 +1,7 @@
 //! The teeth that a correction of the gear was made for.
 
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use super::blocks::{Block, Blocks};
@@ -11,16 +12,16 @@ use crate::{
 use flankfit_engine::gear::Side;
 
 /// The teeth of each flank that was measured.
+#[skip_serializing_none]
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = SidedTeeth)]
 pub struct SidedTeethBody {
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub left: Option<TeethBody>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub right: Option<TeethBody>,
 }
 
 /// The teeth whose mean a flank was corrected by.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = CorrectedTeeth)]
 pub struct TeethBody {
@@ -32,12 +33,10 @@ pub struct TeethBody {
     /// s, the standard deviation between teeth at a node (root mean square over the nodes), about
     /// the teeth's means where the deviations have no datum. It holds the noise of the measurement.
     /// Left out of one tooth.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub spread_um: Option<f64>,
     /// Standard error of the mean at a node: the root of max(s², v)/t, with v the mean variance of
     /// the residuals of the teeth's surfaces of second order and t the number of teeth. Left out
     /// where neither is known.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub std_error_um: Option<f64>,
 }
 

@@ -1,6 +1,7 @@
 //! Nodes of a nominal or modified flank.
 
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use super::modification::{self, ModificationBody, ModificationRangeBody};
@@ -18,6 +19,7 @@ use flankfit_engine::{
 };
 
 /// Which nodes of which flank.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = FlankRequest)]
@@ -30,16 +32,15 @@ pub struct FlankRequestBody {
     /// Superposed.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub modifications: Vec<ModificationBody>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub modification_range: Option<ModificationRangeBody>,
     /// 1 (the default) is the tooth at the top; numbers go clockwise as the viewer sees them.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 1)]
     pub tooth: Option<u32>,
 }
 
 /// Nodes, a row for each profile value and in it one for each z. Normals are those of the modified
 /// flank.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = FlankNodes)]
 pub struct FlankBody {
@@ -54,7 +55,6 @@ pub struct FlankBody {
     /// Of each column.
     pub z_mm: Vec<f64>,
     /// Material removed at each node, where there are modifications.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub relief_um: Option<Vec<Vec<f64>>>,
     /// What to know about the answer; empty where there is nothing to say.
     pub warnings: Vec<NoticeBody>,
@@ -125,7 +125,7 @@ pub fn answer(text: &[u8], room: Room) -> Result<Vec<u8>, Problem> {
         .numbers("z_mm", &grid.positions);
     if let Some(modifications) = &modifications {
         let relief = |roll: &f64| grid.positions.iter().map(|z| modifications.relief(side, *roll, *z).value).collect();
-        object.rows("relief_um", &grid.roll_lengths.iter().map(relief).collect::<Vec<Vec<f64>>>());
+        object.field("relief_um", &grid.roll_lengths.iter().map(relief).collect::<Vec<Vec<f64>>>());
     }
     let warnings: Vec<NoticeBody> =
         grid.warnings.iter().map(|warning| NoticeBody::new(warning.code(), warning)).collect();

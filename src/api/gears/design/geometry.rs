@@ -1,6 +1,7 @@
 //! What follows from a gear's data.
 
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use crate::api::{
@@ -23,6 +24,7 @@ pub struct GeometryRequestBody {
 
 /// Derived quantities (ISO 21771). Diameters and thicknesses are positive, on internal gears too;
 /// what a gear has not got is left out.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = GearGeometry)]
 pub struct GeometryBody {
@@ -37,21 +39,18 @@ pub struct GeometryBody {
     /// As given, or as the tool's addendum says.
     pub root_diameter_mm: f64,
     /// What the rack tool cuts.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub generated_root_diameter_mm: Option<f64>,
     /// Where the involute really starts: the end of fillet or undercut.
     pub form_diameter_mm: f64,
     /// Where it ends: the tip, or the point of a pointed tooth.
     pub tip_form_diameter_mm: f64,
     /// Where the flanks of a tooth would meet.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pointed_diameter_mm: Option<f64>,
     /// Roll length at the form diameter, where the involute ends towards the root.
     pub form_roll_length_mm: f64,
     /// Roll length at the tip form diameter, where the involute ends towards the tip.
     pub tip_form_roll_length_mm: f64,
     /// The part of the flank that is involute and really there; left out where none is.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub usable_profile: Option<UsableProfileBody>,
     /// m_t = m_n / cos β.
     pub transverse_module_mm: f64,
@@ -66,10 +65,8 @@ pub struct GeometryBody {
     /// p_n = π m_n.
     pub normal_pitch_mm: f64,
     /// p_x; left out for spur gears, which have none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub axial_pitch_mm: Option<f64>,
     /// Height of one turn of the helix.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lead_mm: Option<f64>,
     /// p_bt, on the base circle.
     pub transverse_base_pitch_mm: f64,
@@ -96,13 +93,10 @@ pub struct GeometryBody {
     /// z_n, teeth of the spur gear that a helical gear resembles in its normal section.
     pub virtual_teeth: f64,
     /// The smallest profile shift without undercut by the rack tool.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub least_profile_shift_coefficient: Option<f64>,
     /// Whether the tool cuts into the involute near the root.
     pub undercut: bool,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub span: Option<SpanBody>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub balls: Option<BallsBody>,
     /// What to know about the gear: undercut, a pointed tip and the like; empty where there is
     /// nothing to say.

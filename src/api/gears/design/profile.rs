@@ -1,6 +1,7 @@
 //! The transverse section of teeth, and what a tool of any profile envelops.
 
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use super::{flank::TEXT_OF_NUMBER, geometry};
@@ -21,15 +22,14 @@ use flankfit_engine::gear::{
 };
 
 /// A gear, and how finely its section is wanted.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = GearProfileRequest)]
 pub struct ProfileRequestBody {
     pub gear: GearBody,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub steps: Option<StepsBody>,
     /// Whether the section of the whole gear is answered too. Default false.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub whole_gear: Option<bool>,
 }
 
@@ -60,6 +60,7 @@ impl Default for StepsBody {
 }
 
 /// Closed polygons, counterclockwise, the first point not once more; mm.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = GearProfile)]
 pub struct ProfileAnswerBody {
@@ -68,13 +69,13 @@ pub struct ProfileAnswerBody {
     /// Its left flank from the root circle to the tip.
     pub left_flank: Vec<[f64; 2]>,
     /// All teeth; of an internal gear the border of the hole.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub whole_gear: Option<Vec<[f64; 2]>>,
     /// As `POST /v1/gears/geometry` has them: undercut, a pointed tip, an assumed tool.
     pub warnings: Vec<NoticeBody>,
 }
 
 /// A tool's profile and how it rolls with the gear.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = EnvelopeRequest)]
@@ -85,7 +86,6 @@ pub struct EnvelopeRequestBody {
     #[schema(min_items = 2, max_items = 2)]
     pub radius_range_mm: [f64; 2],
     /// Ascending: where the flank that is left is answered.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(max_items = 10000)]
     pub radii_mm: Option<Vec<f64>>,
 }
@@ -94,6 +94,7 @@ pub struct EnvelopeRequestBody {
 /// tooth at the top, mm. Of a rack: along the pitch line from the middle of the gear's tooth (so
 /// that the tool lies at negative values), and outwards from the pitch line. Of a pinion: x and y
 /// from its own centre, the gear's tooth below it (−y), of an internal gear above it.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = ToolProfile)]
@@ -102,10 +103,8 @@ pub struct ToolProfileBody {
     #[schema(value_type = Vec<Pair>)]
     pub points: Vec<[f64; 2]>,
     /// What goes through the points. Default `polyline`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub through: Option<ThroughName>,
     /// Into how many steps each interval goes. Default 20.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 1)]
     pub steps: Option<usize>,
 }
@@ -144,6 +143,7 @@ pub enum ToolMotionBody {
 }
 
 /// What the tool touches, and the flank that it leaves.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = ToolEnvelope)]
 pub struct EnvelopeBody {
@@ -152,7 +152,6 @@ pub struct EnvelopeBody {
     pub branches: Vec<Vec<[f64; 2]>>,
     /// Of each radius asked for: half the angle of the tooth that is left; `null` where nothing of
     /// the tool passes.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub half_angle_deg: Option<Vec<Option<f64>>>,
 }
 

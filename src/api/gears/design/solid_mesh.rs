@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use jiff::Timestamp;
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use crate::api::{
@@ -19,6 +20,7 @@ use flankfit_engine::{
 };
 
 /// A gear, and how its solid is meshed.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = SolidMeshRequest)]
@@ -27,22 +29,17 @@ pub struct SolidMeshRequestBody {
     pub gear: GearBody,
     pub format: SolidFormatName,
     /// Default `linear`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub order: Option<ElementOrderName>,
     /// Teeth side by side with the rim beneath them; all of the gear's make a ring without cuts.
     /// Default 1.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 1)]
     pub teeth: Option<u32>,
     /// Where the rim ends: the bore, of an internal gear the outer diameter. Default one and a half
     /// tooth depths from the root circle.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(exclusive_minimum = 0)]
     pub rim_diameter_mm: Option<f64>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub elements: Option<SolidElementsBody>,
     /// What the file calls the gear. Default `gear`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
     pub name: Option<ShortText>,
 }

@@ -6,6 +6,7 @@ use serde::{
     Deserialize, Deserializer, Serialize,
     de::{self, Visitor},
 };
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use crate::api::{
@@ -66,6 +67,7 @@ pub struct TolerancesBody {
 }
 
 /// µm. Those of the helix are left out where the gear has no face width.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = ToleranceValues)]
 pub struct ToleranceValuesBody {
@@ -82,13 +84,10 @@ pub struct ToleranceValuesBody {
     /// F_α, total profile deviation.
     pub profile_total_um: f64,
     /// f_Hβ, helix slope deviation. Left out where the gear has no face width.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub helix_slope_um: Option<f64>,
     /// f_fβ, helix form deviation. Left out where the gear has no face width.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub helix_form_um: Option<f64>,
     /// F_β, total helix deviation. Left out where the gear has no face width.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub helix_total_um: Option<f64>,
 }
 

@@ -1,6 +1,7 @@
 //! Deviations of measured points from the nominal flanks, and how the part lies.
 
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use super::{
@@ -20,7 +21,7 @@ use crate::{
             of_iteration::{ToothOf, refuse_others, tooth_number},
             plausibility::{implausible_grid, implausible_points},
         },
-        json::writer::{Json, Object},
+        json::{gather::gathered, writer::whole},
         measurand::side::SideName,
         problem::{Problem, Room},
     },
@@ -28,14 +29,15 @@ use crate::{
 };
 use flankfit_engine::gear::{
     Gear, Side,
-    deviation::{self, Deviations, Node, Reference, Relief},
+    deviation::{self, Deviations, NoFoot, Node, Reference, Relief},
     registration::{Registering, Start, register, register_from, start},
 };
 
 /// Deviations, everything in the order of the points; `null` stands for an undefined one.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = GearDeviations)]
-pub struct DeviationsBody {
+pub struct DeviationsBody<'a> {
     pub direction: DirectionName,
     /// Positive where material stands out. After a registration: of the part carried back.
     pub deviation_um: Vec<Option<f64>>,
@@ -59,23 +61,18 @@ pub struct DeviationsBody {
     /// Defined, but outside the borders.
     pub trimmed: usize,
     /// Of those that take part; left out where there is none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rms_um: Option<f64>,
     /// The least deviation of those that take part; left out where there is none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub least_um: Option<f64>,
     /// The greatest deviation of those that take part; left out where there is none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub greatest_um: Option<f64>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub borders: Option<BordersBody>,
     /// Points that belong to no flank, where these count as undefined.
     pub strays: Vec<StrayBody>,
     /// What had to be assumed, about an imported file above all.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<NoticeBody>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub registration: Option<RegistrationBody>,
+    pub registration: Option<RegistrationBody<'a>>,
 }
 
 /// A point without a flank.
@@ -144,24 +141,19 @@ pub fn build(text: &[u8], own: Option<&Gear>, of: Option<&Measurand>, room: Room
     if let Some(of) = of {
         refuse_other_nodes(of, &checked, lying).map_err(Problem::invalid)?;
     }
-    let mut json = Json::with_capacity(1024 + 160 * lying.nodes.len());
-    let mut object = json.object();
-    write(&mut object, gear, lying, checked.borders);
-    if let Some(found) = &found {
-        let found = registration::text(found, &canonical::request_sha256(text), checked.spec.include)?;
-        object.raw("registration", &found);
-    }
     let counted: Vec<f64> = lying.nodes.iter().filter(|node| node.counts()).map(|node| node.deviation).collect();
     let implausible = match &checked.given {
         Given::Points { .. } => implausible_points(&counted, gear),
         Given::Grid(_) => implausible_grid(&counted, gear),
     };
-    let warnings: Vec<&NoticeBody> = checked.hand_assumed.iter().chain(&implausible).collect();
-    if !warnings.is_empty() {
-        object.field("warnings", &warnings);
-    }
-    object.end();
-    let result = json.finish_gathered().map_err(Problem::not_finite)?;
+    let digest = canonical::request_sha256(text);
+    let body = DeviationsBody {
+        borders: checked.borders,
+        registration: found.as_ref().map(|found| RegistrationBody::new(found, &digest)),
+        warnings: checked.hand_assumed.into_iter().chain(implausible).collect(),
+        ..DeviationsBody::new(gear, lying)
+    };
+    let result = whole(&body).map(gathered).map_err(Problem::not_finite)?;
     Ok(Built { method: method.to_owned(), result })
 }
 
@@ -190,42 +182,39 @@ fn refuse_other_nodes(of: &Measurand, checked: &CheckedDeviations, deviations: &
     refuse_others(of, flanks, places)
 }
 
-/// What was imported, as a record keeps it.
+/// Returns what was imported, as a record keeps it.
 pub fn imported(gear: &Gear, deviations: &Deviations, warnings: &[NoticeBody]) -> Result<Built, Problem> {
-    let mut json = Json::with_capacity(1024 + 160 * deviations.nodes.len());
-    let mut object = json.object();
-    write(&mut object, gear, deviations, None);
-    if !warnings.is_empty() {
-        object.field("warnings", &warnings);
-    }
-    object.end();
-    Ok(Built { method: "import".to_owned(), result: json.finish().map_err(Problem::not_finite)? })
+    let body = DeviationsBody { warnings: warnings.to_vec(), ..DeviationsBody::new(gear, deviations) };
+    Ok(Built { method: "import".to_owned(), result: whole(&body).map_err(Problem::not_finite)? })
 }
 
-fn write(object: &mut Object<'_>, gear: &Gear, deviations: &Deviations, borders: Option<BordersBody>) {
-    let nodes = &deviations.nodes;
-    let numbers = |of: &dyn Fn(&Node) -> f64| {
-        nodes.iter().map(|node| Some(of(node)).filter(|x| x.is_finite())).collect::<Vec<Option<f64>>>()
-    };
-    let direction = DirectionName::from(deviations.direction);
-    let counted = || nodes.iter().filter(|node| node.counts()).map(|node| node.deviation);
-    object
-        .field("direction", &direction)
-        .field("deviation_um", &numbers(&|node| node.deviation))
-        .field("roll_length_mm", &numbers(&|node| node.roll_length))
-        .field("diameter_mm", &numbers(&|node| node.diameter(gear)))
-        .field("z_mm", &numbers(&|node| node.z))
-        .field("tooth", &nodes.iter().map(|node| node.tooth).collect::<Vec<u32>>())
-        .field("flank", &nodes.iter().map(|node| SideName::from(node.side)).collect::<Vec<_>>())
-        .field("counts", &nodes.iter().map(Node::counts).collect::<Vec<bool>>())
-        .count("count", deviations.counted())
-        .count("undefined", deviations.undefined())
-        .count("trimmed", deviations.trimmed())
-        .maybe("rms_um", deviations.rms())
-        .maybe("least_um", counted().reduce(f64::min))
-        .maybe("greatest_um", counted().reduce(f64::max))
-        .maybe("borders", borders);
-    let strays: Vec<StrayBody> =
-        deviations.strays.iter().map(|(index, stray)| StrayBody { index: *index, reason: stray.to_string() }).collect();
-    object.field("strays", &strays);
+impl DeviationsBody<'_> {
+    fn new(gear: &Gear, deviations: &Deviations) -> Self {
+        let nodes = &deviations.nodes;
+        let numbers = |of: &dyn Fn(&Node) -> f64| {
+            nodes.iter().map(|node| Some(of(node)).filter(|x| x.is_finite())).collect::<Vec<Option<f64>>>()
+        };
+        let counted = || nodes.iter().filter(|node| node.counts()).map(|node| node.deviation);
+        let stray = |(index, stray): &(usize, NoFoot)| StrayBody { index: *index, reason: stray.to_string() };
+        DeviationsBody {
+            direction: deviations.direction.into(),
+            deviation_um: numbers(&|node| node.deviation),
+            roll_length_mm: numbers(&|node| node.roll_length),
+            diameter_mm: numbers(&|node| node.diameter(gear)),
+            z_mm: numbers(&|node| node.z),
+            tooth: nodes.iter().map(|node| node.tooth).collect(),
+            flank: nodes.iter().map(|node| node.side.into()).collect(),
+            counts: nodes.iter().map(Node::counts).collect(),
+            count: deviations.counted(),
+            undefined: deviations.undefined(),
+            trimmed: deviations.trimmed(),
+            rms_um: deviations.rms(),
+            least_um: counted().reduce(f64::min),
+            greatest_um: counted().reduce(f64::max),
+            borders: None,
+            strays: deviations.strays.iter().map(stray).collect(),
+            warnings: Vec::new(),
+            registration: None,
+        }
+    }
 }

@@ -1,6 +1,7 @@
 //! Which part of a measured flank takes part.
 
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use crate::api::faults::Faults;
@@ -13,29 +14,24 @@ use flankfit_engine::{
 };
 
 /// Which part of the flank takes part.
+#[skip_serializing_none]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = FlankBorders)]
 pub struct BordersBody {
     /// Percent of the measured profile (in roll length) and of the measured width that are left out
     /// at each edge. Default 0.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub root_percent: Option<f64>,
     /// At the tip end, in percent of the measured profile's roll length. Default 0.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tip_percent: Option<f64>,
     /// At the end of small z.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub toe_percent: Option<f64>,
     /// At the end of great z.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub heel_percent: Option<f64>,
     /// In place of the percentages at root and tip.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 2, max_items = 2)]
     pub diameter_range_mm: Option<[f64; 2]>,
     /// In place of the percentages at toe and heel.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 2, max_items = 2)]
     pub z_range_mm: Option<[f64; 2]>,
 }

@@ -1,25 +1,23 @@
 //! How a measured part lies in the nominal one.
 
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use crate::api::{
     faults::{is_within, pointer_of},
-    fits::answer::{result::FitResultBody, text},
-    json::writer::Json,
+    fits::answer::FitResultBody,
     problem::Problem,
     warning::WarningBody,
 };
-use flankfit_engine::{
-    estimation::{FitError, spec::Include},
-    gear::registration::Registration,
-};
+use flankfit_engine::{estimation::FitError, gear::registration::Registration};
 
 /// The motions of the part that were found; the deviations beside them are those of the part
 /// carried back.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = GearRegistration)]
-pub struct RegistrationBody {
+pub struct RegistrationBody<'a> {
     /// How the part was moved, one entry for each motion that was asked for.
     pub motions: Vec<MotionBody>,
     /// z of the point about which the axis tilts.
@@ -35,11 +33,10 @@ pub struct RegistrationBody {
     /// Motions that these points do not tell apart.
     pub indistinguishable: Vec<IndistinguishableBody>,
     /// The last fit, as `POST /v1/fits` answers it: heights are normal deviations in µm.
-    pub result: FitResultBody,
+    pub result: FitResultBody<'a>,
     /// Where motions were taken together in the fit: plain least squares with a column for each
     /// (spectrum, collinearity).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub every_motion: Option<FitResultBody>,
+    pub every_motion: Option<FitResultBody<'a>>,
     /// `rotation_modulo_pitch`: no point tells its tooth. `flanks_reassigned`: points lie on other
     /// flanks than were nearest before. Doubts: `flanks_ambiguous`, `teeth_contradict` (points
     /// count on the teeth that they lie on, not on those told), `axial_shift_for_rotation`,
@@ -51,6 +48,7 @@ pub struct RegistrationBody {
 }
 
 /// A motion of the part.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = PartMotion)]
 pub struct MotionBody {
@@ -67,23 +65,21 @@ pub struct MotionBody {
     /// a pitch deviation does, is not in it (docs/reference/gears.md). Left out where the points do
     /// not determine the motion. Where a regularisation chose its λ* by these points it is too
     /// small, as in any fit.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub std_error: Option<f64>,
     /// Sharp bound on what regularisation moved.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bias_bound: Option<f64>,
     /// Whether these points tell it from the other motions at all.
     pub determined: bool,
 }
 
 /// What cannot be told apart.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Indistinguishable)]
 pub struct IndistinguishableBody {
     /// Motions of a registration, settings of a correction.
     pub names: Vec<String>,
     /// Left out where it is infinite.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub condition_index: Option<f64>,
     /// The same in words.
     pub sentence: String,
@@ -98,12 +94,10 @@ pub fn refused(error: FitError) -> Problem {
     })
 }
 
-/// The registration as JSON; `digest` is that of the request.
-pub fn text(found: &Registration, digest: &str, include: Include) -> Result<String, Problem> {
-    let motions: Vec<MotionBody> = found
-        .motions
-        .iter()
-        .map(|moved| MotionBody {
+impl<'a> RegistrationBody<'a> {
+    /// Creates the answer; `digest` is that of the request.
+    pub fn new(found: &'a Registration, digest: &str) -> Self {
+        let motions = found.motions.iter().map(|moved| MotionBody {
             motion: moved.motion.name().to_owned(),
             value: moved.value,
             start: moved.start,
@@ -111,38 +105,23 @@ pub fn text(found: &Registration, digest: &str, include: Include) -> Result<Stri
             std_error: moved.std_error,
             bias_bound: moved.bias_bound,
             determined: moved.determined,
-        })
-        .collect();
-    let apart: Vec<IndistinguishableBody> = found
-        .indistinguishable
-        .iter()
-        .map(|group| IndistinguishableBody {
+        });
+        let indistinguishable = found.indistinguishable.iter().map(|group| IndistinguishableBody {
             names: group.motions.iter().map(|motion| motion.name().to_owned()).collect(),
             condition_index: group.condition_index,
             sentence: group.sentence.clone(),
-        })
-        .collect();
-    let warnings: Vec<WarningBody> = found.warnings.iter().map(WarningBody::from).collect();
-    let fit = |result| {
-        let text = text::write(result, None, digest, include).map_err(Problem::internal)?;
-        String::from_utf8(text).map_err(Problem::internal)
-    };
-    let mut json = Json::with_capacity(8192);
-    let mut object = json.object();
-    object
-        .field("motions", &motions)
-        .number("pivot_z_mm", found.pose.pivot)
-        .number("rms_before_um", found.rms_before)
-        .number("rms_after_um", found.rms_after)
-        .count("iterations", found.iterations)
-        .field("converged", &found.converged)
-        .field("indistinguishable", &apart)
-        .raw("result", &fit(&found.fit)?);
-    if let Some(every) = &found.every_motion {
-        object.raw("every_motion", &fit(every)?);
+        });
+        RegistrationBody {
+            motions: motions.collect(),
+            pivot_z_mm: found.pose.pivot,
+            rms_before_um: found.rms_before,
+            rms_after_um: found.rms_after,
+            iterations: found.iterations,
+            converged: found.converged,
+            indistinguishable: indistinguishable.collect(),
+            result: FitResultBody::new(&found.fit, None, digest.to_owned()),
+            every_motion: found.every_motion.as_ref().map(|fit| FitResultBody::new(fit, None, digest.to_owned())),
+            warnings: found.warnings.iter().map(WarningBody::from).collect(),
+        }
     }
-    object.field("warnings", &warnings);
-    object.end();
-    let text = json.finish().map_err(Problem::not_finite)?;
-    String::from_utf8(text).map_err(Problem::internal)
 }

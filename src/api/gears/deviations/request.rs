@@ -1,6 +1,7 @@
 //! Measured points or deviations of a flank, and what is asked of them.
 
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use super::borders::BordersBody;
@@ -114,6 +115,7 @@ pub enum StraysName {
 }
 
 /// Which rigid motions of the part are found and undone.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = RegistrationRequest)]
@@ -122,7 +124,6 @@ pub struct RegistrationRequestBody {
     #[schema(min_items = 1, max_items = 6)]
     pub motions: Vec<String>,
     /// z of the point about which the axis tilts. By default the middle of the nodes.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pivot_z_mm: Option<f64>,
 }
 

@@ -1,6 +1,7 @@
 //! Slopes, forms and totals of traces, over the teeth and with their classes.
 
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use super::{
@@ -12,6 +13,7 @@ use crate::api::{
 };
 
 /// What traces say.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = GearEvaluation)]
 pub struct EvaluationBody {
@@ -25,7 +27,6 @@ pub struct EvaluationBody {
     /// each figure where the traces tell it.
     pub surfaces: Vec<TraceSurfaceBody>,
     /// The coarsest class of all traces, 1 to 11; left out where there is none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub class: Option<u8>,
     /// Whether a trace exceeds even class 11.
     pub beyond_classes: bool,
@@ -36,6 +37,7 @@ pub struct EvaluationBody {
 }
 
 /// A trace, evaluated.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = EvaluatedTrace)]
 pub struct EvaluatedTraceBody {
@@ -47,112 +49,89 @@ pub struct EvaluatedTraceBody {
     /// the reference length. A hole is filled with what the flank most likely is there. Left out,
     /// like all figures, where the samples do not reach the ends of the range to 1/20 of it or
     /// cover less than 3/4 of it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub slope_um: Option<f64>,
     /// What noise of the samples makes of the slope; crowning, reliefs and waviness are the flank's
     /// and no noise. It knows of independent noise and of noise that goes together over up to 1/64
     /// of the samples, not of what is the same all along a trace (alignment, drift). Over a hole it
     /// also has what the hole may hide, told from the form beside it. Left out where the samples
     /// are too few to tell it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub slope_std_error_um: Option<f64>,
     /// Confidence interval of the true slope at `level`, `[low, high]`, for the noise that the
     /// standard error knows of (docs/explanation/intervals.md); left out as its standard error is.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 2, max_items = 2)]
     pub slope_interval_um: Option<[f64; 2]>,
     /// There where the slope has limits (`tolerance_limits`) and an interval, and the samples reach
     /// both ends of the range.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub slope_conformity: Option<ConformityBody>,
     /// Whether the slope itself lies within its limits (`tolerance_limits`); there where it has
     /// some and the samples reach both ends of the range.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub slope_within: Option<bool>,
     /// f_fα or f_fβ: peak to valley about the mean curve. Like the total it has no interval: the
     /// greatest of many deviations is raised by their noise and no sum of them.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub form_um: Option<f64>,
     /// As that of the slope; over a hole it cannot be told.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub form_within: Option<bool>,
     /// F_α or F_β: peak to valley about the design.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub total_um: Option<f64>,
     /// As that of the form.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub total_within: Option<bool>,
     /// Of the mean parabola over its chord; positive where material stands out in the middle.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub crowning_um: Option<f64>,
     /// As that of the slope.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub crowning_std_error_um: Option<f64>,
     /// As that of the slope.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 2, max_items = 2)]
     pub crowning_interval_um: Option<[f64; 2]>,
     /// As that of the slope.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub crowning_conformity: Option<ConformityBody>,
     /// f_Ko of a profile: the least-squares line of the tip relief at its tip end, above the
     /// extended least-squares line of the evaluation range; negative where material is missing.
     /// There where `tip_relief_diameter_range_mm` is given and the samples cover it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tip_relief_um: Option<f64>,
     /// Evaluation range: roll lengths of a profile, z of a helix.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 2, max_items = 2)]
     pub range_mm: Option<[f64; 2]>,
     /// The least-squares line at both ends of the range, as it is drawn over the trace: in the sign
     /// and direction of the posted deviations, about the design line where there is one. Left out
     /// as the figures are.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 2, max_items = 2)]
     pub mean_line_um: Option<[f64; 2]>,
     /// The least-squares parabola at the start, in the middle and at the end of the range,
     /// likewise.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 3, max_items = 3)]
     pub mean_parabola_um: Option<[f64; 3]>,
     /// As that of the slope.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub crowning_within: Option<bool>,
     /// The design line of the trace: µm for each sample, in the sign and the direction of its
     /// deviations. Left out where nothing of it differs from 0.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub design_um: Option<Vec<f64>>,
     /// The bands that the trace must lie in (`k_bands`), and whether it does.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub k_bands: Vec<KBandFindingBody>,
     /// By how much material beyond the evaluation range raised the form.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub form_plus_material_um: Option<f64>,
     /// By how much material beyond the evaluation range raised the total deviation.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub total_plus_material_um: Option<f64>,
     /// By ISO 1328-1:2013; left out where the standard gives none, and where samples do not reach
     /// both ends of the evaluation range. Over a hole, a stretch without samples of more than 1/20
     /// of the range (and of 2.5 usual distances), form and total have none, and the slope has one
     /// where two standard errors up and down have the same.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub class: Option<ClassesBody>,
     pub samples: SamplesBody,
     /// Samples that stand far out of their neighbours, as dust does; left out where there are none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub outliers: Option<OutliersBody>,
 }
 
 /// Samples that stand out of their neighbours by more than six times the scale (1.4826 × median
 /// absolute deviation) of the trace and of their own neighbourhood, and behind which the trace
 /// comes back.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = TraceOutliers)]
 pub struct OutliersBody {
     /// In ascending order.
     pub places: Vec<OutlierPlaceBody>,
     /// Figures without them, where they count (`outliers` of the evaluation is `keep`).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub without: Option<WithoutOutliersBody>,
 }
 
@@ -189,17 +168,15 @@ pub struct WithoutOutliersBody {
 }
 
 /// Classes 1 to 11 of ISO 1328-1:2013. Left out is what exceeds even class 11: `beyond` names it.
+#[skip_serializing_none]
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[schema(as = TraceClasses)]
 pub struct ClassesBody {
     /// Of f_Hα or f_Hβ, 1 to 11.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub slope: Option<u8>,
     /// Of f_fα or f_fβ, 1 to 11.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub form: Option<u8>,
     /// Of F_α or F_β, 1 to 11.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub total: Option<u8>,
     /// Names of those that exceed even class 11.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -223,6 +200,7 @@ pub struct SamplesBody {
 }
 
 /// Figures of one kind of trace on one flank over the teeth.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = TraceMeans)]
 pub struct MeanBody {
@@ -235,7 +213,6 @@ pub struct MeanBody {
     pub total_um: SpreadBody,
     pub crowning_um: SpreadBody,
     /// Of profiles with a tip relief.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tip_relief_um: Option<SpreadBody>,
 }
 
@@ -258,6 +235,7 @@ pub struct SpreadBody {
 /// slopes, between the sections that were measured. It is not extended: sections half the range
 /// apart show half of the `twist_um` of a surface, which is that over the whole ranges; and helix
 /// slopes here are extended to the reference length.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = TraceTwist)]
 pub struct TwistBody {
@@ -270,14 +248,11 @@ pub struct TwistBody {
     /// of a surface.
     pub twist_um: f64,
     /// From the standard errors of the two slopes.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub std_error_um: Option<f64>,
     /// Confidence interval at `level`, `[low, high]`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 2, max_items = 2)]
     pub interval_um: Option<[f64; 2]>,
     /// Diameters of the two helices or z of the two profiles, where known.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 2, max_items = 2)]
     pub sections_mm: Option<[f64; 2]>,
 }

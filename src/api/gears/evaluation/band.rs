@@ -1,6 +1,7 @@
 //! Bands of K-charts on the wire.
 
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use super::against::AgainstName;
@@ -55,6 +56,7 @@ pub struct KBandBody {
 }
 
 /// A trace in a band.
+#[skip_serializing_none]
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = KBandFinding)]
 pub struct KBandFindingBody {
@@ -62,7 +64,6 @@ pub struct KBandFindingBody {
     pub band: usize,
     /// Whether some shift of the whole trace takes all its samples into the band; left out where it
     /// would, but more than 1/20 of the band in one stretch is without samples.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub within: Option<bool>,
     /// How far the trace can be shifted within the band; below 0 by how much it is too high for it.
     pub room_um: f64,

@@ -1,10 +1,11 @@
 //! The figures of a flank's second-order surface on the wire.
 
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use super::conformity::ConformityBody;
-use crate::api::fits::answer::parts::IntervalKindName;
+use flankfit_engine::estimation::result::IntervalKind;
 use flankfit_engine::gear::evaluation::{
     TraceFigures,
     flank_surface::{Figure, FlankSurface},
@@ -32,35 +33,31 @@ pub struct FiguresBody {
 
 /// What the traces of a flank have in common, in µm over the evaluation range. A figure that they
 /// do not tell is left out.
+#[skip_serializing_none]
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = TraceSurfaceFigures)]
 pub struct TraceFiguresBody {
     /// In the middle of the flank; only with `traces_share_zero`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mean_um: Option<FigureBody>,
     /// From root to tip in the middle of the width (without `twist_um` in the sections of the
     /// profiles); positive where material grows towards the tip.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub profile_slope_um: Option<FigureBody>,
     /// Over the width half-way between root and tip (without `twist_um` on the diameters of the
     /// helices), by the sign asked for.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub helix_slope_um: Option<FigureBody>,
     /// Positive where material stands out half-way between root and tip.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub profile_crowning_um: Option<FigureBody>,
     /// Positive where material stands out half-way between the ends.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub helix_crowning_um: Option<FigureBody>,
     /// 4 c_uv of the surface: slope at the tip minus slope at the root of helices over the
     /// **whole** evaluation ranges, from all traces together, with the sign of helix slopes.
     /// `twists` hold another figure of that name: the difference of two traces, between the
     /// sections that were measured.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub twist_um: Option<FigureBody>,
 }
 
 /// A figure with what is known of its error.
+#[skip_serializing_none]
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = FlankFigure)]
 pub struct FigureBody {
@@ -68,10 +65,8 @@ pub struct FigureBody {
     pub value: f64,
     /// Standard error, by the noise that the residuals show or that was given; left out where
     /// neither tells it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub std_error: Option<f64>,
     /// The one that takes a λ* for given which the nodes chose, and is too small.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub conditional_std_error: Option<f64>,
     /// Most by which regularisation moves it on average, for coefficients within the norm limit of
     /// the fit (`bias.coefficient_norm_limit`).
@@ -80,20 +75,15 @@ pub struct FigureBody {
     pub least_squares: f64,
     /// Confidence interval of the true figure at `level`, `[low, high]`: of a regularised surface
     /// about least squares, unless a norm limit was given. Left out as `std_error` is.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 2, max_items = 2)]
     pub interval: Option<[f64; 2]>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub interval_kind: Option<IntervalKindName>,
+    pub interval_kind: Option<IntervalKind>,
     /// Of Student's distribution that the interval is of; left out where the noise is known.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub degrees_of_freedom: Option<f64>,
     /// Whether the estimate itself lies within its limits (`tolerance_limits`); there where the
     /// figure has some and is not extrapolated (`range_not_covered`).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub within: Option<bool>,
     /// There where `within` is and the figure has an interval.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub conformity: Option<ConformityBody>,
 }
 

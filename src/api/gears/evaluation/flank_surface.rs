@@ -11,24 +11,20 @@ use super::{
 use crate::api::{
     built::Built,
     faults::{Faults, is_within, pointer_of},
-    fits::{
-        answer::{result::FitResultBody, text},
-        canonical,
-        reader::fields,
-        spec::request::FitFields,
-    },
+    fits::{answer::FitResultBody, canonical, reader::fields, spec::request::FitFields},
     gears::{gear::GearBody, notice::NoticeBody, plausibility::implausible_flank},
     json::{
+        gather::gathered,
         members::of_request,
         numbers::{Numbers, read_heights},
         request::request,
-        writer::Json,
+        writer::whole,
     },
     measurand::{profile_axis::ProfileAxisName, side::SideName},
     problem::Problem,
 };
 use flankfit_engine::{
-    estimation::{FitError, spec::Include},
+    estimation::FitError,
     gear::{
         Gear,
         evaluation::{
@@ -106,7 +102,7 @@ pub struct BorderPercentBody {
 /// are over their reference lengths, the other figures over the trimmed range.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = FlankSurface)]
-pub struct FlankSurfaceBody {
+pub struct FlankSurfaceBody<'a> {
     #[serde(flatten)]
     #[schema(inline)]
     pub figures: FiguresBody,
@@ -129,7 +125,7 @@ pub struct FlankSurfaceBody {
     /// leaves cover less than three quarters of the range.
     pub warnings: Vec<NoticeBody>,
     /// The fit, as `POST /v1/fits` answers it: u and v over [-1, 1].
-    pub result: FitResultBody,
+    pub result: FitResultBody<'a>,
 }
 
 /// What the surface leaves over.
@@ -216,9 +212,9 @@ pub fn build(text: &[u8], own: Option<&Gear>) -> Result<Built, Problem> {
         limits: if implausible.is_some() { Default::default() } else { limits.of(side.into()) },
         spec,
     };
-    let include = settings.spec.include;
     let found = flank_surface(&gear, &nodes, &settings).map_err(refused)?;
-    let result = write(&found, implausible, terms.direction, &canonical::request_sha256(text), include)?;
+    let body = FlankSurfaceBody::new(&found, implausible, terms.direction, canonical::request_sha256(text));
+    let result = whole(&body).map(gathered).map_err(Problem::not_finite)?;
     Ok(Built { method: "second_order_surface".to_owned(), result })
 }
 
@@ -237,55 +233,29 @@ fn refused(error: FitError) -> Problem {
     })
 }
 
-fn write(
-    found: &FlankSurface,
-    implausible: Option<NoticeBody>,
-    direction: Direction,
-    digest: &str,
-    include: Include,
-) -> Result<Vec<u8>, Problem> {
-    let text = text::write(&found.result, None, digest, include).map_err(Problem::internal)?;
-    let text = String::from_utf8(text).map_err(Problem::internal)?;
-    let mut json = Json::with_capacity(2048 + text.len());
-    let mut object = json.object();
-    let FiguresBody { mean_um, profile_slope_um, helix_slope_um, profile_crowning_um, helix_crowning_um, twist_um } =
-        FiguresBody::from(found);
-    for (name, figure) in [
-        ("mean_um", mean_um),
-        ("profile_slope_um", profile_slope_um),
-        ("helix_slope_um", helix_slope_um),
-        ("profile_crowning_um", profile_crowning_um),
-        ("helix_crowning_um", helix_crowning_um),
-        ("twist_um", twist_um),
-    ] {
-        object.field(name, &figure);
-    }
-    let [profile_reference, helix_reference] = found.references;
-    object
-        .field("direction", &DirectionName::from(direction))
-        .field("profile_reference_length_mm", &profile_reference)
-        .field("helix_reference_length_mm", &helix_reference)
-        .field(
-            "form",
-            &FlankFormBody {
+impl<'a> FlankSurfaceBody<'a> {
+    fn new(found: &'a FlankSurface, implausible: Option<NoticeBody>, direction: Direction, digest: String) -> Self {
+        let [profile_reference_length_mm, helix_reference_length_mm] = found.references;
+        FlankSurfaceBody {
+            figures: FiguresBody::from(found),
+            direction: direction.into(),
+            profile_reference_length_mm,
+            helix_reference_length_mm,
+            form: FlankFormBody {
                 peak_to_valley_um: found.remainder.peak_to_valley,
                 rms_um: found.remainder.rms,
                 max_abs_um: found.remainder.max_abs,
             },
-        )
-        .numbers("roll_length_range_mm", &found.roll_lengths)
-        .numbers("z_range_mm", &found.z)
-        .field(
-            "nodes",
-            &FlankNodesBody {
+            roll_length_range_mm: found.roll_lengths,
+            z_range_mm: found.z,
+            nodes: FlankNodesBody {
                 posted: found.nodes.posted,
                 missing: found.nodes.missing,
                 trimmed: found.nodes.trimmed,
                 used: found.nodes.used,
             },
-        )
-        .field("warnings", &found.warnings.iter().map(NoticeBody::from).chain(implausible).collect::<Vec<_>>())
-        .raw("result", &text);
-    object.end();
-    json.finish_gathered().map_err(Problem::not_finite)
+            warnings: found.warnings.iter().map(NoticeBody::from).chain(implausible).collect(),
+            result: FitResultBody::new(&found.result, None, digest),
+        }
+    }
 }

@@ -1,6 +1,7 @@
 //! Pitch deviations of both flanks, and run-out.
 
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use super::{
@@ -44,65 +45,53 @@ const LIMITS: &str = "/pitch_limits";
 
 /// Pitches of one flank or of both, readings of a run-out probe, or all of them. Teeth stand in the
 /// order of counting; `null` where a tooth was not measured.
+#[skip_serializing_none]
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = PitchRequest)]
 pub struct PitchRequestBody {
     /// May be left out where the pitches belong to a job that has it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gear: Option<GearBody>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub left: Option<PitchMeasuredBody>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub right: Option<PitchMeasuredBody>,
     /// Radial readings of a ball in each tooth space, outwards positive. Without them the run-out
     /// follows from the pitches of both flanks.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub readings_um: Option<Vec<Option<f64>>>,
     /// Diameter of the measuring circle. Default the reference circle.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(exclusive_minimum = 0)]
     pub diameter_mm: Option<f64>,
     /// k of F_pk and F_pSk. Default an eighth of the teeth.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 1)]
     pub sector: Option<usize>,
     /// Which way teeth are counted. It decides which flanks bound a space: without it no run-out
     /// follows from pitches.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub counting: Option<CountingName>,
     /// Which tolerances decide the class. Default `rounded`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tolerances: Option<RoundingName>,
     /// What the figures must lie within. In a job those of its `requirements` take its place where
     /// it is left out.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pitch_limits: Option<PitchLimitsBody>,
     /// How sure the figures are, for a decision by ISO 14253-1.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub standard_uncertainty_um: Option<PitchUncertaintyBody>,
     /// Whether deviations far below or above those of any gear are given in µm all the same. Until
     /// then `implausible_unit` warns of them, and the flank has no class and is held against no
     /// limits. Default false.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub accept_units: Option<bool>,
 }
 
 /// Where the flanks of all teeth are, in one of three forms.
+#[skip_serializing_none]
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = PitchMeasured)]
 pub struct PitchMeasuredBody {
     /// How far each flank stands beyond its place, along the measuring circle, in the direction in
     /// which teeth are counted.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub index_deviation_um: Option<Vec<Option<f64>>>,
     /// Where each flank is, from anywhere, in the direction in which teeth are counted (their
     /// angles ascend, but for full turns).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub angle_deg: Option<Vec<Option<f64>>>,
     /// Deviation of the pitch that ends at each flank.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub single_pitch_um: Option<Vec<Option<f64>>>,
 }
 
@@ -144,31 +133,27 @@ impl From<CountingName> for Counting {
 }
 
 /// Pitch deviations and run-out.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = PitchEvaluation)]
 pub struct PitchEvaluationBody {
     /// Which way teeth are counted; left out where it is not known.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub counting: Option<CountingName>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub left: Option<PitchBody>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub right: Option<PitchBody>,
     /// R_s: greatest less least thickness of the measured teeth, on the measuring circle. There
     /// where both flanks were measured on one circle.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tooth_thickness_variation_um: Option<f64>,
     /// W_k and M_dK from the places of contact of an imported file. There where it has those of
     /// both flanks of all teeth of an external gear, and the number of teeth of the span.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tooth_thickness: Option<ToothThicknessBody>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub runout: Option<RunoutBody>,
     /// About all of them; each part has its own.
     pub warnings: Vec<NoticeBody>,
 }
 
 /// Pitch deviations of a flank.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = FlankPitch)]
 pub struct PitchBody {
@@ -180,62 +165,47 @@ pub struct PitchBody {
     /// f_pi, the deviation of the pitch that ends at each flank; `null` where undefined.
     pub single_pitch_deviation_um: Vec<Option<f64>>,
     /// f_p: the single pitch deviation of greatest amount, with its sign.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub single_pitch: Option<ExtremeBody>,
     /// R_p: the greatest single pitch deviation less the least.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub single_pitch_range_um: Option<f64>,
     /// F_p: total cumulative pitch deviation, the range of the index deviations.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cumulative_pitch_um: Option<f64>,
     /// Pitches of a sector.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub k: Option<usize>,
     /// F_pk of ISO 1328-1:2013, Annex D: the greatest range of the index deviations within any k
     /// pitches (k + 1 flanks), at the tooth where the sector ends.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sector_pitch_2013: Option<ExtremeBody>,
     /// F_pSk of ISO 1328-1:2013, Annex D: of the consecutive sectors of k pitches that begin at
     /// tooth 1, the sum of greatest amount, at the tooth where the sector ends. Pitches behind the
     /// last whole sector are left out.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sector_sum_2013: Option<ExtremeBody>,
     /// F_pk of ISO 1328-1:1995: the sum of any k pitches of greatest amount, at the tooth where the
     /// sector ends. Testers print its amount as F_pz/8.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sector_pitch_1995: Option<ExtremeBody>,
     /// f_u: the greatest difference of neighbouring pitches, at the later of the two.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub adjacent_pitch_difference: Option<ExtremeBody>,
     /// What the single pitches add up to, as they were posted.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub closure_um: Option<f64>,
     /// Teeth that were not measured.
     pub missing: usize,
     pub class: PitchClassesBody,
     /// What each single pitch deviation was held against.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 2, max_items = 2)]
     pub single_pitch_limits_um: Option<[f64; 2]>,
     /// Whether every single pitch deviation lies within, as it was measured. There where there are
     /// limits; where teeth were not measured it is false or left out.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub single_pitch_within: Option<bool>,
     /// Of the single pitch with the least room. A gear with a pitch at its limit is found to
     /// conform in at most one measurement of twenty, and not to conform more often, the more
     /// pitches lie at theirs (docs/explanation/intervals.md). There where there are limits and an
     /// uncertainty, and no tooth is missing.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub single_pitch_conformity: Option<ConformityBody>,
     /// What F_p was held against.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 2, max_items = 2)]
     pub cumulative_pitch_limits_um: Option<[f64; 2]>,
     /// Whether F_p lies within, likewise.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cumulative_pitch_within: Option<bool>,
     /// Of F_p, likewise.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cumulative_pitch_conformity: Option<ConformityBody>,
     /// What to know about the answer; empty where there is nothing to say.
     pub warnings: Vec<NoticeBody>,
@@ -253,14 +223,13 @@ pub struct ExtremeBody {
 
 /// Classes 1 to 11 of ISO 1328-1:2013; left out is what has none, or exceeds even class 11 (then
 /// `beyond` names it).
+#[skip_serializing_none]
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[schema(as = PitchClasses)]
 pub struct PitchClassesBody {
     /// Of f_p.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub single_pitch: Option<u8>,
     /// Of F_p.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cumulative_pitch: Option<u8>,
     /// Names of the two above that exceed even class 11.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]

@@ -1,6 +1,7 @@
 //! Limits of pitch deviations and run-out on the wire.
 
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use super::conformity::{ConformityBody, check_ascending, check_class};
@@ -13,65 +14,57 @@ use flankfit_engine::gear::{
 /// What pitch deviations and the run-out must lie within, `[low, high]` in µm. Each figure that has
 /// limits is answered with whether it lies within, and with its conformity where
 /// `standard_uncertainty_um` tells how sure it is.
+#[skip_serializing_none]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = PitchLimits, example = json!({"class": 6, "runout_um": [0, 15], "left": {"single_pitch_um": [-5, 5]}}))]
 pub struct PitchLimitsBody {
     /// Class 1 to 11 of ISO 1328-1:2013: its tolerances bound what no limits are given for here.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 1, maximum = 11)]
     pub class: Option<u8>,
     /// Of every single pitch deviation f_pi of both flanks.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 2, max_items = 2)]
     pub single_pitch_um: Option<[f64; 2]>,
     /// Of F_p of both flanks.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 2, max_items = 2)]
     pub cumulative_pitch_um: Option<[f64; 2]>,
     /// Of F_r.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 2, max_items = 2)]
     pub runout_um: Option<[f64; 2]>,
     /// Of left flanks: each limit here goes before the one for both.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub left: Option<FlankPitchLimitsBody>,
     /// Of right flanks, likewise.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub right: Option<FlankPitchLimitsBody>,
 }
 
 /// What pitch deviations of one flank must lie within, `[low, high]` in µm.
+#[skip_serializing_none]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = FlankPitchLimits)]
 pub struct FlankPitchLimitsBody {
     /// Of every single pitch deviation f_pi.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 2, max_items = 2)]
     pub single_pitch_um: Option<[f64; 2]>,
     /// Of F_p.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 2, max_items = 2)]
     pub cumulative_pitch_um: Option<[f64; 2]>,
 }
 
 /// Standard uncertainty of the measurement (one standard deviation, not an expanded one), which the
 /// pitches themselves do not tell. What has none is answered without a decision.
+#[skip_serializing_none]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = PitchUncertainty)]
 pub struct PitchUncertaintyBody {
     /// Of a single pitch deviation.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(exclusive_minimum = 0, maximum = 1e6)]
     pub single_pitch: Option<f64>,
     /// Of F_p.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(exclusive_minimum = 0, maximum = 1e6)]
     pub cumulative_pitch: Option<f64>,
     /// Of F_r.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(exclusive_minimum = 0, maximum = 1e6)]
     pub runout: Option<f64>,
 }

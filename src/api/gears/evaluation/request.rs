@@ -1,6 +1,7 @@
 //! How traces are to be evaluated.
 
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use super::{
@@ -33,12 +34,12 @@ use flankfit_engine::gear::{
 use flankfit_engine::numerics::check;
 
 /// Traces to evaluate.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = EvaluateGear)]
 pub struct EvaluateBody {
     /// May be left out where the traces belong to a job that has it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gear: Option<GearBody>,
     /// Profiles and helices, each on its own; at least one.
     pub traces: Vec<TraceBody>,
@@ -46,93 +47,71 @@ pub struct EvaluateBody {
     /// beside its own `design_um`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub modifications: Vec<ModificationBody>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub modification_range: Option<ModificationRangeBody>,
     pub evaluation: EvaluationSettingsBody,
 }
 
 /// Ranges, reference lengths, signs and rules; what is left open is a default that the answer
 /// repeats.
+#[skip_serializing_none]
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = EvaluationSettings)]
 pub struct EvaluationSettingsBody {
     /// Evaluation range of profiles, as diameters. Needed when there are profiles.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 2, max_items = 2)]
     pub profile_diameter_range_mm: Option<[f64; 2]>,
     /// Diameters between which the tip relief lies. With it profiles have `tip_relief_um`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 2, max_items = 2)]
     pub tip_relief_diameter_range_mm: Option<[f64; 2]>,
     /// Evaluation range of helices. Needed when there are helices.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 2, max_items = 2)]
     pub helix_range_mm: Option<[f64; 2]>,
     /// The roll length that profile slopes are extended to; takes the place of `profile_reference`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub profile_reference_length_mm: Option<f64>,
     /// The length that helix slopes are extended to; takes the place of `helix_reference`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub helix_reference_length_mm: Option<f64>,
     /// Default `evaluation_range`, L_α.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub profile_reference: Option<ProfileReferenceName>,
     /// Default `face_width`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub helix_reference: Option<HelixReferenceName>,
     /// The sign of the answered slopes. Default `din`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sign: Option<SignName>,
     /// The sign of the posted deviations. By default that of `sign`: `din` for `din`, else
     /// `material`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub deviation_sign: Option<DeviationSignName>,
     /// Along what deviations were taken. Default `transverse`; answers are transverse.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub direction: Option<DirectionName>,
     /// What figures are about. Default `design` with `modifications` or `design_um`, else
     /// `involute`. Against a design the job's limits of slopes, crownings and twist, which are of
     /// the flank, are not compared.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub against: Option<AgainstName>,
     /// About what the form deviation of profiles is taken. Default `line`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub profile_mean: Option<MeanName>,
     /// About what the form deviation of helices is taken. Default `line`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub helix_mean: Option<MeanName>,
     /// Whether material that stands out beyond the evaluation range counts. Default `ignored`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub profile_plus_material: Option<PlusMaterialName>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub helix_plus_material: Option<PlusMaterialName>,
     /// Which tolerances decide the class. Default `rounded`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tolerances: Option<RoundingName>,
     /// What becomes of samples that stand far out of their neighbours, as dust does. Default
     /// `keep`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub outliers: Option<OutliersName>,
     /// Whether the deviations of all traces of a flank count from one zero. Measuring machines zero
     /// each profile and each helix by itself; then the levels of traces say nothing, and surfaces
     /// tell only what follows from slopes and shapes. Set it where traces were cut out of one
     /// measurement of the flank. Default false.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub traces_share_zero: Option<bool>,
     /// Whether deviations far below or above those of any gear are given in µm all the same. Until
     /// then `implausible_unit` warns of them, and they have no class and are held against no
     /// limits. Default false.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub accept_units: Option<bool>,
     /// Level of confidence intervals, above 0.5 and below 1. Default 0.95.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(exclusive_minimum = 0.5, exclusive_maximum = 1)]
     pub level: Option<f64>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tolerance_limits: Option<ToleranceLimitsBody>,
     /// Bands that traces must lie in; at most 20, of at most 4,000 points together.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(max_items = 20)]
     pub k_bands: Option<Vec<KBandBody>>,
 }

@@ -1,6 +1,7 @@
 //! Run-out in answers about pitches.
 
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use super::{conformity::ConformityBody, pitch_limits::HeldBody};
@@ -8,6 +9,7 @@ use crate::api::gears::notice::NoticeBody;
 use flankfit_engine::gear::{evaluation::runout::Runout, tolerance::Class};
 
 /// Run-out.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = GearRunout)]
 pub struct RunoutBody {
@@ -17,38 +19,33 @@ pub struct RunoutBody {
     pub derived: bool,
     /// Radial readings in each tooth space, posted or derived; `null` where undefined.
     pub readings_um: Vec<Option<f64>>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub eccentricity: Option<EccentricityBody>,
     /// Tooth spaces without a reading.
     pub missing: usize,
     /// 1 to 11; left out where there is none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub class: Option<u8>,
     /// Whether it exceeds even class 11.
     pub beyond_classes: bool,
     /// What F_r was held against.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 2, max_items = 2)]
     pub limits_um: Option<[f64; 2]>,
     /// Whether F_r lies within, as it was measured. There where there are limits; where readings
     /// are missing it is false or left out.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub within: Option<bool>,
     /// There where there are limits and an uncertainty, and no reading is missing.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub conformity: Option<ConformityBody>,
     /// What to know about the run-out; empty where there is nothing to say.
     pub warnings: Vec<NoticeBody>,
 }
 
 /// The first harmonic of the readings.
+#[skip_serializing_none]
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Eccentricity)]
 pub struct EccentricityBody {
     /// Distance of the gear's axis from the axis of rotation: half the range of the harmonic.
     pub amount_um: f64,
     /// Of the amount, from what the harmonic leaves; left out where too few readings are defined.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub std_error_um: Option<f64>,
     /// Where the readings are greatest, in the direction of counting from the first one.
     pub angle_deg: f64,

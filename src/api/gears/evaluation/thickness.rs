@@ -1,11 +1,13 @@
 //! Tooth thickness from the places of contact of a file of curves.
 
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use flankfit_engine::formats::klingelnberg::{Spread, Thickness};
 
 /// Span and dimension over balls around the gear.
+#[skip_serializing_none]
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = ToothThickness)]
 pub struct ToothThicknessBody {
@@ -14,10 +16,8 @@ pub struct ToothThicknessBody {
     /// W_k.
     pub span_mm: ThicknessSpreadBody,
     /// Of the balls of M_dK.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ball_diameter_mm: Option<f64>,
     /// M_dK: over two balls in opposite spaces, or nearly opposite ones of an odd number of teeth.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub over_balls_mm: Option<ThicknessSpreadBody>,
     /// x_E, the generating profile shift coefficient that follows from the mean W_k.
     pub profile_shift: f64,

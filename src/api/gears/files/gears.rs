@@ -1,6 +1,7 @@
 //! Gears that files describe: read for `gear`, and held against the gear of a job.
 
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use super::{
@@ -59,20 +60,17 @@ pub enum FileFormatName {
 }
 
 /// A gear of a file.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = GearOfFile)]
 pub struct GearOfFileBody {
     /// Of a REXS model: the id of its component, which an import calls `component`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub id: Option<String>,
     /// As the file calls it; left out where it does not.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
     /// As a job takes it; left out where the file does not say enough, or says what cannot be.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gear: Option<GearBody>,
     /// What the file says of it, where that is no gear yet.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub known: Option<GearFactsBody>,
     /// The data without which it is no gear, by their names there.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -83,38 +81,29 @@ pub struct GearOfFileBody {
 }
 
 /// Data of a gear, as far as a file gives them.
+#[skip_serializing_none]
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = GearFacts)]
 pub struct GearFactsBody {
     /// Number of teeth z.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub teeth: Option<u32>,
     /// Normal module m_n.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub normal_module_mm: Option<f64>,
     /// Normal pressure angle α_n.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub normal_pressure_angle_deg: Option<f64>,
     /// Helix angle β, without its sign.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub helix_angle_deg: Option<f64>,
     /// Hand of a helical gear.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub hand: Option<HandName>,
     /// Profile shift coefficient x.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub profile_shift_coefficient: Option<f64>,
     /// Face width b.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub face_width_mm: Option<f64>,
     /// Tip diameter d_a.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tip_diameter_mm: Option<f64>,
     /// Root diameter d_f.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub root_diameter_mm: Option<f64>,
     /// Whether teeth point inwards.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub internal: Option<bool>,
 }
 

@@ -1,6 +1,7 @@
 //! What a file of a gear tester holds: its traces, and the values that it prints.
 
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use crate::api::{gears::trace::KindName, measurand::side::SideName};
@@ -14,6 +15,7 @@ use flankfit_engine::{
 
 /// A trace of a file. An import makes nodes of those of one flank of one tooth (without the letter
 /// behind its number), which its `tooth` and `flank` name.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = FileTrace)]
 pub struct FileTraceBody {
@@ -26,19 +28,17 @@ pub struct FileTraceBody {
     /// Samples without a deviation.
     pub undefined: usize,
     /// Of a profile: its z, where the file says it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub section_z_mm: Option<f64>,
     /// Of a helix: its diameter, where the file says it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub section_diameter_mm: Option<f64>,
     /// Of a helix: the roll length of its cylinder, where the file says that.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub section_roll_length_mm: Option<f64>,
     /// Where it begins in the file, from 1.
     pub line: usize,
 }
 
 /// A value that a file prints.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = FileValue)]
 pub struct FileValueBody {
@@ -47,21 +47,16 @@ pub struct FileValueBody {
     /// As it is printed.
     pub name: String,
     /// Its symbol, such as `f_Halpha`; left out where the code is not known.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub characteristic: Option<String>,
     pub position: FilePositionName,
     pub statistic: FileStatisticName,
     /// Left out where it is of no flank.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub flank: Option<SideName>,
     /// Of a value of one tooth, where its label names it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tooth: Option<String>,
     /// In `unit`; left out where there is none, which `state` explains.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub value: Option<f64>,
     /// `um` or `mm`; left out where the code is not known.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
     pub state: FileValueStateName,
     /// Where it stands in the file, from 1.

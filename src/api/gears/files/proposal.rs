@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use crate::api::{
@@ -107,14 +108,13 @@ pub struct ProposalBody {
 }
 
 /// A flank that a table has nodes of.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[schema(as = TableFlank)]
 pub struct TableFlankBody {
     /// Left out where the table does not say it.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub tooth: Option<String>,
     /// Left out where the table does not say it.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub flank: Option<SideName>,
     /// Nodes with a height.
     pub nodes: usize,
@@ -123,6 +123,7 @@ pub struct TableFlankBody {
 }
 
 /// What the numbers of a table say when it is read so.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[schema(as = TablePreview)]
 pub struct PreviewBody {
@@ -130,13 +131,13 @@ pub struct PreviewBody {
     #[schema(example = "greatest deviation 20.8 µm, roll length 5.97–11.52 mm, face width 0.75–14.2 mm")]
     pub text: String,
     /// Greatest amount of a deviation; left out where there are none.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub greatest_deviation_um: Option<f64>,
     /// Of every column with numbers.
     pub ranges: Vec<TableRangeBody>,
 }
 
 /// The least and the greatest number of a column.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[schema(as = TableRange)]
 pub struct TableRangeBody {
@@ -146,7 +147,6 @@ pub struct TableRangeBody {
     pub meaning: MeaningName,
     /// Left out where the column has none. Of roll angles in radians `deg`, as which they are
     /// stored.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
     /// The least number.
     pub min: f64,

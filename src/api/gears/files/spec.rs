@@ -1,6 +1,7 @@
 //! What is said of a file beside it.
 
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use crate::api::{
@@ -16,37 +17,30 @@ use crate::api::{
 use flankfit_engine::formats::gear_file::GearFile;
 
 /// What is said of a file beside it: the part `spec` of the form.
+#[skip_serializing_none]
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = ImportSpec)]
 pub struct ImportSpecBody {
     /// In place of the job's gear, which goes before that of the file.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gear: Option<GearBody>,
     /// The tooth whose traces become nodes. By default the one with the most of them.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tooth: Option<String>,
     /// The flank whose traces become nodes. Default `left`, where it was measured.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub flank: Option<SideName>,
     /// How traces are evaluated. Ranges and reference lengths that are left out are those of the
     /// file.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub evaluation: Option<EvaluationSettingsBody>,
     /// Of a REXS model: the id of the gear whose flanks become nodes. Needed where there are
     /// several.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub component: Option<String>,
     /// Of points that are centres of a ball.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub probe_radius_mm: Option<f64>,
     /// Kept as the iteration's instrument, 1 to 200 characters.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
     pub instrument: Option<ShortText>,
     /// Kept as the iteration's note, 1 to 4000 characters. By default a sentence says what was
     /// imported.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub note: Option<String>,
 }
 

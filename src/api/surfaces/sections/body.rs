@@ -1,6 +1,7 @@
 //! Sections of a surface by planes as they are answered.
 
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use crate::api::{shapes::curve_shape::CurveBody, surfaces::methods::MeshBody, warning::WarningBody};
@@ -10,6 +11,7 @@ use flankfit_engine::geometry::{
 };
 
 /// Sections in the order of the planes.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Sections)]
 pub struct SectionsBody {
@@ -18,15 +20,12 @@ pub struct SectionsBody {
     /// With `mesh` of the request: heights along the third vector of `mesh_frame` over distances
     /// from the origin along the first and the second. `mesh` of `POST /v1/surfaces` takes it
     /// unchanged.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mesh: Option<MeshBody>,
     /// The unit vectors `[x, y, z]` along which u, v and heights of the mesh are counted: the
     /// normals of the two families and their vector product.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mesh_frame: Option<Vec<Vec<f64>>>,
     /// The largest difference in height that was found between curves of the mesh and the surface,
     /// in the caller's unit.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mesh_error: Option<f64>,
     /// What to know about the answer; empty where there is nothing to say.
     pub warnings: Vec<WarningBody>,
@@ -63,14 +62,13 @@ pub struct SectionBody {
 }
 
 /// A curve of a section.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = SectionCurve)]
 pub struct SectionCurveBody {
     /// Curve in space with arc length as parameter; in the form `b_spline`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub curve: Option<CurveBody>,
     /// `[x, y, z]` each, of a closed curve the first one again at the end; of the form `polyline`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub points: Option<Vec<Vec<f64>>>,
     /// True if it is closed and smooth at the joint.
     pub closed: bool,

@@ -11,6 +11,7 @@ use crate::{
     design::{Axis, Basis, Design},
     factor::Factor,
     result::{Cause, OrthonormalBasis},
+    spec::PolynomialBasis,
 };
 use flankfit_geometry::polynomial::Family;
 use flankfit_numerics::{jacobi, symmetric, triangular};
@@ -67,7 +68,7 @@ impl Legendre {
 
     /// Returns the part of the answer that describes this basis.
     pub(super) fn told(&self) -> OrthonormalBasis {
-        OrthonormalBasis { condition: self.condition }
+        OrthonormalBasis { kind: PolynomialBasis::Legendre, condition: self.condition }
     }
 
     /// Returns why the caller's columns nearly cancel along a direction whose image in Q's

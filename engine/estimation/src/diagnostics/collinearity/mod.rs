@@ -28,9 +28,6 @@ use flankfit_numerics::Dd;
 use near_dependency::near_dependencies;
 use proportions::Shares;
 
-/// Up to how many coefficients the two n×n matrices are given unasked.
-pub(crate) const MATRICES_UP_TO: usize = 64;
-
 /// The report for `caller` (the caller's columns in Q's coordinates) with the spectrum of its
 /// unit-length columns.
 pub(crate) fn report(
@@ -39,13 +36,12 @@ pub(crate) fn report(
     caller: &DMatrix<Dd>,
     unit: &Directions,
     weight: f64,
-    all_matrices: bool,
+    matrices: bool,
     warnings: &mut Vec<Warning>,
 ) -> CollinearityReport {
     let n = design.size();
     let plain = caller.map(|x| x.to_f64());
     let length = lengths(&plain);
-    let matrices = n <= MATRICES_UP_TO || all_matrices;
     let centred = centred(design, factor, caller, weight, !matrices);
     let deviation = lengths(&centred.matrix);
     // a column whose spread is lost in rounding is a constant
@@ -77,6 +73,6 @@ pub(crate) fn report(
         columns,
         correlation,
         variance_proportions: matrices.then(|| shares.proportions(unit)),
-        near_dependencies: near_dependencies(design, &plain, &length, unit, &shares, legendre.as_ref()),
+        near_dependencies: near_dependencies(design, &plain, &length, unit, &shares, legendre.as_ref(), matrices),
     }
 }

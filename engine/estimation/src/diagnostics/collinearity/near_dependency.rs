@@ -49,6 +49,7 @@ pub(super) fn near_dependencies(
     unit: &Directions,
     shares: &Shares,
     legendre: Option<&Legendre>,
+    with_weights: bool,
 ) -> Vec<NearDependency> {
     let largest = unit.largest();
     let (mut found, mut room) = (Vec::new(), Vec::new());
@@ -79,7 +80,7 @@ pub(super) fn near_dependencies(
             cause,
             eigenvalue: lambda,
             condition_index: index,
-            weights,
+            weights: with_weights.then_some(weights),
             terms: names,
             cosine,
             weight_ratio,

@@ -1,5 +1,6 @@
 use flankfit_numerics::check::Fault;
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use super::fault;
@@ -162,19 +163,17 @@ pub(in crate::spec) enum VarianceName {
 
 /// Variances that weights are estimated from by restricted maximum likelihood; either `groups` or
 /// `power_of`.
+#[skip_serializing_none]
 #[derive(Default, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub(in crate::spec) struct EstimatedVariance {
     /// The group of each node as posted, any whole number (grids row by row): one variance for each
     /// group.
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 1)]
     groups: Option<Vec<i64>>,
     /// Standard deviations go as a power of the size of this coordinate (`u` is x of a curve).
-    #[serde(skip_serializing_if = "Option::is_none")]
     power_of: Option<FilterAxis>,
     /// The power, with `power_of`; estimated where it is left out.
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(minimum = -6, maximum = 6)]
     exponent: Option<f64>,
 }

@@ -3,6 +3,7 @@ use flankfit_numerics::{
     words::{Shown, counted},
 };
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use super::fault;
@@ -123,6 +124,7 @@ pub(in crate::spec) enum Loss {
 }
 
 /// The scale of residuals, found anew in each iteration; default `mad_0_6745`.
+#[skip_serializing_none]
 #[derive(Default, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = ResidualScale)]
@@ -130,7 +132,6 @@ pub(in crate::spec) struct Scale {
     rule: ScaleRule,
     /// `fixed`: the scale itself, in the unit of the heights (needed). `proposal2`: k₂, default
     /// 1.345. Else not taken.
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(exclusive_minimum = 0)]
     value: Option<f64>,
 }

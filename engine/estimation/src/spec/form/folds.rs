@@ -1,5 +1,6 @@
 use flankfit_numerics::check::Fault;
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use super::fault;
@@ -7,6 +8,7 @@ use crate::spec::FoldsBy;
 
 /// The blocks of nodes that cross-validation leaves out together, for the criterion `blocked_cv` of
 /// a regularisation and for `select`.
+#[skip_serializing_none]
 #[derive(Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(example = json!({"by": "rows", "count": 5}))]
@@ -15,12 +17,10 @@ pub(in crate::spec) struct Folds {
     by: By,
     /// Number of blocks, each of neighbouring rows (columns, lines): at least 2, at most one for
     /// each row. Default 10, or one for each row where there are fewer.
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 2)]
     count: Option<usize>,
     /// With `lines` only, and required there: number of the scan line of each node, in the order
     /// posted (a grid row by row); −2⁶³ to 2⁶³ − 1.
-    #[serde(skip_serializing_if = "Option::is_none")]
     line: Option<Vec<i64>>,
 }
 

@@ -2,6 +2,7 @@ use std::borrow::Cow;
 
 use flankfit_numerics::{check::Fault, contract::names};
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::{ToSchema, openapi::schema::ObjectBuilder};
 
 use super::fault;
@@ -10,6 +11,7 @@ use crate::spec::Criterion;
 const FIXED: &str = "fixed";
 
 /// Choice of λ* (spectral), k (ridge, attraction) or λ (Tikhonov).
+#[skip_serializing_none]
 #[derive(Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub(in crate::spec) struct Parameter {
@@ -17,7 +19,6 @@ pub(in crate::spec) struct Parameter {
     #[schema(schema_with = criteria)]
     criterion: Cow<'static, str>,
     /// The value itself, in the scaled columns; with criterion `fixed` and only then.
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(exclusive_minimum = 0)]
     value: Option<f64>,
 }

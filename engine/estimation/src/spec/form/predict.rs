@@ -1,11 +1,13 @@
 use flankfit_numerics::{alternatives, check::Fault};
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use super::{fault, list, number};
 use crate::spec::{Kinds, Places};
 
 /// Heights, slopes and bands of the fitted curve or surface at places of its domain.
+#[skip_serializing_none]
 #[derive(Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(example = json!({"at": {"grid": {"u": [0, 10, 20], "v": [0, 5]}}, "kinds": ["confidence", "simultaneous"]}))]
@@ -13,7 +15,6 @@ pub(in crate::spec) struct Predict {
     /// The places.
     at: At,
     /// Level of the bands; by default that of the fit's intervals.
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(exclusive_minimum = 0.5, exclusive_maximum = 1)]
     level: Option<f64>,
     /// Which bands; default `["confidence"]`.
@@ -30,21 +31,18 @@ fn confidence() -> Vec<Band> {
 
 /// Places in the unit of the nodes: `x` for a curve or, as rows, for a linear model; `u` and `v`
 /// (one pair for each point) or `grid` for a surface.
+#[skip_serializing_none]
 #[derive(Default, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = Places)]
 pub(in crate::spec) struct At {
-    #[serde(skip_serializing_if = "Option::is_none")]
     x: Option<PlacesX>,
     /// u of each point of a surface.
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 1)]
     u: Option<Vec<f64>>,
     /// v of each point, as many as u.
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 1)]
     v: Option<Vec<f64>>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     grid: Option<PlacesGrid>,
 }
 

@@ -1,5 +1,6 @@
 use flankfit_numerics::check::Fault;
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use super::fault;
@@ -11,25 +12,22 @@ const ROUNDING: f64 = 1e-9;
 /// Prior knowledge of the coefficients: `mean` with `std_error` or `covariance`; or, for iterations
 /// and their further fits, `iterations`. `value` of a coefficient is then the mean of the posterior
 /// and `std_error` its standard deviation; `regularization` must be `none`.
+#[skip_serializing_none]
 #[derive(Default, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(example = json!({"iterations": "previous", "move": "estimated", "correction": true}))]
 pub(in crate::spec) struct Prior {
     /// One number for each coefficient, in the order and unit of the answer.
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 1)]
     mean: Option<Vec<f64>>,
     /// Standard deviations of independent coefficients about `mean`, each above 0.
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 1)]
     std_error: Option<Vec<f64>>,
     /// Covariance matrix of the coefficients about `mean`: its lower triangle by rows, as
     /// `covariance.coefficients` of an answer, or all of it. It has to be positive definite.
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 1)]
     covariance: Option<Vec<Vec<f64>>>,
     /// Which earlier iterations of the job.
-    #[serde(skip_serializing_if = "Option::is_none")]
     iterations: Option<Which>,
     /// Standard deviation of the flank's change from one iteration to the next. Default
     /// `estimated`.
@@ -37,7 +35,6 @@ pub(in crate::spec) struct Prior {
     moves: Option<Moves>,
     /// If true, the change predicted by a correction of an earlier iteration is added to the prior.
     /// Default true.
-    #[serde(skip_serializing_if = "Option::is_none")]
     correction: Option<bool>,
 }
 

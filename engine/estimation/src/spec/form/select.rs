@@ -1,5 +1,6 @@
 use flankfit_numerics::check::Fault;
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use super::fault;
@@ -11,20 +12,18 @@ const DEFAULT_ALPHA: f64 = 0.5;
 /// Chooses a model: candidates are fitted by plain least squares, and the best one by `criterion`
 /// is fitted in place of `model`. Either `degrees` or `terms`. Intervals of the model that is
 /// fitted are conditional on the choice (warning `post_selection`).
+#[skip_serializing_none]
 #[derive(Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(example = json!({"degrees": [4, 4], "criterion": "bic"}))]
 pub(in crate::spec) struct Select {
     /// Every degree of the polynomial from 0 up to these is a candidate: `[max_u, max_v]`, or one
     /// for both; one for a curve, and for products of a total degree.
-    #[serde(skip_serializing_if = "Option::is_none")]
     degrees: Option<Degree>,
     /// Subsets of the model's own terms are candidates (of a linear model: of its columns).
-    #[serde(skip_serializing_if = "Option::is_none")]
     terms: Option<Terms>,
     /// With `elastic_net` only: share of the absolute values in its penalty, above 0 and at most 1
     /// (the lasso). Default 0.5.
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(exclusive_minimum = 0, maximum = 1)]
     alpha: Option<f64>,
     /// Criterion of the selection.
