@@ -42,7 +42,6 @@ pub async fn update(
     }
     precondition.check(iteration.version)?;
     let (job_id, number) = (iteration.job_id, iteration.number);
-    let decision = decision.map(Decision::from);
     if let Some(decision) = decision.filter(|decision| *decision != Decision::Accept && !says_measurand) {
         let draft = DecisionDraft { decision, concession: false, reason };
         return Ok(state.jobs.decide(job_id, number, draft, precondition).await?);

@@ -82,7 +82,7 @@ impl JobsQuery {
         }
         let sort: Option<JobSortName> = value("/sort", self.sort, &mut faults);
         let limit = read_limit(self.limit.as_deref(), &mut faults);
-        let sort = JobSort::from(sort.unwrap_or_default());
+        let sort = sort.unwrap_or_default();
         let from = match self.cursor.map(|text| JobPlace::decode(&text, sort)) {
             None => JobPlace::beginning(sort),
             Some(Ok(place)) => place,
@@ -93,7 +93,7 @@ impl JobsQuery {
         };
         let filter = JobFilter {
             text: text.map(|text| folded(text.as_str())),
-            status: status.map(Into::into),
+            status,
             machine: machine.map(Into::into),
             part_number: part_number.map(Into::into),
             class,

@@ -12,9 +12,11 @@ use super::{
 };
 use flankfit_engine::gear::Side;
 
-/// Status of a job. A flank (of a tooth) has the status of the decision on its newest iteration; a
-/// job has the first of rejected, remachine, open and accepted that any of its flanks has.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Status of a flank or a job. A flank (of a tooth) has the status of the latest decision on its
+/// newest iteration, `open` without a decision. A job has the first of `rejected`, `remachine`,
+/// `open` and `accepted` that one of its measured flanks has; `new` without iterations.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize, utoipa::ToSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum JobStatus {
     /// Nothing has been measured.
     New,
@@ -103,7 +105,10 @@ pub struct JobFilter {
     pub to: Option<Timestamp>,
 }
 
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// Order of the list: `changed`, last changed first; `name`, in alphabetical order ignoring case;
+/// `created`, newest first.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize, utoipa::ToSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum JobSort {
     /// Last changed first.
     #[default]

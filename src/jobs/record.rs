@@ -6,7 +6,8 @@ use jiff::Timestamp;
 use uuid::Uuid;
 
 /// Kind of a record.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize, utoipa::ToSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum RecordKind {
     Curve,
     Surface,
@@ -18,11 +19,11 @@ pub enum RecordKind {
     Pitch,
     /// Changes of machine settings by the nodes of one iteration.
     Correction,
-    /// Changes of machine settings by all teeth that were measured, kept with the last iteration.
+    /// Of all teeth that were measured.
     GearCorrection,
     /// What the nodes are of, added or changed after they were measured.
     Measurand,
-    /// Changes entered on the machine, if they differ from those of the correction.
+    /// The changes that were entered on the machine after a correction.
     Applied,
 }
 

@@ -30,8 +30,10 @@ pub struct DecisionEvent {
     pub event: Event,
 }
 
-/// What is done with the gear after an iteration.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Decision on the gear.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize, utoipa::ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[schema(as = DecisionName)]
 pub enum Decision {
     Accept,
     Remachine,

@@ -77,10 +77,11 @@ pub enum Class {
     Beyond,
 }
 
-/// With which tolerances a measured value is compared.
+/// Which tolerances decide the class.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema), serde(rename_all = "snake_case"), schema(as = ToleranceRounding))]
 pub enum Rounding {
-    /// Those of the standard's tables ([`rounded`]).
+    /// Those of the standard's tables.
     #[default]
     Rounded,
     /// As the formulas give them.

@@ -7,6 +7,7 @@ pub const MOST_DEVIATION: f64 = 1e9;
 
 /// Which way a trace runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema), serde(rename_all = "snake_case"), schema(as = TraceKind))]
 pub enum Kind {
     /// From root to tip in one transverse section.
     Profile,
@@ -14,13 +15,14 @@ pub enum Kind {
     Helix,
 }
 
-/// Along what deviations are taken; `normal = transverse · cos β_b`.
+/// Along what deviations are taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema), serde(rename_all = "snake_case"), schema(as = DeviationDirection))]
 pub enum Direction {
-    /// The base tangent in the transverse plane, as ISO 1328-1 has it.
+    /// Along the base tangent in the transverse plane.
     #[default]
     Transverse,
-    /// The normal of the flank.
+    /// Along the normal: the transverse one times cos β_b.
     Normal,
 }
 

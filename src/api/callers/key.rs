@@ -15,7 +15,7 @@ use crate::{
         json::text::{Moment, ShortText},
         warning::WarningBody,
     },
-    jobs::{ApiKey, KeyDraft, KeyPatch, List, Page, Role, San, Scope, Scopes, Secret},
+    jobs::{ApiKey, KeyDraft, KeyPatch, List, Page, San, Scope, Scopes, Secret},
 };
 
 /// A key to make.
@@ -129,11 +129,11 @@ impl NewKeyBody {
     /// The key that is asked for, at this time.
     pub fn draft(self, now: Timestamp) -> Result<KeyDraft, Faults> {
         let mut faults = Faults::default();
-        let role = self.role.map(Role::from);
+        let role = self.role;
         let scopes = match (role, &self.scopes) {
             (Some(role), None) => role.scopes(),
             (None, Some(named)) => {
-                let named: Vec<Scope> = named.iter().map(|scope| Scope::from(*scope)).collect();
+                let named: Vec<Scope> = named.to_vec();
                 if named.is_empty() {
                     faults.push("/scopes", "name at least one scope");
                 }
@@ -194,7 +194,7 @@ impl KeyBody {
             id: key.id.to_string(),
             tenant: (!key.tenant.is_root()).then(|| key.tenant.as_str().to_owned()),
             name: key.name.clone(),
-            role: key.role.map(RoleName::from),
+            role: key.role,
             scopes: names_of(key.scopes),
             kind: if key.san.is_some() { KeyKindName::Certificate } else { KeyKindName::Secret },
             san: key.san.as_ref().map(|san| san.as_str().to_owned()),

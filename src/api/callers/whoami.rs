@@ -57,7 +57,7 @@ impl WhoamiBody {
             tenant: (!caller.tenant.is_root()).then(|| caller.tenant.as_str().to_owned()),
             actor: caller.actor.as_ref().to_owned(),
             kind: None,
-            role: role.map(RoleName::from),
+            role,
             scopes: names_of(scopes),
             key_id: None,
             key_name: None,

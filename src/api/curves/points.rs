@@ -1,16 +1,17 @@
 //! The points of a curve: of a request, or the nodes of an iteration.
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use utoipa::ToSchema;
 
 use crate::api::{
     faults::Faults,
     json::{members::of_object, request::request},
 };
+pub use flankfit_engine::geometry::curve::Parametrization as ParametrizationName;
 use flankfit_engine::{
     estimation::Nodes,
     geometry::{
-        curve::{Parametrization, Points},
+        curve::Points,
         space::{Dimension, Vector},
     },
     words::counted,
@@ -46,27 +47,6 @@ request! {
     }
 }
 
-/// Parameter of the points, from 0 to 1: uniform, by distance, or by the square root of the
-/// distance (least overshoot in sharp bends).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-#[schema(as = Parametrization)]
-pub enum ParametrizationName {
-    Uniform,
-    ChordLength,
-    Centripetal,
-}
-
-impl From<ParametrizationName> for Parametrization {
-    fn from(name: ParametrizationName) -> Self {
-        match name {
-            ParametrizationName::Uniform => Parametrization::Uniform,
-            ParametrizationName::ChordLength => Parametrization::ChordLength,
-            ParametrizationName::Centripetal => Parametrization::Centripetal,
-        }
-    }
-}
-
 /// Points to be passed or approached, and where in the request they stand.
 pub struct GivenPoints {
     pub points: Points,
@@ -87,7 +67,7 @@ pub fn read(slice: &[u8], faults: &mut Faults) -> Option<GivenPoints> {
         let parametrization = parametrization.optional(faults)?;
         let (flat, lengths) = xyz.rows(faults)?;
         let (dimension, points) = space(&flat, &lengths, &xyz.pointer(), faults)?;
-        let parametrization = parametrization.unwrap_or(ParametrizationName::ChordLength).into();
+        let parametrization = parametrization.unwrap_or(ParametrizationName::ChordLength);
         Points::Space { points, dimension, parametrization }
     } else {
         if parametrization.is_given() {

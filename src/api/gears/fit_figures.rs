@@ -281,7 +281,7 @@ impl Asked<'_> {
                 body.profile_crowning_um = found.profile_crowning;
                 body.helix_crowning_um = found.helix_crowning;
                 body.twist_um = found.twist;
-                body.direction = Some(flank.terms.direction.into());
+                body.direction = Some(flank.terms.direction);
                 let [profile, helix] = flank.references();
                 body.profile_reference_length_mm = Some(profile);
                 body.helix_reference_length_mm = Some(helix);

@@ -5,6 +5,7 @@ use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use crate::api::{faults::Faults, measurand::side::SideName};
+pub use flankfit_engine::gear::Kind as KindName;
 use flankfit_engine::{
     gear::{
         Gear, Kind, Trace,
@@ -12,17 +13,6 @@ use flankfit_engine::{
     },
     words::{Shown, entries},
 };
-
-/// Which way a trace runs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-#[schema(as = TraceKind)]
-pub enum KindName {
-    /// From root to tip in one transverse section.
-    Profile,
-    /// Along the face width on one cylinder.
-    Helix,
-}
 
 /// Deviations along a profile or along the helix.
 #[skip_serializing_none]
@@ -59,15 +49,6 @@ pub struct TraceBody {
     pub section_diameter_mm: Option<f64>,
 }
 
-impl From<Kind> for KindName {
-    fn from(kind: Kind) -> Self {
-        match kind {
-            Kind::Profile => KindName::Profile,
-            Kind::Helix => KindName::Helix,
-        }
-    }
-}
-
 impl From<&Trace> for TraceBody {
     /// With positions as roll lengths or z, undefined samples as `null`.
     fn from(trace: &Trace) -> Self {
@@ -78,8 +59,8 @@ impl From<&Trace> for TraceBody {
         };
         TraceBody {
             tooth: trace.tooth.clone(),
-            flank: trace.side.into(),
-            kind: trace.kind.into(),
+            flank: trace.side,
+            kind: trace.kind,
             diameter_mm: None,
             roll_length_mm,
             z_mm,
@@ -92,20 +73,11 @@ impl From<&Trace> for TraceBody {
     }
 }
 
-impl From<KindName> for Kind {
-    fn from(name: KindName) -> Self {
-        match name {
-            KindName::Profile => Kind::Profile,
-            KindName::Helix => Kind::Helix,
-        }
-    }
-}
-
 impl TraceBody {
     /// The trace; faults stand under `at`.
     pub fn read(&self, gear: &Gear, at: &str, faults: &mut Faults) -> Option<Trace> {
         let before = faults.count();
-        let kind = Kind::from(self.kind);
+        let kind = self.kind;
         let (section, stranger) = match kind {
             Kind::Profile => (self.section_z_mm, self.section_diameter_mm.map(|_| "section_diameter_mm")),
             Kind::Helix => (self.section_diameter_mm, self.section_z_mm.map(|_| "section_z_mm")),
@@ -131,7 +103,7 @@ impl TraceBody {
         let each = self.deviation_um.iter().enumerate();
         let deviation = each.map(|(k, d)| d.filter(|_| counts(k)).unwrap_or(f64::NAN)).collect();
         let at = positions.filter(|_| faults.count() == before)?;
-        Some(Trace { tooth: self.tooth.clone(), side: self.flank.into(), kind, at, section, deviation })
+        Some(Trace { tooth: self.tooth.clone(), side: self.flank, kind, at, section, deviation })
     }
 
     /// Roll lengths of a profile, z of a helix.

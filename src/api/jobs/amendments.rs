@@ -51,7 +51,7 @@ impl MeasurandChangeBody {
 impl KnownMeasurandBody {
     fn of(measurand: &Measurand) -> Result<Self, String> {
         Ok(KnownMeasurandBody {
-            flank: measurand.flank.map(Into::into),
+            flank: measurand.flank,
             tooth: measurand.tooth.as_deref().and_then(ShortText::new),
             axes: measurand.axes.as_ref().map(|_| AxesBody::of(measurand)).transpose()?,
             accept_units: measurand.units_accepted.then_some(true),

@@ -215,7 +215,7 @@ impl From<JobEvent> for JobEventBody {
                 body.kind = EventName::Record;
                 body.iteration_number = Some(number);
                 body.record_id = Some(id);
-                body.record_kind = Some(kind.into());
+                body.record_kind = Some(kind);
             }
             EventKind::Job { state } => {
                 body.kind = EventName::Job;

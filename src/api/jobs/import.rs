@@ -179,7 +179,7 @@ fn of_table(
         let detail = "it belongs to files of curves, models or points; nodes of a table are of the job's gear";
         return Err(Problem::invalid(Faults::one("/spec/gear", detail)));
     }
-    let side = spec.flank.map(Into::into);
+    let side = spec.flank;
     let TableNodes { nodes, missing, helix_sign, own_zeros, measurand } =
         nodes::chosen(table, spec.tooth.as_deref(), side, "/file")?;
     let measurand = measurand.checked(Some(&nodes)).map_err(|faults| in_file(&faults))?;

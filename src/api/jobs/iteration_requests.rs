@@ -6,6 +6,7 @@ use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 use uuid::Uuid;
 
+pub use crate::jobs::Decision as DecisionName;
 use crate::{
     api::{
         fits::spec::{nodes::NodesBody, request::FitSpecBody},
@@ -20,7 +21,7 @@ use crate::{
         },
         tables::mapping::MappingBody,
     },
-    jobs::{Decision, MeasurementDetails},
+    jobs::MeasurementDetails,
 };
 
 /// A fit request with details of the measurement.
@@ -186,34 +187,5 @@ impl IterationPatchBody {
     /// Returns the measurand of the nodes that it contains.
     pub fn measurand(&self) -> MeasurandBody {
         MeasurandBody { flank: self.flank, tooth: self.tooth.clone(), axes: self.axes.clone() }
-    }
-}
-
-/// Decision on the gear.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum DecisionName {
-    Accept,
-    Remachine,
-    Reject,
-}
-
-impl From<Decision> for DecisionName {
-    fn from(decision: Decision) -> Self {
-        match decision {
-            Decision::Accept => DecisionName::Accept,
-            Decision::Remachine => DecisionName::Remachine,
-            Decision::Reject => DecisionName::Reject,
-        }
-    }
-}
-
-impl From<DecisionName> for Decision {
-    fn from(name: DecisionName) -> Self {
-        match name {
-            DecisionName::Accept => Decision::Accept,
-            DecisionName::Remachine => Decision::Remachine,
-            DecisionName::Reject => Decision::Reject,
-        }
     }
 }

@@ -5,37 +5,13 @@ use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use super::{iteration_requests::DecisionName, job::JobBody};
+pub use crate::jobs::JobSort as JobSortName;
+pub use crate::jobs::JobStatus as JobStatusName;
 use crate::{
     api::{gears::fit_figures::FitFiguresBody, json::text::Moment, measurand::side::SideName},
-    jobs::{JobPage, JobSort, JobStatus, JobSummary, ListedJob, monday},
+    jobs::{JobPage, JobStatus, JobSummary, ListedJob, monday},
 };
 use flankfit_engine::gear::tolerance::{COARSEST, FINEST};
-
-/// Status of a flank or a job. A flank (of a tooth) has the status of the latest decision on its
-/// newest iteration, `open` without a decision. A job has the first of `rejected`, `remachine`,
-/// `open` and `accepted` that one of its measured flanks has; `new` without iterations.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-#[schema(as = JobStatus)]
-pub enum JobStatusName {
-    New,
-    Open,
-    Remachine,
-    Accepted,
-    Rejected,
-}
-
-/// Order of the list: `changed`, last changed first; `name`, in alphabetical order ignoring case;
-/// `created`, newest first.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-#[schema(as = JobSort)]
-pub enum JobSortName {
-    #[default]
-    Changed,
-    Name,
-    Created,
-}
 
 /// A job with the status of its last iteration.
 #[skip_serializing_none]
@@ -204,52 +180,18 @@ pub struct WeekCountBody {
     pub count: u64,
 }
 
-impl From<JobStatus> for JobStatusName {
-    fn from(status: JobStatus) -> Self {
-        match status {
-            JobStatus::New => JobStatusName::New,
-            JobStatus::Open => JobStatusName::Open,
-            JobStatus::Remachine => JobStatusName::Remachine,
-            JobStatus::Accepted => JobStatusName::Accepted,
-            JobStatus::Rejected => JobStatusName::Rejected,
-        }
-    }
-}
-
-impl From<JobStatusName> for JobStatus {
-    fn from(name: JobStatusName) -> Self {
-        match name {
-            JobStatusName::New => JobStatus::New,
-            JobStatusName::Open => JobStatus::Open,
-            JobStatusName::Remachine => JobStatus::Remachine,
-            JobStatusName::Accepted => JobStatus::Accepted,
-            JobStatusName::Rejected => JobStatus::Rejected,
-        }
-    }
-}
-
-impl From<JobSortName> for JobSort {
-    fn from(name: JobSortName) -> Self {
-        match name {
-            JobSortName::Changed => JobSort::Changed,
-            JobSortName::Name => JobSort::Name,
-            JobSortName::Created => JobSort::Created,
-        }
-    }
-}
-
 impl From<ListedJob> for ListedJobBody {
     fn from(listed: ListedJob) -> Self {
         ListedJobBody {
             job: JobBody { requirements: None, ..listed.job.into() },
-            status: listed.status.into(),
+            status: listed.status,
             iteration_count: listed.iteration_count,
             changed_at: Moment(listed.changed_at),
             last_measured_at: listed.last_measured_at.map(Moment),
-            flank: listed.flank.map(SideName::from),
-            left_status: listed.left.map(Into::into),
-            right_status: listed.right.map(Into::into),
-            decision: listed.decision.map(DecisionName::from),
+            flank: listed.flank,
+            left_status: listed.left,
+            right_status: listed.right,
+            decision: listed.decision,
             rms: listed.rms,
             condition: listed.condition,
             figures: listed.figures.as_deref().and_then(ShortFiguresBody::of),
@@ -269,7 +211,7 @@ impl From<JobPage> for JobPageBody {
 
 impl From<JobSummary> for JobSummaryBody {
     fn from(summary: JobSummary) -> Self {
-        let status = |(status, count): (JobStatus, u64)| StatusCountBody { status: status.into(), count };
+        let status = |(status, count): (JobStatus, u64)| StatusCountBody { status, count };
         let (machines, count) = summary.other_machines;
         JobSummaryBody {
             total: summary.total,

@@ -7,6 +7,7 @@ use utoipa::ToSchema;
 use uuid::Uuid;
 
 use super::amendments::MeasurandChangeBody;
+pub use crate::jobs::RecordKind as RecordKindName;
 use crate::{
     api::{
         built::Built,
@@ -16,24 +17,6 @@ use crate::{
     },
     jobs::{List, Page, Record, RecordDraft, RecordKind, RecordSummary},
 };
-
-/// Kind of a record.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-#[schema(as = RecordKind)]
-pub enum RecordKindName {
-    Curve,
-    Surface,
-    Deviations,
-    Evaluation,
-    Pitch,
-    Correction,
-    /// Of all teeth that were measured.
-    GearCorrection,
-    Measurand,
-    /// The changes that were entered on the machine after a correction.
-    Applied,
-}
 
 /// A record of an iteration: a curve, a surface, deviations, an evaluation, pitches, a correction,
 /// its entered changes, or a change of the nodes' description.
@@ -99,27 +82,11 @@ pub struct RecordPageBody {
     pub next_cursor: Option<String>,
 }
 
-impl From<RecordKind> for RecordKindName {
-    fn from(kind: RecordKind) -> Self {
-        match kind {
-            RecordKind::Curve => RecordKindName::Curve,
-            RecordKind::Surface => RecordKindName::Surface,
-            RecordKind::Deviations => RecordKindName::Deviations,
-            RecordKind::Evaluation => RecordKindName::Evaluation,
-            RecordKind::Pitch => RecordKindName::Pitch,
-            RecordKind::Correction => RecordKindName::Correction,
-            RecordKind::GearCorrection => RecordKindName::GearCorrection,
-            RecordKind::Measurand => RecordKindName::Measurand,
-            RecordKind::Applied => RecordKindName::Applied,
-        }
-    }
-}
-
 impl From<Page<RecordSummary>> for RecordPageBody {
     fn from(page: Page<RecordSummary>) -> Self {
         let item = |record: RecordSummary| RecordSummaryBody {
             id: record.id,
-            kind: record.kind.into(),
+            kind: record.kind,
             method: record.method,
             created_at: Moment(record.created_at),
             by: record.by.map(|by| by.as_ref().to_owned()),

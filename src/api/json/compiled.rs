@@ -42,12 +42,21 @@ pub struct Node {
 pub enum Kind {
     Any,
     /// Several forms: objects by their `type`, and all of them.
-    Union { tagged: Vec<(String, Id)>, forms: Vec<Id> },
+    Union {
+        tagged: Vec<(String, Id)>,
+        forms: Vec<Id>,
+    },
     Names(Vec<String>),
     Object(Object),
-    Array { entries: Option<Id>, lengths: Lengths },
+    Array {
+        entries: Option<Id>,
+        lengths: Lengths,
+    },
     Number(Range),
-    Text { is_uuid: bool, lengths: Lengths },
+    Text {
+        is_uuid: bool,
+        lengths: Lengths,
+    },
     Boolean,
 }
 
@@ -144,7 +153,8 @@ impl<'a> Compiler<'a> {
         let bound = |keyword: &str| schema[keyword].as_f64();
         let kind = &schema["type"];
         let is_null = |kind: &&str| *kind == "null";
-        let kind = kind.as_str().or_else(|| kind.as_array()?.iter().filter_map(Value::as_str).find(|one| !is_null(one)));
+        let kind =
+            kind.as_str().or_else(|| kind.as_array()?.iter().filter_map(Value::as_str).find(|one| !is_null(one)));
         match kind {
             Some("object") => {
                 let properties: Vec<(String, Id)> = schema["properties"]
@@ -175,10 +185,9 @@ impl<'a> Compiler<'a> {
                 below: bound("exclusiveMaximum"),
                 is_short: schema["format"] == "int32",
             }),
-            Some("string") => Kind::Text {
-                is_uuid: schema["format"] == "uuid",
-                lengths: [length("minLength"), length("maxLength")],
-            },
+            Some("string") => {
+                Kind::Text { is_uuid: schema["format"] == "uuid", lengths: [length("minLength"), length("maxLength")] }
+            }
             Some("boolean") => Kind::Boolean,
             _ => Kind::Any,
         }

@@ -136,7 +136,7 @@ impl MeasurandBody {
         }
         let axes = self.axes.clone().map(|axes| Arc::from(text_of(&axes.canonical())));
         let tooth = self.tooth.clone().map(String::from);
-        faults.into_result(Measurand { flank: self.flank.map(Into::into), tooth, axes, units_accepted: false })
+        faults.into_result(Measurand { flank: self.flank, tooth, axes, units_accepted: false })
     }
 }
 

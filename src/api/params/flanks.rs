@@ -3,7 +3,6 @@
 use serde_json::{Value, json};
 
 use super::Params;
-use crate::api::measurand::side::SideName;
 use flankfit_engine::gear::{
     Kind,
     evaluation::warning::{
@@ -125,5 +124,5 @@ impl Params {
 }
 
 fn flank(name: &FlankName) -> Value {
-    json!({"tooth": name.tooth, "flank": SideName::from(name.side)})
+    json!({"tooth": name.tooth, "flank": name.side})
 }

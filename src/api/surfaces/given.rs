@@ -153,7 +153,7 @@ fn points(
         faults.push(format!("{AT}/0/0"), "points [x, y, z] are wanted");
         return None;
     }
-    let parametrization = name.unwrap_or(ParametrizationName::ChordLength).into();
+    let parametrization = name.unwrap_or(ParametrizationName::ChordLength);
     Some(GivenSurface::Points { rows: net.values.chunks(net.columns).map(<[_]>::to_vec).collect(), parametrization })
 }
 

@@ -12,8 +12,10 @@ use crate::api::{
     warning::WarningBody,
 };
 use flankfit_engine::estimation::spec::Domain;
+pub use flankfit_engine::geometry::surface::Border as BorderName;
+pub use flankfit_engine::geometry::surface::continuity::ContinuityClass as ContinuityName;
 use flankfit_engine::geometry::surface::{
-    Border, Surface, SurfaceShape,
+    Surface, SurfaceShape,
     construct::Built,
     continuity::{ContinuityClass, ContinuityTolerance, Joint, Worst},
     triangle::DegenerateBorder,
@@ -89,19 +91,6 @@ pub struct ContinuityBody {
     pub joints: Vec<JointBody>,
 }
 
-/// Continuity of two patches, from worst to best: a gap; a common line with an edge; a common
-/// tangent plane; equal first derivatives; equal second derivatives, hence equal curvature.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-#[schema(as = ContinuityClass)]
-pub enum ContinuityName {
-    Apart,
-    C0,
-    G1,
-    C1,
-    C2,
-}
-
 /// One line between two patches.
 #[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -145,17 +134,6 @@ pub struct DegenerateBorderBody {
     pub point: Vec<f64>,
 }
 
-/// A border: at the least or the greatest u or v.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-#[schema(as = Border)]
-pub enum BorderName {
-    U0,
-    U1,
-    V0,
-    V1,
-}
-
 /// Jumps that rounding may leave, against the size of what jumps.
 const ROUNDING: f64 = 1e-9;
 /// Angles of normals that rounding may leave, in radians.
@@ -182,7 +160,7 @@ pub fn built(built: &Built, nodes: Option<usize>, tolerance: Option<f64>) -> Res
     if matches!(shape, SurfaceShape::Patchwork(_)) {
         let tolerance = tolerances(shape, tolerance);
         body.continuity = Some(ContinuityBody {
-            class: joints.iter().map(|joint| joint.class(&tolerance)).min().unwrap_or(ContinuityClass::C2).into(),
+            class: joints.iter().map(|joint| joint.class(&tolerance)).min().unwrap_or(ContinuityClass::C2),
             joints: joints.iter().map(|joint| JointBody::new(joint, &tolerance)).collect(),
         });
     }
@@ -219,20 +197,9 @@ impl From<&Worst> for WorstBody {
     }
 }
 
-impl From<Border> for BorderName {
-    fn from(border: Border) -> Self {
-        match border {
-            Border::U0 => BorderName::U0,
-            Border::U1 => BorderName::U1,
-            Border::V0 => BorderName::V0,
-            Border::V1 => BorderName::V1,
-        }
-    }
-}
-
 impl From<&DegenerateBorder> for DegenerateBorderBody {
     fn from(DegenerateBorder { border, point, extent: _ }: &DegenerateBorder) -> Self {
-        DegenerateBorderBody { border: (*border).into(), point: point.as_slice().to_vec() }
+        DegenerateBorderBody { border: (*border), point: point.as_slice().to_vec() }
     }
 }
 
@@ -243,7 +210,7 @@ impl JointBody {
             constant: [AxisName::U, AxisName::V][*axis],
             at: *at,
             along: *along,
-            class: joint.class(tolerance).into(),
+            class: joint.class(tolerance),
             gap: gap.into(),
             normal_angle_deg: normal_angle
                 .as_ref()
@@ -251,18 +218,6 @@ impl JointBody {
             first_derivative: first_derivative.into(),
             second_derivative: second_derivative.into(),
             curvature: curvature.as_ref().map(WorstBody::from),
-        }
-    }
-}
-
-impl From<ContinuityClass> for ContinuityName {
-    fn from(class: ContinuityClass) -> Self {
-        match class {
-            ContinuityClass::Apart => ContinuityName::Apart,
-            ContinuityClass::C0 => ContinuityName::C0,
-            ContinuityClass::G1 => ContinuityName::G1,
-            ContinuityClass::C1 => ContinuityName::C1,
-            ContinuityClass::C2 => ContinuityName::C2,
         }
     }
 }

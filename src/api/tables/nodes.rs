@@ -79,7 +79,7 @@ pub fn chosen(table: &Table, tooth: Option<&str>, side: Option<Side>, pointer: &
         return Err(Faults::one(pointer, format!("the table has nodes of {}", listed(known))).into());
     };
     let mut of = of_set(table, set, pointer)?;
-    of.measurand.flank = of.measurand.flank.or(side.map(Into::into));
+    of.measurand.flank = of.measurand.flank.or(side);
     of.measurand.tooth = of.measurand.tooth.or(tooth.and_then(ShortText::new));
     Ok(of)
 }
@@ -98,8 +98,7 @@ pub fn of_set(table: &Table, set: NodeSet, pointer: &str) -> Result<TableNodes, 
         let tooth: String = tooth.chars().filter(|c| !c.is_control()).take(SHORT).collect();
         ShortText::new(&tooth)
     });
-    let measurand =
-        MeasurandBody { flank: flank.map(Into::into), tooth, axes: axes(table, layout, own_zeros.as_ref()) };
+    let measurand = MeasurandBody { flank, tooth, axes: axes(table, layout, own_zeros.as_ref()) };
     let helix_sign = crossings.map(|crossings| crossings.helix_sign());
     Ok(TableNodes { nodes, missing, helix_sign, own_zeros, measurand })
 }

@@ -13,7 +13,6 @@ use crate::{
         jobs::{iterations::IterationFitBody, trace::TraceBody},
     },
     cli::table::Table,
-    jobs::Decision,
 };
 use flankfit_engine::estimation::{
     result::{Coefficient, TermKey},
@@ -194,7 +193,7 @@ pub fn trace(trace: &TraceBody) -> String {
         for decision in &iteration.decisions {
             events.push((
                 decision.created_at.0,
-                remark(format!("decision: {}", Decision::from(decision.decision).name()), reason(&decision.reason)),
+                remark(format!("decision: {}", decision.decision.name()), reason(&decision.reason)),
             ));
         }
     }

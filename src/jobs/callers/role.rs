@@ -5,8 +5,9 @@ use super::scope::{
     Scopes,
 };
 
-/// See the module's documentation.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// A role: scopes that go together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize, utoipa::ToSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum Role {
     Reader,
     Operator,

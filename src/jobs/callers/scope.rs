@@ -2,8 +2,11 @@
 
 use std::fmt::{self, Display};
 
-/// A kind of operations.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+/// Scope that an operation requires.
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize, utoipa::ToSchema,
+)]
+#[serde(rename_all = "snake_case")]
 pub enum Scope {
     /// Reading what is stored.
     Read,

@@ -31,14 +31,16 @@ pub struct Inferred {
     pub student: Student,
 }
 
-/// Whether a part conforms to its limits.
+/// What the uncertainty allows to say, at 0.95 whatever `level` is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema), serde(rename_all = "snake_case"), schema(as = ConformityDecision))]
 pub enum Decision {
-    /// It does.
+    /// The least probability is 0.95 at least.
     Conforms,
-    /// It does not.
+    /// The figure is so far beyond a limit as that of a part that lies within is measured with a
+    /// probability of 0.05 at most: about 1.645 standard errors, 1.96 of very close limits.
     DoesNotConform,
-    /// The measurement is too uncertain to say.
+    /// Neither.
     CannotBeTold,
 }
 

@@ -48,8 +48,26 @@ const MINUTE: f64 = std::f64::consts::PI / 10_800.0;
 /// µm in a mm.
 const MICRO: f64 = 1e3;
 
-/// How the gear is finished.
+/// A machine that grinds cylindrical gears. Deviations are along the normal, + = material left
+/// standing; s is +1 on left and −1 on right flanks, u and v run from −1 to 1 over the ranges from
+/// root to tip and along z. docs/machine-settings.md has a figure of each setting.
+///
+/// | setting | unit | a positive change | what the flank gets |
+/// |---|---|---|---|
+/// | `profile_angle` | arcmin | greater normal pressure angle of the tool | less material at the tip on both flanks: f_Hα falls |
+/// | `helix_angle` | arcmin | signed helix angle grows (as `helix_angle_deg`, right hand above 0) | f_Hβ (DIN) grows on both flanks of gears of either hand |
+/// | `profile_crowning` | µm | more removed at root and tip | −u²: C_α grows by as much |
+/// | `helix_crowning` | µm | more removed at both ends | −v² (form), −v_t² at the place of the worm (generating, with a natural twist on helical gears): C_β grows |
+/// | `twist` | µm | generating only: worm shifted along a dressed profile | uv/4 on both flanks: 4c_uv grows by as much |
+/// | `tooth_thickness` | µm | thicker tooth | ½ cos α_n on both flanks: no slope, no crowning |
+/// | `infeed` | µm | form only: wheel away from the gear's axis | material on both flanks, more towards the tip |
+/// | `tool_axis_offset` | µm | tool to the left (−x) in its gap | material on left flanks, the same off right flanks |
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(rename_all = "snake_case")
+)]
 pub enum Machine {
     /// With a worm that rolls with the gear.
     GeneratingGrinding,

@@ -74,14 +74,19 @@ impl Setting {
     }
 }
 
-/// How errors of J hang together.
+/// How errors of a sensitivity matrix hang together, for the standard errors of the changes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(rename_all = "snake_case")
+)]
 pub enum ResponseErrors {
-    /// Each entry has one of its own.
+    /// Each entry has one of its own: they average out over many nodes.
     #[default]
     Independent,
-    /// Each setting has one: all entries of its column are too large or too small by the same
-    /// share.
+    /// Each setting has one, as a scale that is wrong: its whole column is too large or too small
+    /// by the same share.
     PerSetting,
 }
 

@@ -2,10 +2,12 @@
 
 /// Line that deviations are about.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema), serde(rename_all = "snake_case"), schema(as = DeviationsAgainst))]
 pub enum Against {
     /// The involute and the unmodified helix.
     Involute,
-    /// The design line of the trace, where it has one.
+    /// The design line: `modifications` and `design_um` of the request, else the `design` in the
+    /// job's requirements.
     #[default]
     Design,
 }

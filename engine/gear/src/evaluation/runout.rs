@@ -30,13 +30,24 @@ use flankfit_numerics::{
     words::{Shown, entries},
 };
 
-/// Which way teeth are numbered, as the viewer sees it.
+/// The direction in which teeth are numbered, seen with the axis towards the viewer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema), serde(rename_all = "snake_case"), schema(as = ToothCounting))]
 pub enum Counting {
     /// Against the direction of angles that grow.
     Clockwise,
     /// In the direction of angles that grow.
     Counterclockwise,
+}
+
+impl Counting {
+    /// Returns the word for it in messages.
+    pub fn word(self) -> &'static str {
+        match self {
+            Counting::Clockwise => "clockwise",
+            Counting::Counterclockwise => "counterclockwise",
+        }
+    }
 }
 
 /// The first harmonic.

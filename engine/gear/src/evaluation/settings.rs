@@ -10,18 +10,22 @@ use super::{against::Against, band::Band, limits::SidedLimits};
 use flankfit_estimation::spec::DEFAULT_LEVEL;
 use flankfit_numerics::{check::Faults, words::Shown};
 
-/// Which way a posted deviation counts.
+/// The sign of deviations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(rename_all = "snake_case")
+)]
 pub enum DeviationSign {
-    /// Positive where material stands out, on every trace.
+    /// Positive where material stands out of the flank.
     #[default]
     Material,
-    /// Profiles as [`DeviationSign::Material`]; helices positive where the flank is turned
-    /// counterclockwise for the viewer, that is material on left and space on right flanks. A
-    /// rising trace is then a right-hand deviation on both flanks.
+    /// Profiles as `material`; helices positive where the flank is turned counterclockwise, so
+    /// that a rising trace deviates towards the right hand on both flanks.
     Din,
-    /// Positive where the flank is turned clockwise for the viewer, on every trace: the turning
-    /// axis of some instruments, as their curve files hold it.
+    /// Positive where the flank is turned clockwise, on every trace, as some curve files hold
+    /// it.
     Clockwise,
 }
 
@@ -36,15 +40,20 @@ impl DeviationSign {
     }
 }
 
-/// The sign of answered slopes. f_Hα is positive under `Din` and `Vdi` where material grows from
-/// root to tip (the pressure angle is too small).
+/// The sign of slopes. Profile slopes are positive under `din` and `vdi` where material grows
+/// from root to tip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(rename_all = "snake_case")
+)]
 pub enum SlopeSign {
-    /// f_Hβ is positive where the helix deviates towards the right hand, whatever the flank and the
-    /// hand of the gear (β with its sign).
+    /// Helix slopes are positive where the helix deviates towards the right hand, on both
+    /// flanks.
     #[default]
     Din,
-    /// f_Hβ is positive where material grows with z, on both flanks.
+    /// Helix slopes are positive where material grows with z.
     Vdi,
     /// Slopes of the numbers as they were posted, towards the tip and towards greater z.
     AsGiven,

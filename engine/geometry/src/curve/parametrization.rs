@@ -12,8 +12,14 @@ use flankfit_numerics::{
     dd::{exponent_of, ldexp},
 };
 
-/// How the parameter grows from point to point.
+/// Parameter of the points, from 0 to 1: uniform, by distance, or by the square root of the
+/// distance (least overshoot in sharp bends).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(rename_all = "snake_case")
+)]
 pub enum Parametrization {
     /// By the same amount.
     Uniform,

@@ -11,8 +11,13 @@ use crate::{
 };
 use flankfit_numerics::{check::Faults, words::Shown};
 
-/// One of the four borders of a patch.
+/// A border: at the least or the greatest u or v.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(rename_all = "snake_case")
+)]
 pub enum Border {
     /// The curve over v at the lowest u.
     U0,

@@ -64,8 +64,14 @@ pub struct ContinuityTolerance {
     pub second: f64,
 }
 
-/// How two pieces meet, from worst to best.
+/// Continuity of two patches, from worst to best: a gap; a common line with an edge; a common
+/// tangent plane; equal first derivatives; equal second derivatives, hence equal curvature.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(rename_all = "snake_case")
+)]
 pub enum ContinuityClass {
     /// There is a gap.
     Apart,

@@ -41,7 +41,7 @@ impl ChosenFigures {
         let same = |(a, b): &(Option<[f64; 2]>, [f64; 2])| {
             a.is_some_and(|a| a.iter().zip(b).all(|(a, b)| (a - b).abs() <= SAME))
         };
-        let is_same = own.direction == Some(flank.terms.direction.into()) && pairs.iter().all(same);
+        let is_same = own.direction == Some(flank.terms.direction) && pairs.iter().all(same);
         // heights with a zero for each trace are another flank than those of the fit
         if !is_same || flank.traces.is_some() {
             return FlankFigures::default();

@@ -74,7 +74,7 @@ pub struct TargetFigureBody {
 impl TargetFigureBody {
     fn new(figure: &HeldFigure, change: &[f64]) -> Self {
         let (before, predicted) = (figure.measured.value, figure.after(change));
-        let conformity = |value| figure.conformity(value).map(|found| found.decision.into());
+        let conformity = |value| figure.conformity(value).map(|found| found.decision);
         TargetFigureBody {
             before,
             target: figure.target,

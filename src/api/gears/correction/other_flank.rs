@@ -51,7 +51,7 @@ pub(super) fn of(
         Side::Left => Side::Right,
         Side::Right => Side::Left,
     };
-    let body = OtherFlankBody { flank: other.into(), iteration: None, figures: None, not_predicted: None };
+    let body = OtherFlankBody { flank: other, iteration: None, figures: None, not_predicted: None };
     let Some(measured) = subject.other else {
         let why = "it was not measured; settings of both flanks change it as well".to_owned();
         return Ok(Some(OtherFlankBody { not_predicted: Some(why), ..body }));

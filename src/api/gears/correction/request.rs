@@ -28,6 +28,7 @@ use crate::api::{
         request::request,
     },
 };
+pub use flankfit_engine::gear::correction::ResponseErrors as ResponseErrorsName;
 use flankfit_engine::{
     estimation::spec::{Regularization, Scaling},
     gear::{
@@ -135,27 +136,6 @@ pub enum SettingsUsedName {
     Needed,
     /// All of them.
     All,
-}
-
-/// How errors of a sensitivity matrix hang together, for the standard errors of the changes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-#[schema(as = ResponseErrors)]
-pub enum ResponseErrorsName {
-    /// Each entry has one of its own: they average out over many nodes.
-    Independent,
-    /// Each setting has one, as a scale that is wrong: its whole column is too large or too small
-    /// by the same share.
-    PerSetting,
-}
-
-impl From<ResponseErrorsName> for ResponseErrors {
-    fn from(name: ResponseErrorsName) -> Self {
-        match name {
-            ResponseErrorsName::Independent => ResponseErrors::Independent,
-            ResponseErrorsName::PerSetting => ResponseErrors::PerSetting,
-        }
-    }
 }
 
 /// A request that has been read.

@@ -272,7 +272,7 @@ impl About {
         iterations.sort_unstable();
         About {
             iterations,
-            flanks: nodes.blocks.iter().filter_map(|block| block.side.map(Into::into)).collect(),
+            flanks: nodes.blocks.iter().filter_map(|block| block.side).collect(),
             teeth: (level == Level::Gear).then(|| SidedTeethBody::new(nodes)),
             other_flank: None,
         }
@@ -310,8 +310,8 @@ pub fn write(solution: &Solution, asked: Asked<'_>, digest: &str) -> Result<Vec<
         settings: settings.iter().map(SettingChangeBody::from).collect(),
         figures: (!spec.figures.is_empty()).then(|| SidedFiguresBody::new(&spec.figures, &change)),
         other_flank,
-        direction: flank.map(|flank| flank.terms.direction.into()),
-        reference: flank.map(|flank| flank.terms.reference.into()),
+        direction: flank.map(|flank| flank.terms.direction),
+        reference: flank.map(|flank| flank.terms.reference),
         profile_reference_length_mm,
         helix_reference_length_mm,
         indistinguishable: indistinguishable.collect(),

@@ -93,7 +93,7 @@ fn answer(
         Ok(earlier) => earlier,
         Err(why) => return Ok(Err(why)),
     };
-    let flanks: Vec<SideName> = nodes.blocks.iter().filter_map(|block| block.side.map(Into::into)).collect();
+    let flanks: Vec<SideName> = nodes.blocks.iter().filter_map(|block| block.side).collect();
     if flanks != made.result.flanks {
         return Ok(Err("what the corrected iterations are of was changed since".to_owned()));
     }

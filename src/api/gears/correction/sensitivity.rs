@@ -1,8 +1,5 @@
 //! What a unit of each machine setting does to each node: as a matrix, or by a machine.
 
-use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
-
 use super::iteration_nodes::{self, Coordinates};
 use crate::{
     api::{
@@ -13,6 +10,7 @@ use crate::{
     },
     jobs::{Measurand, side_name},
 };
+pub use flankfit_engine::gear::correction::machine::Machine as MachineName;
 use flankfit_engine::{
     estimation::Nodes,
     gear::{
@@ -57,39 +55,6 @@ request! {
         /// of a wheel that is dressed on both sides. Their names end in `_left` or `_right`, and
         /// they leave the other flank as it is. Default none: all settings act on both flanks.
         optional by_flank: Vec<String>,
-    }
-}
-
-/// A machine that grinds cylindrical gears. Deviations are along the normal, + = material left
-/// standing; s is +1 on left and −1 on right flanks, u and v run from −1 to 1 over the ranges from
-/// root to tip and along z. docs/reference/machine-settings.md has a figure of each setting.
-///
-/// | setting | unit | a positive change | what the flank gets |
-/// |---|---|---|---|
-/// | `profile_angle` | arcmin | greater normal pressure angle of the tool | less material at the tip on both flanks: f_Hα falls |
-/// | `helix_angle` | arcmin | signed helix angle grows (as `helix_angle_deg`, right hand above 0) | f_Hβ (DIN) grows on both flanks of gears of either hand |
-/// | `profile_crowning` | µm | more removed at root and tip | −u²: C_α grows by as much |
-/// | `helix_crowning` | µm | more removed at both ends | −v² (form), −v_t² at the place of the worm (generating, with a natural twist on helical gears): C_β grows |
-/// | `twist` | µm | generating only: worm shifted along a dressed profile | uv/4 on both flanks: 4c_uv grows by as much |
-/// | `tooth_thickness` | µm | thicker tooth | ½ cos α_n on both flanks: no slope, no crowning |
-/// | `infeed` | µm | form only: wheel away from the gear's axis | material on both flanks, more towards the tip |
-/// | `tool_axis_offset` | µm | tool to the left (−x) in its gap | material on left flanks, the same off right flanks |
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-#[schema(as = Machine)]
-pub enum MachineName {
-    /// With a worm that rolls with the gear.
-    GeneratingGrinding,
-    /// With a wheel of the shape of the gap.
-    FormGrinding,
-}
-
-impl From<MachineName> for Machine {
-    fn from(name: MachineName) -> Self {
-        match name {
-            MachineName::GeneratingGrinding => Machine::GeneratingGrinding,
-            MachineName::FormGrinding => Machine::FormGrinding,
-        }
     }
 }
 
@@ -180,9 +145,9 @@ fn of_matrix(members: &SensitivityMembers<'_>, faults: &mut Faults) -> Option<Se
 
 fn of_machine(members: &SensitivityMembers<'_>, iteration: Corrected<'_>, faults: &mut Faults) -> Option<Sensitivity> {
     let Corrected { nodes, measurand, axes, gear, level } = iteration;
-    let machine: Machine = members.machine.read(faults)?.into();
+    let machine: Machine = members.machine.read(faults)?;
     let by_flank = by_flank(members, machine, faults)?;
-    let side: Option<Side> = members.flank.optional(faults)?.map(Into::into);
+    let side: Option<Side> = members.flank.optional(faults)?;
     if level == Level::Gear && side.is_some() {
         let detail = "a correction of the gear takes the flanks that were measured; leave it out";
         faults.push("/sensitivity/flank", detail);

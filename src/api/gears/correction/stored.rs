@@ -30,11 +30,12 @@ use crate::{
     },
     jobs::Record,
 };
+pub use flankfit_engine::gear::correction::Verdict as VerdictName;
 use flankfit_engine::{
     estimation::{FitError, Unconverged},
     gear::{
         Gear,
-        correction::{Answer, Comparison, Correction, CorrectionSpec, Scatter, Verdict, compare, compare_figures},
+        correction::{Answer, Comparison, Correction, CorrectionSpec, Scatter, compare, compare_figures},
     },
 };
 
@@ -134,38 +135,6 @@ pub struct MachineAnswerBody {
 pub struct SidedChangesBody {
     pub left: Option<FigureChangesBody>,
     pub right: Option<FigureChangesBody>,
-}
-
-/// How the machine answered.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-#[schema(as = MachineVerdict)]
-pub enum VerdictName {
-    /// As far as noise and the uncertainty of the sensitivity allow. With white noise 20 of 28,000
-    /// simulated machines that were so were called anything else but `undecided`; waviness that
-    /// does not repeat raises that rate (docs/reference/gears.md).
-    AsPredicted,
-    /// A part of the predicted change came.
-    Weaker,
-    /// More of the predicted change came.
-    Stronger,
-    /// What came is no multiple of what was predicted.
-    Different,
-    /// Noise or the uncertainty of the sensitivity are so great against the predicted change that
-    /// an answer is not distinguishable from none.
-    Undecided,
-}
-
-impl From<Verdict> for VerdictName {
-    fn from(verdict: Verdict) -> Self {
-        match verdict {
-            Verdict::AsPredicted => VerdictName::AsPredicted,
-            Verdict::Weaker => VerdictName::Weaker,
-            Verdict::Stronger => VerdictName::Stronger,
-            Verdict::Different => VerdictName::Different,
-            Verdict::Undecided => VerdictName::Undecided,
-        }
-    }
 }
 
 #[skip_serializing_none]
@@ -437,7 +406,7 @@ impl MachineAnswerBody {
             response_ratio_interval: answer.response_ratio_interval,
             chi_squared: answer.chi_squared,
             chi_squared_limit: answer.chi_squared_limit,
-            verdict: answer.verdict.into(),
+            verdict: answer.verdict,
             sentence: answer.sentence,
             predicted_um: Some(defined(predicted)),
             measured_um: Some(defined(measured)),

@@ -82,7 +82,7 @@ fn computed(text: &[u8], room: Room) -> Result<Computed, Problem> {
     let modifications =
         modification::read(&gear, &body.modifications, body.modification_range).map_err(Problem::invalid)?;
     let (axis, values) = body.profile.axis_and_values();
-    let side: Side = body.flank.into();
+    let side: Side = body.flank;
     let spec = GridSpec { side, axis, values, positions: body.face_width_positions_mm, tooth: body.tooth.unwrap_or(1) };
     let grid = FlankGrid::new(&gear, &spec, modifications.as_ref()).map_err(Problem::invalid)?;
     Ok(Computed { gear, side, modifications, grid, hand_assumed: body.gear.hand_assumed() })

@@ -197,13 +197,13 @@ impl DeviationsBody<'_> {
         let counted = || nodes.iter().filter(|node| node.counts()).map(|node| node.deviation);
         let stray = |(index, stray): &(usize, NoFoot)| StrayBody { index: *index, reason: stray.to_string() };
         DeviationsBody {
-            direction: deviations.direction.into(),
+            direction: deviations.direction,
             deviation_um: numbers(&|node| node.deviation),
             roll_length_mm: numbers(&|node| node.roll_length),
             diameter_mm: numbers(&|node| node.diameter(gear)),
             z_mm: numbers(&|node| node.z),
             tooth: nodes.iter().map(|node| node.tooth).collect(),
-            flank: nodes.iter().map(|node| node.side.into()).collect(),
+            flank: nodes.iter().map(|node| node.side).collect(),
             counts: nodes.iter().map(Node::counts).collect(),
             count: deviations.counted(),
             undefined: deviations.undefined(),

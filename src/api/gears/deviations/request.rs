@@ -25,7 +25,7 @@ use crate::api::{
 use flankfit_engine::{
     estimation::FitSpec,
     gear::{
-        Gear, Side,
+        Gear,
         deviation::{FootlessPoints, MeasuredPoint, Measurement, Topography},
         registration::Motion,
         trace::Direction,
@@ -270,7 +270,7 @@ fn touches(members: &DeviationsMembers<'_>, faults: &mut Faults) -> Option<Vec<M
     let each = points.iter().enumerate().map(|(k, point)| MeasuredPoint {
         point: point.map_or(Vector::repeat(f64::NAN), |[x, y, z]| Vector::new(x, y, z)),
         tooth: teeth.as_ref().and_then(|teeth| teeth.get(k)).copied(),
-        side: flanks.as_ref().and_then(|flanks| flanks.get(k)).map(|side| Side::from(*side)),
+        side: flanks.as_ref().and_then(|flanks| flanks.get(k)).copied(),
         normal: None,
     });
     (faults.count() == before).then(|| each.collect())
@@ -328,7 +328,7 @@ impl DeviationGrid {
         };
         faults.into_result(Topography {
             tooth: self.tooth.or(own.filter(|own| *own <= gear.data().teeth)).unwrap_or(1),
-            side: self.flank.into(),
+            side: self.flank,
             roll_length,
             z: self.z.clone(),
             deviation: std::mem::take(&mut self.deviation),

@@ -12,7 +12,7 @@ use crate::api::{
     measurand::{profile_axis::ProfileAxisName, side::SideName},
 };
 use flankfit_engine::gear::{
-    Gear, Kind, ProfileAxis,
+    Gear, ProfileAxis,
     evaluation::{
         Against,
         band::{Band, Found},
@@ -161,7 +161,7 @@ impl KBandBody {
         };
         let (upper, lower) = (line("upper", &self.upper), line("lower", &self.lower));
         let against = self.against.map_or(Against::Involute, Into::into);
-        let (kind, side) = (Kind::from(self.kind), self.flank.map(Into::into));
+        let (kind, side) = (self.kind, self.flank);
         let band = Band { kind, side, against, axis, upper, lower };
         faults.into_result(band)
     }

@@ -4,8 +4,9 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use crate::api::faults::Faults;
+pub use flankfit_engine::estimation::inference::Decision as DecisionName;
 use flankfit_engine::{
-    estimation::inference::{Conformity, Decision},
+    estimation::inference::Conformity,
     gear::{
         Side,
         evaluation::{SidedLimits, ToleranceLimits, no_class, not_ascending_limits},
@@ -242,32 +243,8 @@ pub struct ConformityBody {
     pub decision: DecisionName,
 }
 
-/// What the uncertainty allows to say, at 0.95 whatever `level` is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-#[schema(as = ConformityDecision)]
-pub enum DecisionName {
-    /// The least probability is 0.95 at least.
-    Conforms,
-    /// The figure is so far beyond a limit as that of a part that lies within is measured with a
-    /// probability of 0.05 at most: about 1.645 standard errors, 1.96 of very close limits.
-    DoesNotConform,
-    /// Neither.
-    CannotBeTold,
-}
-
 impl From<Conformity> for ConformityBody {
     fn from(found: Conformity) -> Self {
-        ConformityBody { limits_um: found.limits, probability: found.probability, decision: found.decision.into() }
-    }
-}
-
-impl From<Decision> for DecisionName {
-    fn from(decision: Decision) -> Self {
-        match decision {
-            Decision::Conforms => DecisionName::Conforms,
-            Decision::DoesNotConform => DecisionName::DoesNotConform,
-            Decision::CannotBeTold => DecisionName::CannotBeTold,
-        }
+        ConformityBody { limits_um: found.limits, probability: found.probability, decision: found.decision }
     }
 }

@@ -110,9 +110,7 @@ impl EvaluationSettingsBody {
             return Some(AT.to_owned());
         }
         let bands = self.k_bands.as_deref().unwrap_or_default();
-        let of = |band: &KBandBody| {
-            Kind::from(band.kind) == trace.kind && band.flank.is_none_or(|flank| Side::from(flank) == trace.side)
-        };
+        let of = |band: &KBandBody| band.kind == trace.kind && band.flank.is_none_or(|flank| flank == trace.side);
         let band = bands.iter().position(|band| band.is_about_design() && of(band))?;
         Some(format!("/evaluation/k_bands/{band}/against"))
     }

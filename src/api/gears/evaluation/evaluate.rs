@@ -135,8 +135,8 @@ impl From<Evaluated> for EvaluatedTraceBody {
         let held = |of: fn(&Values) -> f64, limits| values.and_then(|values| within(of(&values), limits));
         EvaluatedTraceBody {
             tooth: trace.tooth,
-            flank: trace.side.into(),
-            kind: trace.kind.into(),
+            flank: trace.side,
+            kind: trace.kind,
             // −0 is 0
             slope_um: values.map(|v| v.slope + 0.0),
             slope_std_error_um: values.and_then(|v| v.slope_std_error),
@@ -216,8 +216,8 @@ impl From<Classes> for ClassesBody {
 impl From<Summary> for MeanBody {
     fn from(summary: Summary) -> Self {
         MeanBody {
-            flank: summary.side.into(),
-            kind: summary.kind.into(),
+            flank: summary.side,
+            kind: summary.kind,
             count: summary.count,
             slope_um: summary.slope.into(),
             form_um: summary.form.into(),
@@ -239,7 +239,7 @@ impl From<TraceSurface> for TraceSurfaceBody {
     fn from(of: TraceSurface) -> Self {
         TraceSurfaceBody {
             tooth: of.tooth,
-            flank: of.side.into(),
+            flank: of.side,
             traces: of.traces,
             samples: of.samples,
             figures: of.figures.into(),
@@ -255,8 +255,8 @@ impl From<Twist> for TwistBody {
     fn from(twist: Twist) -> Self {
         TwistBody {
             tooth: twist.tooth,
-            flank: twist.side.into(),
-            kind: twist.kind.into(),
+            flank: twist.side,
+            kind: twist.kind,
             twist_um: twist.twist,
             std_error_um: twist.std_error,
             interval_um: twist.interval,

@@ -97,7 +97,7 @@ impl From<Figure> for FigureBody {
             bias_bound,
             least_squares,
             interval: inference.map(|one| one.interval),
-            interval_kind: inference.map(|one| one.kind.into()),
+            interval_kind: inference.map(|one| one.kind),
             degrees_of_freedom: inference.map(|one| one.about.student.freedom()).filter(|freedom| freedom.is_finite()),
             within: within(value, limits),
             conformity: inference.and_then(|one| one.conformity).map(Into::into),

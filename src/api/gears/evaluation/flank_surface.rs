@@ -201,7 +201,7 @@ pub fn build(text: &[u8], own: Option<&Gear>) -> Result<Built, Problem> {
     };
     let terms = figure_terms(direction, reference);
     let settings = SurfaceSettings {
-        side: side.into(),
+        side,
         profile_range,
         helix_range,
         border: Border { root: border.root, tip: border.tip, toe: border.toe, heel: border.heel },
@@ -209,7 +209,7 @@ pub fn build(text: &[u8], own: Option<&Gear>) -> Result<Built, Problem> {
         direction: terms.direction,
         terms,
         sign: sign.map_or(SlopeSign::Din, Into::into),
-        limits: if implausible.is_some() { Default::default() } else { limits.of(side.into()) },
+        limits: if implausible.is_some() { Default::default() } else { limits.of(side) },
         spec,
     };
     let found = flank_surface(&gear, &nodes, &settings).map_err(refused)?;
@@ -238,7 +238,7 @@ impl<'a> FlankSurfaceBody<'a> {
         let [profile_reference_length_mm, helix_reference_length_mm] = found.references;
         FlankSurfaceBody {
             figures: FiguresBody::from(found),
-            direction: direction.into(),
+            direction,
             profile_reference_length_mm,
             helix_reference_length_mm,
             form: FlankFormBody {

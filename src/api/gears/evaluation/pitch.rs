@@ -28,12 +28,13 @@ use crate::{
     },
     jobs::Measurand,
 };
+pub use flankfit_engine::gear::evaluation::runout::Counting as CountingName;
 use flankfit_engine::{
     gear::{
         Gear, Side,
         evaluation::{
             pitch::{Extreme, Pitch, PitchMeasured, PitchSettings, pitch, thickness_variation},
-            runout::{Counting, Runout, from_pitches, from_readings},
+            runout::{Runout, from_pitches, from_readings},
         },
         tolerance::{Class, OutOfScope, Rounding, Tolerances},
     },
@@ -93,43 +94,6 @@ pub struct PitchMeasuredBody {
     pub angle_deg: Option<Vec<Option<f64>>>,
     /// Deviation of the pitch that ends at each flank.
     pub single_pitch_um: Option<Vec<Option<f64>>>,
-}
-
-/// The direction in which teeth are numbered, seen with the axis towards the viewer.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-#[schema(as = ToothCounting)]
-pub enum CountingName {
-    Clockwise,
-    Counterclockwise,
-}
-
-impl From<Counting> for CountingName {
-    fn from(counting: Counting) -> Self {
-        match counting {
-            Counting::Clockwise => CountingName::Clockwise,
-            Counting::Counterclockwise => CountingName::Counterclockwise,
-        }
-    }
-}
-
-impl CountingName {
-    /// Returns the word for it in messages.
-    pub fn word(self) -> &'static str {
-        match self {
-            CountingName::Clockwise => "clockwise",
-            CountingName::Counterclockwise => "counterclockwise",
-        }
-    }
-}
-
-impl From<CountingName> for Counting {
-    fn from(name: CountingName) -> Self {
-        match name {
-            CountingName::Clockwise => Counting::Clockwise,
-            CountingName::Counterclockwise => Counting::Counterclockwise,
-        }
-    }
 }
 
 /// Pitch deviations and run-out.
@@ -307,7 +271,7 @@ impl PitchRequestBody {
                 None
             }
             (None, Some((left, _)), Some((right, _)), Some(counting)) => {
-                let found = from_pitches(gear, left, right, counting.into(), rounding);
+                let found = from_pitches(gear, left, right, counting, rounding);
                 let said = |faults: check::Faults| {
                     let why: Vec<&str> = faults.list().iter().map(|fault| &*fault.message).collect();
                     none(&why.join("; "));
@@ -403,7 +367,7 @@ impl PitchBody {
             }
         }
         PitchBody {
-            flank: pitch.side.into(),
+            flank: pitch.side,
             diameter_mm: pitch.diameter,
             index_deviation_um: pitch.index,
             single_pitch_deviation_um: pitch.single,

@@ -18,14 +18,19 @@ use crate::api::{
     },
 };
 use flankfit_engine::estimation::spec::DEFAULT_LEVEL;
+pub use flankfit_engine::gear::evaluation::flank_surface::Reference as ReferenceName;
+pub use flankfit_engine::gear::evaluation::settings::DeviationSign as DeviationSignName;
+pub use flankfit_engine::gear::evaluation::settings::SlopeSign as SignName;
+pub use flankfit_engine::gear::tolerance::Rounding as RoundingName;
+pub use flankfit_engine::gear::trace::Direction as DirectionName;
 use flankfit_engine::gear::{
     Gear, Trace,
     evaluation::{
         self, Against, Evaluation,
-        flank_surface::{FigureTerms, Reference},
+        flank_surface::FigureTerms,
         settings::{
-            DeviationSign, HelixReference, HelixSettings, MeanCurve, Outliers, PlusMaterial, ProfileReference,
-            ProfileSettings, Settings, SlopeSign,
+            HelixReference, HelixSettings, MeanCurve, Outliers, PlusMaterial, ProfileReference, ProfileSettings,
+            Settings,
         },
     },
     tolerance::Rounding,
@@ -158,73 +163,6 @@ names! {
     }
 }
 
-names! {
-    /// The sign of slopes. Profile slopes are positive under `din` and `vdi` where material grows
-    /// from root to tip.
-    SignName as SlopeSign for SlopeSign {
-        /// Helix slopes are positive where the helix deviates towards the right hand, on both
-        /// flanks.
-        Din => SlopeSign::Din,
-        /// Helix slopes are positive where material grows with z.
-        Vdi => SlopeSign::Vdi,
-        /// Slopes of the numbers as they were posted, towards the tip and towards greater z.
-        AsGiven => SlopeSign::AsGiven,
-    }
-}
-
-names! {
-    /// The sign of deviations.
-    DeviationSignName as DeviationSign for DeviationSign {
-        /// Positive where material stands out of the flank.
-        Material => DeviationSign::Material,
-        /// Profiles as `material`; helices positive where the flank is turned counterclockwise, so
-        /// that a rising trace deviates towards the right hand on both flanks.
-        Din => DeviationSign::Din,
-        /// Positive where the flank is turned clockwise, on every trace, as some curve files hold
-        /// it.
-        Clockwise => DeviationSign::Clockwise,
-    }
-}
-
-names! {
-    /// Along what deviations are taken.
-    DirectionName as DeviationDirection for Direction {
-        /// Along the base tangent in the transverse plane.
-        Transverse => Direction::Transverse,
-        /// Along the normal: the transverse one times cos β_b.
-        Normal => Direction::Normal,
-    }
-}
-
-names! {
-    /// Length that the slopes of a flank's second-order surface refer to.
-    ReferenceName as SlopeReference for Reference {
-        /// Slopes are extended linearly to the evaluation range (profiles) and to the face width
-        /// (helices), as drawings and ISO 1328-1 have them.
-        ReferenceLength => Reference::Length,
-        /// Slopes are over the fitted range, and limits get its share of those lengths.
-        Evaluated => Reference::Evaluated,
-    }
-}
-
-impl From<Direction> for DirectionName {
-    fn from(direction: Direction) -> Self {
-        match direction {
-            Direction::Transverse => DirectionName::Transverse,
-            Direction::Normal => DirectionName::Normal,
-        }
-    }
-}
-
-impl From<Reference> for ReferenceName {
-    fn from(reference: Reference) -> Self {
-        match reference {
-            Reference::Length => ReferenceName::ReferenceLength,
-            Reference::Evaluated => ReferenceName::Evaluated,
-        }
-    }
-}
-
 /// Returns the direction and the reference lengths of figures; by default along the normal, over
 /// the reference lengths.
 pub fn figure_terms(direction: Option<DirectionName>, reference: Option<ReferenceName>) -> FigureTerms {
@@ -258,16 +196,6 @@ names! {
 }
 
 names! {
-    /// Which tolerances decide the class.
-    RoundingName as ToleranceRounding for Rounding {
-        /// Those of the standard's tables.
-        Rounded => Rounding::Rounded,
-        /// As the formulas give them.
-        Unrounded => Rounding::Unrounded,
-    }
-}
-
-names! {
     /// What becomes of samples that stand far out of their neighbours.
     OutliersName as TraceOutlierRule for Outliers {
         /// They count, as the standard has it; a warning says what the figures are without them.
@@ -277,13 +205,11 @@ names! {
     }
 }
 
-impl SignName {
-    /// The sign of deviations that goes with it.
-    fn of_deviations(self) -> DeviationSignName {
-        match self {
-            SignName::Din => DeviationSignName::Din,
-            SignName::Vdi | SignName::AsGiven => DeviationSignName::Material,
-        }
+/// Returns the sign of deviations that goes with a sign of slopes.
+fn deviation_sign(slopes: SignName) -> DeviationSignName {
+    match slopes {
+        SignName::Din => DeviationSignName::Din,
+        SignName::Vdi | SignName::AsGiven => DeviationSignName::Material,
     }
 }
 
@@ -296,7 +222,7 @@ impl EvaluationSettingsBody {
             profile_reference_length_mm: evaluation.profile.map(|window| window.reference),
             helix_reference_length_mm: evaluation.helix.map(|window| window.reference),
             sign: Some(sign),
-            deviation_sign: Some(self.deviation_sign.unwrap_or(sign.of_deviations())),
+            deviation_sign: Some(self.deviation_sign.unwrap_or(deviation_sign(sign))),
             direction: Some(self.direction.unwrap_or(DirectionName::Transverse)),
             profile_mean: profile.then(|| self.profile_mean.unwrap_or(MeanName::Line)),
             helix_mean: helix.then(|| self.helix_mean.unwrap_or(MeanName::Line)),
@@ -321,7 +247,7 @@ impl EvaluationSettingsBody {
     /// The settings, without bands, whose places need the gear.
     pub fn settings(&self) -> Settings {
         let sign = self.sign.unwrap_or(SignName::Din);
-        let given = self.deviation_sign.unwrap_or(sign.of_deviations()).into();
+        let given = self.deviation_sign.unwrap_or(deviation_sign(sign));
         let profile = self.profile_diameter_range_mm.map(|range| ProfileSettings {
             reference: match self.profile_reference_length_mm {
                 Some(length) => ProfileReference::Given(length),
@@ -347,7 +273,7 @@ impl EvaluationSettingsBody {
             given,
             direction: self.direction.map_or(Direction::Transverse, Into::into),
             against: self.against.map_or(Against::Design, Into::into),
-            sign: sign.into(),
+            sign,
             rounding: self.tolerances.map_or(Rounding::Rounded, Into::into),
             outliers: self.outliers.map_or(Outliers::Keep, Into::into),
             traces_share_zero: self.traces_share_zero(),

@@ -74,7 +74,7 @@ impl FileRead {
     pub fn flank(&self, spec: &ImportSpecBody) -> Result<&FlankNodes, Problem> {
         let fits = |flank: &&FlankNodes| {
             spec.tooth.as_ref().is_none_or(|tooth| *tooth == flank.tooth)
-                && spec.flank.is_none_or(|side| Side::from(side) == flank.side)
+                && spec.flank.is_none_or(|side| side == flank.side)
         };
         self.nodes.iter().find(fits).ok_or_else(|| {
             let known: Vec<String> = self
@@ -122,8 +122,7 @@ impl FlankNodes {
             _ => AxesBody { u: along_profile, v: along_helix, z: height, ..AxesBody::default() },
         };
         let tooth: String = self.tooth.chars().filter(|c| !c.is_control()).take(SHORT).collect();
-        MeasurandBody { flank: Some(self.side.into()), tooth: ShortText::new(&tooth), axes: Some(axes) }
-            .checked(Some(nodes))
+        MeasurandBody { flank: Some(self.side), tooth: ShortText::new(&tooth), axes: Some(axes) }.checked(Some(nodes))
     }
 }
 

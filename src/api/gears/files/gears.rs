@@ -142,7 +142,7 @@ pub fn read(content: &[u8], name: Option<&str>) -> Result<GearsOfFileBody, Probl
     let (format, gears) = match gear_file::read(content, name, None).map_err(|error| unreadable(&error))? {
         GearFile::Curves(curves) => {
             traces = curves.curves.iter().map(FileTraceBody::from).collect();
-            pitches = curves.pitch.iter().filter_map(|table| table.side.map(SideName::from)).collect();
+            pitches = curves.pitch.iter().filter_map(|table| table.side).collect();
             (FileFormatName::Curves, vec![of_header(|notes| curves.gear(notes), &mut warnings)])
         }
         GearFile::Values(file) => {
@@ -160,7 +160,7 @@ pub fn read(content: &[u8], name: Option<&str>) -> Result<GearsOfFileBody, Probl
                     .flanks
                     .iter()
                     .filter(|flank| flank.topography.is_some() || !flank.scattered.is_empty())
-                    .map(|flank| flank.side.into())
+                    .map(|flank| flank.side)
                     .collect(),
                 ..of_facts(&found.facts, &found.id, &mut warnings)
             });

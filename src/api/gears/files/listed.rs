@@ -109,8 +109,8 @@ impl From<&Curve> for FileTraceBody {
     fn from(curve: &Curve) -> Self {
         let mut body = FileTraceBody {
             tooth: curve.tooth.clone(),
-            flank: curve.side.into(),
-            kind: curve.kind.into(),
+            flank: curve.side,
+            kind: curve.kind,
             samples: curve.values.len(),
             undefined: curve.undefined,
             section_z_mm: None,
@@ -133,8 +133,8 @@ pub(super) fn of_model(trace: &RexsTrace, side: Side) -> FileTraceBody {
     let kind = trace.kind();
     FileTraceBody {
         tooth: "1".to_owned(),
-        flank: side.into(),
-        kind: kind.into(),
+        flank: side,
+        kind,
         samples: trace.deviation.len(),
         undefined: trace.deviation.iter().filter(|deviation| deviation.is_nan()).count(),
         section_z_mm: trace.section.filter(|_| kind == Kind::Profile),
@@ -164,7 +164,7 @@ impl From<&ResultLine> for FileValueBody {
                 Statistic::Gear => FileStatisticName::Gear,
                 Statistic::Unknown => FileStatisticName::Unknown,
             },
-            flank: result.side.map(Into::into),
+            flank: result.side,
             tooth: result.tooth.clone(),
             value: result.reading.value(),
             unit: result.characteristic.map(|of| unit(of).to_owned()),

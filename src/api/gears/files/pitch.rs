@@ -83,7 +83,7 @@ fn counting(curves: &Curves, request: &PitchRequestBody, notices: &mut Vec<Notic
     let both = index(&request.left).zip(index(&request.right)).zip(request.readings_um.clone());
     let agreement = |counting: CountingName| {
         let ((left, right), readings) = both.as_ref()?;
-        runout::agreement(left, right, readings, counting.into())
+        runout::agreement(left, right, readings, counting)
     };
     let mut notice = |code: &str, message: String| notices.push(NoticeBody::new(code, &message));
     if let Some(setting) = curves.header.rules().by_spaces.filter(|setting| *setting != 0) {
@@ -94,7 +94,7 @@ fn counting(curves: &Curves, request: &PitchRequestBody, notices: &mut Vec<Notic
         notice("pitch_sign_assumed", message);
         return None;
     }
-    match curves.header.rules().counting.map(CountingName::from) {
+    match curves.header.rules().counting {
         Some(said) => {
             if let Some(found) = agreement(said).filter(|found| *found < -DECIDES) {
                 let message = format!(

@@ -204,7 +204,7 @@ pub fn answer(
             .take(1000)
             .map(|set| TableFlankBody {
                 tooth: set.tooth.clone(),
-                flank: set.flank.map(Into::into),
+                flank: set.flank,
                 nodes: set.count,
                 missing: set.missing,
             })

@@ -144,7 +144,7 @@ impl Limits {
     /// Of slope, form, total and crowning: what was compared with, else what is told of the flank,
     /// else the class.
     fn of_trace(&self, trace: &EvaluatedTraceBody) -> [[Option<f64>; 2]; 4] {
-        let told = self.told.of(trace.flank.into());
+        let told = self.told.of(trace.flank);
         let [slope, form, total, crowning] = match trace.kind {
             KindName::Profile => [told.profile_slope, told.profile_form, told.profile_total, told.profile_crowning],
             KindName::Helix => [told.helix_slope, told.helix_form, told.helix_total, told.helix_crowning],

@@ -13,12 +13,14 @@ use crate::{
 };
 use flankfit_estimation::FitSpec;
 
-/// Length that the slopes of a flank refer to.
+/// Length that the slopes of a flank's second-order surface refer to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema), serde(rename_all = "snake_case"), schema(as = SlopeReference))]
 pub enum Reference {
-    /// Slopes are extended linearly to the lengths that ISO 1328-1 gives tolerances for: profiles
-    /// to L_α, the length of the evaluation range; helices to the face width b.
+    /// Slopes are extended linearly to the evaluation range (profiles) and to the face width
+    /// (helices), as drawings and ISO 1328-1 have them.
     #[default]
+    #[cfg_attr(feature = "contract", serde(rename = "reference_length"))]
     Length,
     /// Slopes are over the fitted range, and limits get its share of those lengths.
     Evaluated,
