@@ -27,7 +27,12 @@ pub enum Hand {
 /// A flank of a tooth that points up, seen with the axis towards the viewer; on internal gears too,
 /// where the tooth at the top points down and the left flank lies at negative x.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema), serde(rename_all = "snake_case"), schema(as = FlankSide))]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(rename_all = "snake_case"),
+    schema(as = FlankSide)
+)]
 pub enum Side {
     /// The flank on the viewer's left (−x).
     Left,

@@ -79,7 +79,12 @@ pub enum Class {
 
 /// Which tolerances decide the class.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema), serde(rename_all = "snake_case"), schema(as = ToleranceRounding))]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(rename_all = "snake_case"),
+    schema(as = ToleranceRounding)
+)]
 pub enum Rounding {
     /// Those of the standard's tables.
     #[default]

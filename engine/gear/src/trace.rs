@@ -7,7 +7,12 @@ pub const MOST_DEVIATION: f64 = 1e9;
 
 /// Which way a trace runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema), serde(rename_all = "snake_case"), schema(as = TraceKind))]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(rename_all = "snake_case"),
+    schema(as = TraceKind)
+)]
 pub enum Kind {
     /// From root to tip in one transverse section.
     Profile,
@@ -17,7 +22,12 @@ pub enum Kind {
 
 /// Along what deviations are taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema), serde(rename_all = "snake_case"), schema(as = DeviationDirection))]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(rename_all = "snake_case"),
+    schema(as = DeviationDirection)
+)]
 pub enum Direction {
     /// Along the base tangent in the transverse plane.
     #[default]

@@ -59,6 +59,14 @@ fn object_of(item: &RefOr<Schema>, parts: &Schemas) -> Option<Object> {
         RefOr::Ref(reference) => object_of(parts.get(super::reach::name_of(&reference.ref_location))?, parts),
         RefOr::T(Schema::Object(object)) => Some(object.clone()),
         RefOr::T(Schema::AllOf(all)) => merged(all, parts),
+        // an optional part, or one of several: no property is required
+        RefOr::T(Schema::OneOf(one)) => {
+            let mut whole = Object::with_type(Type::Object);
+            for item in &one.items {
+                whole.properties.extend(object_of(item, parts)?.properties);
+            }
+            Some(whole)
+        }
         RefOr::T(_) => None,
     }
 }
@@ -81,6 +89,10 @@ mod tests {
         }))
         .unwrap();
         flatten(&mut schemas);
+        let union = json!({"allOf": [part("a"), {"oneOf": [{"type": "null"}, part("b"), part("c")]}]});
+        let mut optional: Schemas = serde_json::from_value(json!({"Whole": union})).unwrap();
+        flatten(&mut optional);
+        assert_eq!(serde_json::to_value(&optional["Whole"]).unwrap()["required"], json!(["a"]));
         let text = json!({"type": "string"});
         assert_eq!(
             serde_json::to_value(&schemas["Whole"]).unwrap(),

@@ -33,7 +33,12 @@ pub struct Inferred {
 
 /// What the uncertainty allows to say, at 0.95 whatever `level` is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema), serde(rename_all = "snake_case"), schema(as = ConformityDecision))]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(rename_all = "snake_case"),
+    schema(as = ConformityDecision)
+)]
 pub enum Decision {
     /// The least probability is 0.95 at least.
     Conforms,

@@ -2,7 +2,11 @@
 
 /// Bounds on the relative error of the coefficients that the nodes' uncertainty causes.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema), schema(as = Perturbation))]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    schema(as = Perturbation)
+)]
 pub struct PerturbationReport {
     /// Bounds for the least-squares estimate.
     pub least_squares: PerturbationBounds,
@@ -12,8 +16,11 @@ pub struct PerturbationReport {
 
 /// Bounds on the relative error of the coefficients, in the scaled columns.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "contract", serde_with_macros::skip_serializing_none)]
-#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema))]
+#[cfg_attr(
+    feature = "contract",
+    serde_with_macros::skip_serializing_none,
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema)
+)]
 pub struct PerturbationBounds {
     /// Bound by Ineq. 22; absent where the inequality does not apply.
     pub square_bound: Option<f64>,
@@ -23,7 +30,12 @@ pub struct PerturbationBounds {
 
 /// Arithmetic of the decisive steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema), serde(rename_all = "snake_case"), schema(as = ArithmeticName))]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(rename_all = "snake_case"),
+    schema(as = ArithmeticName)
+)]
 pub enum Arithmetic {
     /// IEEE double precision.
     Double,

@@ -23,8 +23,12 @@ use crate::spec::PolynomialBasis;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "contract", serde_with_macros::skip_serializing_none)]
-#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema), schema(as = Collinearity))]
+#[cfg_attr(
+    feature = "contract",
+    serde_with_macros::skip_serializing_none,
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    schema(as = Collinearity)
+)]
 pub struct CollinearityReport {
     /// The same columns in an orthonormal polynomial basis: whether a dependency is the nodes'
     /// or the basis's. Absent for models that are not made of polynomials.
@@ -43,8 +47,12 @@ pub struct CollinearityReport {
 
 /// The space of the columns in Legendre's basis over the domain, which is orthonormal there.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "contract", serde_with_macros::skip_serializing_none)]
-#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema), schema(as = CollinearityBasis))]
+#[cfg_attr(
+    feature = "contract",
+    serde_with_macros::skip_serializing_none,
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    schema(as = CollinearityBasis)
+)]
 pub struct OrthonormalBasis {
     /// Legendre's.
     #[cfg_attr(feature = "contract", serde(rename = "type"))]
@@ -59,7 +67,12 @@ pub struct OrthonormalBasis {
 /// the domain; `nodes`, the nodes cannot separate them in any basis, or there is no other
 /// basis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema), serde(rename_all = "snake_case"), schema(as = DependencyCause))]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(rename_all = "snake_case"),
+    schema(as = DependencyCause)
+)]
 pub enum Cause {
     /// The basis: in Legendre's basis over the domain there is no such dependency.
     Basis,
@@ -69,8 +82,11 @@ pub enum Cause {
 
 /// Collinearity of one column.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "contract", serde_with_macros::skip_serializing_none)]
-#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema))]
+#[cfg_attr(
+    feature = "contract",
+    serde_with_macros::skip_serializing_none,
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema)
+)]
 pub struct ColumnCollinearity {
     /// The column, named as its coefficient.
     pub term: String,
@@ -80,8 +96,11 @@ pub struct ColumnCollinearity {
 
 /// A near linear dependency of columns.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "contract", serde_with_macros::skip_serializing_none)]
-#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema))]
+#[cfg_attr(
+    feature = "contract",
+    serde_with_macros::skip_serializing_none,
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema)
+)]
 pub struct NearDependency {
     /// Eigenvalue of the scaled Fisher information matrix.
     pub eigenvalue: f64,

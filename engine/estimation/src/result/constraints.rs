@@ -7,7 +7,11 @@ use crate::spec::{ConstraintKind, Domain, FilterAxis};
 /// `predictions`); rounded coefficients of raw powers meet the constraints to
 /// `numerics.correct_digits`.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema), schema(as = ConstraintsResult))]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    schema(as = ConstraintsResult)
+)]
 pub struct ConstraintsReport {
     /// In the order of the request.
     #[cfg_attr(feature = "contract", serde(rename = "each"))]
@@ -28,7 +32,11 @@ pub struct ConstraintsReport {
 
 /// Result of one constraint.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema), schema(as = ConstraintResult))]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    schema(as = ConstraintResult)
+)]
 pub struct ConstraintReport {
     /// What the function has to do.
     pub kind: ConstraintKind,
@@ -48,8 +56,11 @@ pub struct ConstraintReport {
 
 /// A place where the constraint is active: without it the derivative would be below 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "contract", serde_with_macros::skip_serializing_none)]
-#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema))]
+#[cfg_attr(
+    feature = "contract",
+    serde_with_macros::skip_serializing_none,
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema)
+)]
 pub struct ActivePlace {
     /// u, or x of a curve.
     pub u: f64,

@@ -6,7 +6,12 @@ use crate::spec::{Along, Correlation, Matern};
 /// the whitened rows, where sigma is the standard deviation of a height of weight 1; the other
 /// residual figures are those of the heights.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "contract", serde_with_macros::skip_serializing_none, derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema), schema(as = ErrorsResult))]
+#[cfg_attr(
+    feature = "contract",
+    serde_with_macros::skip_serializing_none,
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    schema(as = ErrorsResult)
+)]
 pub struct ErrorsReport {
     /// Correlation of the errors.
     #[cfg_attr(feature = "contract", serde(rename = "type"))]
@@ -36,7 +41,12 @@ pub struct ErrorsReport {
 
 /// Correlation of the errors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema), serde(rename_all = "snake_case"), schema(as = CorrelationName))]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(rename_all = "snake_case"),
+    schema(as = CorrelationName)
+)]
 pub enum CorrelationKind {
     /// Autoregression of first order.
     Ar1,
@@ -75,7 +85,12 @@ pub struct ErrorParameters {
 
 /// Variances that were estimated.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "contract", serde_with_macros::skip_serializing_none, derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema), schema(as = VarianceResult))]
+#[cfg_attr(
+    feature = "contract",
+    serde_with_macros::skip_serializing_none,
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    schema(as = VarianceResult)
+)]
 pub struct VarianceReport {
     /// For `groups`, by their names.
     pub groups: Option<Vec<GroupSigma>>,

@@ -83,8 +83,11 @@ pub struct IterationReport {
 
 /// Figures of a measurement matrix.
 #[derive(Clone, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "contract", serde_with_macros::skip_serializing_none)]
-#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema))]
+#[cfg_attr(
+    feature = "contract",
+    serde_with_macros::skip_serializing_none,
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema)
+)]
 pub struct ColumnFigures {
     /// Counted nodes.
     #[cfg_attr(feature = "contract", serde(rename = "count"))]

@@ -12,7 +12,12 @@ pub(crate) const HOLDING: [f64; 3] = [0.5, 0.6, 0.3];
 /// to first order, and `sigma` is the standard deviation of a height of weight 1 where the surface
 /// is level.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "contract", serde_with_macros::skip_serializing_none, derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema), schema(as = PositionsResult))]
+#[cfg_attr(
+    feature = "contract",
+    serde_with_macros::skip_serializing_none,
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    schema(as = PositionsResult)
+)]
 pub struct PositionsReport {
     /// Whether positions were read off wrongly, or missed.
     pub kind: PositionKind,

@@ -5,8 +5,11 @@ use crate::inference::SimultaneousMethod;
 /// Heights, slopes and bands at the places of `predict.at`, in their order (of a grid v running
 /// fastest).
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "contract", serde_with_macros::skip_serializing_none)]
-#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema))]
+#[cfg_attr(
+    feature = "contract",
+    serde_with_macros::skip_serializing_none,
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema)
+)]
 pub struct Predictions {
     /// Index (from 0, in the requested order) of the place of each entry; present when some
     /// were left out because their figures exceed double precision (warning `beyond_double`).
@@ -58,8 +61,11 @@ pub struct Simultaneous {
 
 /// Slopes along one axis, in the unit of the heights over that of the axis.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "contract", serde_with_macros::skip_serializing_none)]
-#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema))]
+#[cfg_attr(
+    feature = "contract",
+    serde_with_macros::skip_serializing_none,
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema)
+)]
 pub struct Slopes {
     /// Slopes of the estimate.
     pub value: Vec<f64>,

@@ -3,8 +3,12 @@
 /// Effect of the prior. `spectrum.eigenvalues` are those of the nodes alone,
 /// `spectrum.regularized` those of nodes and prior together.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "contract", serde_with_macros::skip_serializing_none)]
-#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema), schema(as = PriorResult))]
+#[cfg_attr(
+    feature = "contract",
+    serde_with_macros::skip_serializing_none,
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    schema(as = PriorResult)
+)]
 pub struct PriorReport {
     /// The earlier iterations, oldest first; absent with `mean`. If the list is empty, the
     /// nodes alone are used.
@@ -37,8 +41,11 @@ pub struct PriorReport {
 
 /// A correction of the machine between two iterations.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "contract", serde_with_macros::skip_serializing_none)]
-#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema))]
+#[cfg_attr(
+    feature = "contract",
+    serde_with_macros::skip_serializing_none,
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema)
+)]
 pub struct UsedCorrection {
     /// The iteration that it is kept with.
     pub iteration: u32,

@@ -5,7 +5,12 @@ use crate::spec::{ChosenBy, Scheme};
 
 /// Type of the regularisation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema), serde(rename_all = "snake_case"), schema(as = RegularizationName))]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(rename_all = "snake_case"),
+    schema(as = RegularizationName)
+)]
 pub enum RegularizationKind {
     /// Least squares as it is.
     None,
@@ -45,8 +50,12 @@ pub enum RegularizationKind {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "contract", serde_with_macros::skip_serializing_none)]
-#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema), schema(as = RegularizationResult))]
+#[cfg_attr(
+    feature = "contract",
+    serde_with_macros::skip_serializing_none,
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    schema(as = RegularizationResult)
+)]
 pub struct RegularizationReport {
     /// Kind of the regularisation.
     #[cfg_attr(feature = "contract", serde(rename = "type"))]
@@ -64,7 +73,10 @@ pub struct RegularizationReport {
     /// c of James–Stein and attraction: the factor of Â − T.
     pub shrinkage_factor: Option<f64>,
     /// The plateau of minimisers of Eq. 49, where there is one: [lo, hi].
-    #[cfg_attr(feature = "contract", schema(value_type = Option<Vec<f64>>, min_items = 2, max_items = 2))]
+    #[cfg_attr(
+        feature = "contract",
+        schema(value_type = Option<Vec<f64>>, min_items = 2, max_items = 2)
+    )]
     pub lambda_star_interval: Option<[f64; 2]>,
     /// λ* − λ₁.
     pub gamma: Option<f64>,
@@ -100,8 +112,11 @@ pub struct RegularizationReport {
 
 /// The choice of one criterion.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "contract", serde_with_macros::skip_serializing_none)]
-#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema))]
+#[cfg_attr(
+    feature = "contract",
+    serde_with_macros::skip_serializing_none,
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema)
+)]
 pub struct Choice {
     /// The criterion, or `least_squares`.
     pub criterion: ChosenBy,
@@ -157,8 +172,12 @@ impl NormLimitSource {
 
 /// Bias of the regularised estimate; norms are in the scaled columns.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "contract", serde_with_macros::skip_serializing_none)]
-#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema), schema(as = Bias))]
+#[cfg_attr(
+    feature = "contract",
+    serde_with_macros::skip_serializing_none,
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    schema(as = Bias)
+)]
 pub struct BiasReport {
     /// Observed ‖Â − Â_B‖.
     pub norm: f64,
@@ -182,8 +201,11 @@ pub struct BiasReport {
 
 /// Figures for one value of λ*.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "contract", serde_with_macros::skip_serializing_none)]
-#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema))]
+#[cfg_attr(
+    feature = "contract",
+    serde_with_macros::skip_serializing_none,
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema)
+)]
 pub struct LambdaCurvePoint {
     /// λ*, as an eigenvalue of the scaled Fisher information matrix.
     pub lambda_star: f64,

@@ -4,8 +4,12 @@ use crate::spec::PieceOf;
 
 /// Fit of the matrix B of a representative piece to these nodes.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "contract", serde_with_macros::skip_serializing_none)]
-#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema), schema(as = RepresentativeResult))]
+#[cfg_attr(
+    feature = "contract",
+    serde_with_macros::skip_serializing_none,
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    schema(as = RepresentativeResult)
+)]
 pub struct RepresentativeReport {
     /// The stored fit that it is of, where it was found in one.
     #[cfg_attr(feature = "contract", serde(flatten))]

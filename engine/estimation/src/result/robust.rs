@@ -9,8 +9,12 @@ use crate::spec::Start;
 /// and collinearity of the answer are those of the matrix weighted with node weights times
 /// `weights`; with the other estimators those of the matrix with node weights alone.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "contract", serde_with_macros::skip_serializing_none)]
-#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema), schema(as = Robust))]
+#[cfg_attr(
+    feature = "contract",
+    serde_with_macros::skip_serializing_none,
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    schema(as = Robust)
+)]
 pub struct RobustReport {
     /// True if the iteration met its own criterion.
     pub converged: bool,
@@ -63,7 +67,11 @@ pub struct RobustReport {
 
 /// Huber's k against a share ε of gross errors (Eq. 10).
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema), schema(as = Minimax))]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    schema(as = Minimax)
+)]
 pub struct MinimaxReport {
     /// ε.
     pub contamination: f64,
@@ -78,8 +86,12 @@ pub struct MinimaxReport {
 
 /// The distribution of the errors.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "contract", serde_with_macros::skip_serializing_none)]
-#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema), schema(as = Likelihood))]
+#[cfg_attr(
+    feature = "contract",
+    serde_with_macros::skip_serializing_none,
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    schema(as = Likelihood)
+)]
 pub struct LikelihoodReport {
     /// ν of Student's distribution, p of the generalised normal, given or estimated; absent for
     /// Laplace's.
@@ -93,7 +105,12 @@ pub struct LikelihoodReport {
 /// Nothing does better (`global`); the one reached from the start (`from_start`), there may be
 /// others; the best of many random starts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema), serde(rename_all = "snake_case"), schema(as = SolutionName))]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(rename_all = "snake_case"),
+    schema(as = SolutionName)
+)]
 pub enum LocalSolution {
     /// No other coefficients are better.
     Global,

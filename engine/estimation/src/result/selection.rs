@@ -19,8 +19,11 @@ pub struct Selection {
 /// are those of normal errors with σ² at its maximum; σ² counts as a parameter: k is
 /// `coefficients` + 1.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "contract", serde_with_macros::skip_serializing_none)]
-#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema))]
+#[cfg_attr(
+    feature = "contract",
+    serde_with_macros::skip_serializing_none,
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema)
+)]
 pub struct Candidate {
     /// Degree of a curve or of a total degree, or `[p, q]`.
     pub degree: Option<Degree>,

@@ -2,8 +2,12 @@
 
 /// Eigenvalues of the scaled Fisher information matrix.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "contract", serde_with_macros::skip_serializing_none)]
-#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema), schema(as = Spectrum))]
+#[cfg_attr(
+    feature = "contract",
+    serde_with_macros::skip_serializing_none,
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    schema(as = Spectrum)
+)]
 pub struct SpectrumReport {
     /// Ascending.
     pub eigenvalues: Vec<f64>,
@@ -21,8 +25,11 @@ pub struct SpectrumReport {
 
 /// After regularisation, in the order of the directions that the eigenvalues came from.
 #[derive(Clone, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "contract", serde_with_macros::skip_serializing_none)]
-#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema))]
+#[cfg_attr(
+    feature = "contract",
+    serde_with_macros::skip_serializing_none,
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema)
+)]
 pub struct RegularizedSpectrum {
     /// Eigenvalues after the regularisation.
     pub eigenvalues: Vec<f64>,

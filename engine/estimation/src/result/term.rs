@@ -21,8 +21,11 @@ pub enum TermKey {
 
 /// One coefficient; exactly one of `powers`, `index` and `column` is there.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "contract", serde_with_macros::skip_serializing_none)]
-#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema))]
+#[cfg_attr(
+    feature = "contract",
+    serde_with_macros::skip_serializing_none,
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema)
+)]
 pub struct Coefficient {
     /// Readable name.
     #[cfg_attr(feature = "contract", schema(example = "u^2*v"))]

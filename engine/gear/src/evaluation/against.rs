@@ -2,7 +2,12 @@
 
 /// Line that deviations are about.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema), serde(rename_all = "snake_case"), schema(as = DeviationsAgainst))]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(rename_all = "snake_case"),
+    schema(as = DeviationsAgainst)
+)]
 pub enum Against {
     /// The involute and the unmodified helix.
     Involute,

@@ -32,7 +32,12 @@ use flankfit_numerics::{
 
 /// The direction in which teeth are numbered, seen with the axis towards the viewer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema), serde(rename_all = "snake_case"), schema(as = ToothCounting))]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(rename_all = "snake_case"),
+    schema(as = ToothCounting)
+)]
 pub enum Counting {
     /// Against the direction of angles that grow.
     Clockwise,

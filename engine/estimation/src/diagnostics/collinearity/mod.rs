@@ -28,6 +28,9 @@ use flankfit_numerics::Dd;
 use near_dependency::near_dependencies;
 use proportions::Shares;
 
+/// Up to how many coefficients columns are centred one by one, which is exact to rounding.
+const FEW: usize = 64;
+
 /// The report for `caller` (the caller's columns in Q's coordinates) with the spectrum of its
 /// unit-length columns.
 pub(crate) fn report(
@@ -42,7 +45,7 @@ pub(crate) fn report(
     let n = design.size();
     let plain = caller.map(|x| x.to_f64());
     let length = lengths(&plain);
-    let centred = centred(design, factor, caller, weight, !matrices);
+    let centred = centred(design, factor, caller, weight, n > FEW && !matrices);
     let deviation = lengths(&centred.matrix);
     // a column whose spread is lost in rounding is a constant
     let varies = |j: usize| deviation[j] > 1e-13 * length[j];

@@ -2,7 +2,12 @@
 
 /// How the machine answered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema), serde(rename_all = "snake_case"), schema(as = MachineVerdict))]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(rename_all = "snake_case"),
+    schema(as = MachineVerdict)
+)]
 pub enum Verdict {
     /// As far as noise and the uncertainty of the sensitivity allow. With white noise 20 of 28,000
     /// simulated machines that were so were called anything else but `undecided`; waviness that

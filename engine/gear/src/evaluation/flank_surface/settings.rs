@@ -15,7 +15,12 @@ use flankfit_estimation::FitSpec;
 
 /// Length that the slopes of a flank's second-order surface refer to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema), serde(rename_all = "snake_case"), schema(as = SlopeReference))]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(rename_all = "snake_case"),
+    schema(as = SlopeReference)
+)]
 pub enum Reference {
     /// Slopes are extended linearly to the evaluation range (profiles) and to the face width
     /// (helices), as drawings and ISO 1328-1 have them.
