@@ -65,7 +65,7 @@ pub enum CorrelationKind {
 )]
 pub struct ErrorParameters {
     /// For `ar1`: the correlation of neighbours. At 0.95 over a line of 60 nodes, 95 % intervals
-    /// have a coverage of 0.92 only, 0.88 for the worst coefficient (docs/errors.md).
+    /// have a coverage of 0.92 only, 0.88 for the worst coefficient (docs/explanation/errors.md).
     pub rho: Option<f64>,
     /// For `ar2`: φ₁ and φ₂.
     #[cfg_attr(feature = "contract", schema(min_items = 2, max_items = 2))]

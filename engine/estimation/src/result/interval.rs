@@ -9,7 +9,7 @@ use crate::inference::Inferred;
 /// coefficients within the given norm limit, and for no others. `posterior`: Student's t about
 /// the mean of the posterior, if the prior is given; if moves are estimated, an interval that
 /// is shorter where the earlier iterations predict well. With a known σ its coverage holds for
-/// any flank, and it is the same after a prior is dropped (docs/prior.md).
+/// any flank, and it is the same after a prior is dropped (docs/explanation/prior.md).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(
     feature = "contract",
@@ -57,11 +57,11 @@ impl Interval {
     derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema)
 )]
 pub struct Interval {
-    /// Confidence interval of the true coefficient at `level`, `[low, high]`. Coverage at 0.95
-    /// is 0.94 to 0.96 on average for independent normal errors (docs/intervals.md); for other
-    /// cases see docs/errors.md, docs/prior.md and docs/selection.md. The regularised `value`
-    /// may lie outside. Absent without an estimate of the noise, and where the coefficient is
-    /// not bounded.
+    /// Confidence interval of the true coefficient at `level`, `[low, high]`. Coverage at 0.95 is
+    /// 0.94 to 0.96 on average for independent normal errors (docs/explanation/intervals.md); for
+    /// other cases see docs/explanation/errors.md, docs/explanation/prior.md and
+    /// docs/explanation/selection.md. The regularised `value` may lie outside. Absent without an
+    /// estimate of the noise, and where the coefficient is not bounded.
     #[cfg_attr(feature = "contract", serde(rename = "interval"))]
     pub ends: [f64; 2],
     /// Basis of the interval.

@@ -93,14 +93,13 @@ pub struct RegularizationReport {
     pub matrix_norm_squared: Option<f64>,
     /// Ineq. 48.
     pub largest_eigenvalue_bound: Option<f64>,
-    /// Mean squared error of the coefficients in the scaled columns: `predicted_mse` of the
-    /// applied choice, corrected by simulation for having been chosen from the same nodes. With
-    /// `min_mse` of the matrix B and ridge its mean is 0.78 to 1.22 times the true error in 144
-    /// simulated cases with three degrees of freedom or more; the uncorrected figure is 0.28 to
-    /// 1.03 times it (docs/choosing-lambda.md). A single figure scatters by once to twice its
-    /// size; other criteria, and Tikhonov, were not simulated. Present with `include` of
-    /// `predicted_mse`; not with `press`, `blocked_cv`, truncated SVD, James–Stein and
-    /// attraction.
+    /// Mean squared error of the coefficients in the scaled columns: `predicted_mse` of the applied
+    /// choice, corrected by simulation for having been chosen from the same nodes. With `min_mse`
+    /// of the matrix B and ridge its mean is 0.78 to 1.22 times the true error in 144 simulated
+    /// cases with three degrees of freedom or more; the uncorrected figure is 0.28 to 1.03 times it
+    /// (docs/explanation/choosing-lambda.md). A single figure scatters by once to twice its size;
+    /// other criteria, and Tikhonov, were not simulated. Present with `include` of `predicted_mse`;
+    /// not with `press`, `blocked_cv`, truncated SVD, James–Stein and attraction.
     pub predicted_mse_corrected: Option<f64>,
     /// Present for `representative`.
     pub representative: Option<RepresentativeReport>,
@@ -127,10 +126,10 @@ pub struct Choice {
     pub condition: Option<f64>,
     /// ‖Â − Â_B‖ in the scaled columns.
     pub bias_norm: f64,
-    /// Predicted mean squared error of the coefficients in the scaled columns: good for
-    /// comparing criteria on the same nodes. That of the chosen one is mostly too small: 0.42
-    /// of the true error in simulations of one flank (docs/mathematics-notes.md), 0.28 to 1.03
-    /// over other cases (docs/choosing-lambda.md).
+    /// Predicted mean squared error of the coefficients in the scaled columns: good for comparing
+    /// criteria on the same nodes. That of the chosen one is mostly too small: 0.42 of the true
+    /// error in simulations of one flank (docs/explanation/mathematics.md), 0.28 to 1.03 over other
+    /// cases (docs/explanation/choosing-lambda.md).
     pub predicted_mse: Option<f64>,
     /// Root mean square of the residuals, in the unit of the heights.
     pub rms: f64,

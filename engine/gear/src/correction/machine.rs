@@ -50,7 +50,7 @@ const MICRO: f64 = 1e3;
 
 /// A machine that grinds cylindrical gears. Deviations are along the normal, + = material left
 /// standing; s is +1 on left and −1 on right flanks, u and v run from −1 to 1 over the ranges from
-/// root to tip and along z. docs/machine-settings.md has a figure of each setting.
+/// root to tip and along z. docs/reference/machine-settings.md has a figure of each setting.
 ///
 /// | setting | unit | a positive change | what the flank gets |
 /// |---|---|---|---|

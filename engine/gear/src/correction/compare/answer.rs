@@ -11,7 +11,7 @@
 pub enum Verdict {
     /// As far as noise and the uncertainty of the sensitivity allow. With white noise 20 of 28,000
     /// simulated machines that were so were called anything else but `undecided`; waviness that
-    /// does not repeat raises that rate (docs/gears.md).
+    /// does not repeat raises that rate (docs/reference/gears.md).
     AsPredicted,
     /// A part of the predicted change came.
     Weaker,
