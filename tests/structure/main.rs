@@ -30,6 +30,7 @@ const ENGINE_BUILDS_ON: &[&str] = &[
     "rand_chacha",
     "rayon",
     "serde",
+    "serde_with_macros",
     "thiserror",
     "utoipa",
 ];
@@ -47,7 +48,7 @@ const RULES: &[Rule] = &[
     Rule {
         module: "jobs",
         imports: &["telemetry"],
-        foreign: &["axum", "clap", "metrics", "sqlx", "tower", "tower_http", "utoipa", "utoipa_axum"],
+        foreign: &["axum", "clap", "metrics", "sqlx", "tower", "tower_http", "utoipa_axum"],
     },
     Rule {
         module: "store",

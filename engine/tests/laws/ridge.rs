@@ -70,7 +70,8 @@ proptest! {
             let spec = FitSpec { scaling, regularization: ridge(by(criterion)), ..linear() };
             let result = fit(&problem.nodes(), &spec);
             trial.check(&result);
-            let choice = result.regularization.choices.iter().find(|c| c.criterion == ChosenBy::Criterion(criterion)).unwrap();
+            let wanted = ChosenBy::Criterion(criterion);
+            let choice = result.regularization.choices.iter().find(|c| c.criterion == wanted).unwrap();
             prop_assert_eq!(choice.lambda_star, result.regularization.lambda_star);
         }
     }

@@ -91,7 +91,8 @@ proptest! {
         // the explicit optimum, and nothing near it is better
         let optimal = fit(&problem.nodes(), &spec(by(Criterion::Optimal)));
         check(&problem, &optimal, &target, scaling, sigma);
-        let best = optimal.regularization.choices.iter().find(|c| c.criterion == ChosenBy::Criterion(Criterion::Optimal)).unwrap();
+        let wanted = ChosenBy::Criterion(Criterion::Optimal);
+        let best = optimal.regularization.choices.iter().find(|c| c.criterion == wanted).unwrap();
         let least = best.predicted_mse.unwrap();
         for choice in &optimal.regularization.choices {
             prop_assert!(choice.predicted_mse.unwrap() >= least * (1.0 - 1e-12));
