@@ -94,7 +94,7 @@ impl Case<'_> {
                 sums.least_squares += ((c.least_squares - a) * length).powi(2);
             }
             let report = &found.regularization;
-            let chosen = report.choices.iter().find(|choice| choice.criterion == report.criterion);
+            let chosen = report.choices.iter().find(|choice| Some(choice.criterion) == report.criterion);
             sums.predicted += chosen.and_then(|choice| choice.predicted_mse).unwrap_or(0.0);
             take(sums, report.predicted_mse_corrected.unwrap_or(0.0));
         }

@@ -9,11 +9,11 @@ pub struct MatrixBFactors {
     pub e: f64,
     /// One entry for each regularised eigenvalue, ascending.
     pub products: Vec<ProductOfB>,
-    /// λ_max[BᵀB].
+    /// `λ_max[BᵀB]`.
     pub largest_eigenvalue: f64,
     /// Its bound by Eq. 42; for more than one eigenvalue the trace of BᵀB (Eq. 41).
     pub largest_eigenvalue_bound: f64,
-    /// λ_max[XᵀB + BᵀX].
+    /// `λ_max[XᵀB + BᵀX]`.
     pub mixed_eigenvalue: f64,
     /// Its bound λ* − λ₁ (Eqs. 45 and 46).
     pub mixed_eigenvalue_bound: f64,
