@@ -51,9 +51,10 @@ row! {
     }
 }
 
-/// Returns the bytes of a column; zeros where there are not as many.
+/// Returns the bytes of a column; bytes that are no part of a valid signature where there are not
+/// as many. (Zeros would be: a key of zeros has a small order, and some signatures by it hold.)
 fn exactly<const N: usize>(bytes: Option<Vec<u8>>) -> [u8; N] {
-    bytes.and_then(|bytes| bytes.try_into().ok()).unwrap_or([0; N])
+    bytes.and_then(|bytes| bytes.try_into().ok()).unwrap_or([0xff; N])
 }
 
 impl From<SealRow> for Seal {
