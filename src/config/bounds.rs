@@ -38,7 +38,7 @@ mod tests {
     /// Returns the error of a setting, `None` where it is valid.
     fn refusal(flag: &str, value: &str) -> Option<String> {
         let command = ServeSettings::augment_args(Command::new("serve")).mut_args(|arg| arg.env(None::<&'static str>));
-        let arguments = ["serve".to_owned(), format!("{flag}={value}"), "--archive-dir=archives".to_owned()];
+        let arguments = ["serve".to_owned(), format!("{flag}={value}")];
         command.try_get_matches_from(arguments).err().map(|error| error.to_string())
     }
 
