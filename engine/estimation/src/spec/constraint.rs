@@ -31,9 +31,8 @@ use super::{filter::FilterAxis, model::Domain};
 /// };
 /// let least_slope = |spec: &FitSpec| {
 ///     let found = fit(&nodes, spec)?.predictions.expect("places were given");
-///     Ok::<f64, flankfit_estimation::FitError>(
-///         found.slopes[0].value.iter().copied().fold(f64::INFINITY, f64::min),
-///     )
+///     let slopes = found.slope_u.expect("slopes were asked for").value;
+///     Ok::<f64, flankfit_estimation::FitError>(slopes.into_iter().fold(f64::INFINITY, f64::min))
 /// };
 /// assert!(least_slope(&plain)? < -0.1);
 ///

@@ -9,7 +9,7 @@ use super::form;
 /// ```
 /// use flankfit_estimation::{
 ///     FitSpec, Nodes, fit,
-///     spec::{Action, Degree, Filter, Gaussian, Hampel, Model, PolynomialBasis, Spline, Terms},
+///     spec::{Action, Degree, Filter, Gaussian, Hampel, Include, Model, PolynomialBasis, Spline, Terms},
 /// };
 /// use std::f64::consts::TAU;
 ///
@@ -21,16 +21,16 @@ use super::form;
 /// };
 /// let filtered = |y: Vec<f64>, filter: Filter| {
 ///     let nodes = Nodes::curve(x.clone(), y, None)?;
-///     let found = fit(&nodes, &FitSpec { filters: vec![filter], ..FitSpec::new(model.clone()) })?;
-///     Ok::<_, Box<dyn std::error::Error>>(
-///         found.filtering.expect("there is a filter").filters.remove(0),
-///     )
+///     let include = Include { peaks: true, ..Include::default() };
+///     let filters = vec![filter];
+///     let found = fit(&nodes, &FitSpec { filters, include, ..FitSpec::new(model.clone()) })?;
+///     Ok::<_, Box<dyn std::error::Error>>(found.filters.expect("there is a filter").remove(0))
 /// };
 /// // A peak stands out of the median of its window.
 /// let mut flat: Vec<f64> = x.iter().map(|x| 0.01 * (9.0 * x).sin()).collect();
 /// flat[123] = 5.0;
 /// let hampel = Hampel { window: 11, threshold: 6.0, action: Action::Remove, axis: None };
-/// assert_eq!(filtered(flat, Filter::Hampel(hampel))?.peaks, Some(vec![123]));
+/// assert_eq!(filtered(flat, Filter::Hampel(hampel))?.node_indices, Some(vec![123]));
 ///
 /// // A wave of the length of the cut-off is halved, by either low-pass filter.
 /// let wave: Vec<f64> = x.iter().map(|x| (TAU * x / 0.8).sin()).collect();
