@@ -86,11 +86,14 @@ impl RowVerifier {
     pub fn entry(&mut self, entry: &Entry) {
         let is = |action: Action| *entry.action == *action.name();
         let salt = entry.salt.clone().unwrap_or_default();
-        if is(Action::PurgeJob) {
+        if is(Action::PurgeJob) && self.purge.is_none() {
             // the rows of before have changed; nothing comes after it
             self.notes.clear();
             self.purge = Some((salt.clone(), left(&salt)));
         } else if self.purge.is_some() {
+            if is(Action::PurgeJob) {
+                self.fault("purges", What::Unaudited);
+            }
             return;
         }
         self.deleted |= is(Action::DeleteJob);
@@ -184,6 +187,9 @@ impl RowVerifier {
             if !as_left {
                 self.fault(LEFT, What::Changed);
             }
+            if !self.found.iter().any(|name| name.starts_with("purges")) {
+                self.fault("purges", What::Missing);
+            }
             self.versions.clear();
         }
         let notes = std::mem::take(&mut self.notes);
@@ -194,7 +200,9 @@ impl RowVerifier {
                 Some(table) if table.life == Life::Changes => {
                     let found = self.versions.get(first);
                     let version = last.parse().unwrap_or(i64::MAX);
-                    found.is_none_or(|found| *found < version) && !self.deleted_streams.contains(stream)
+                    let is_deleted =
+                        table.name == "streams" && found.is_none() && self.deleted_streams.contains(stream);
+                    found.is_none_or(|found| *found < version) && !is_deleted
                 }
                 Some(table) if table.life == Life::Passes => {
                     let stream = stream.rsplit('/').next().unwrap_or_default();

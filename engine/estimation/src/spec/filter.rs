@@ -9,7 +9,10 @@ use super::form;
 /// ```
 /// use flankfit_estimation::{
 ///     FitSpec, Nodes, fit,
-///     spec::{Action, Degree, Filter, Gaussian, Hampel, Include, Model, PolynomialBasis, Spline, Terms},
+///     spec::{
+///         Action, Degree, Filter, Gaussian, Hampel, Include, Model, PolynomialBasis, Spline,
+///         Terms,
+///     },
 /// };
 /// use std::f64::consts::TAU;
 ///
