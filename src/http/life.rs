@@ -7,7 +7,7 @@ use axum::{
     http::{HeaderValue, header},
     response::Response,
 };
-use futures_util::stream;
+use futures_util::{StreamExt, stream};
 use tokio::sync::mpsc;
 use utoipa_axum::{router::OpenApiRouter, routes};
 use uuid::Uuid;
@@ -70,7 +70,7 @@ async fn archive_job(state: CallerState, PathOf(job): PathOf<Uuid>) -> Result<Re
             let _gone = lines.send(Err(io::Error::other(error))).await;
         }
     });
-    let lines = stream::unfold(taken, |mut taken| async move { taken.recv().await.map(|line| (line, taken)) });
+    let lines = stream::unfold(taken, |mut taken| async move { taken.recv().await.map(|line| (line, taken)) }).fuse();
     let mut response = Response::new(Body::from_stream(lines));
     let headers = response.headers_mut();
     headers.insert(header::CONTENT_TYPE, HeaderValue::from_static("application/jsonl"));

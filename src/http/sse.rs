@@ -15,7 +15,7 @@ use futures_util::{Stream, StreamExt};
 /// that the connection lives.
 pub fn response(events: impl Stream<Item = Event> + Send + 'static, silence: Duration) -> Response {
     let keep_alive = KeepAlive::new().interval(silence).text("quiet");
-    let mut response = Sse::new(events.map(Ok::<_, Infallible>)).keep_alive(keep_alive).into_response();
+    let mut response = Sse::new(events.map(Ok::<_, Infallible>).fuse()).keep_alive(keep_alive).into_response();
     let headers = response.headers_mut();
     headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
     headers.insert(HeaderName::from_static("x-accel-buffering"), HeaderValue::from_static("no"));
