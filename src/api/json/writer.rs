@@ -17,7 +17,7 @@ pub struct NotFinite(pub String);
 
 /// The text that serde writes of an answer, if every number in it is finite.
 pub fn whole(answer: &impl Serialize) -> Result<Vec<u8>, NotFinite> {
-    let mut json = Json::with_capacity(1024);
+    let mut json = Json::with_capacity(8 << 10);
     json.serde(answer);
     json.finish()
 }
@@ -85,8 +85,12 @@ impl Json {
     }
 
     fn serde(&mut self, value: &impl Serialize) {
-        let mut fields = NullFields::default();
+        let mut fields = NullFields::new(false);
         let written = value.serialize(&mut Serializer::with_formatter(&mut self.text, &mut fields));
+        if fields.culprit.is_some() {
+            fields = NullFields::new(true);
+            let _same = value.serialize(&mut Serializer::with_formatter(std::io::sink(), &mut fields));
+        }
         if let Some(culprit) = fields.culprit.or_else(|| written.err().map(|_| String::new())) {
             self.finite = false;
             self.culprit.get_or_insert_with(|| if culprit.is_empty() { self.field.to_owned() } else { culprit });

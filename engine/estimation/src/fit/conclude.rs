@@ -355,7 +355,7 @@ impl<'a> Solved<'a> {
                     key: design.keys[j].clone(),
                     value: applied.estimate.coefficients[j],
                     std_error: if conditional { without } else { for_lambda },
-                    conditional_std_error: for_lambda.filter(|_| conditional),
+                    conditional_std_error: for_lambda.filter(|_| conditional && for_lambda != without),
                     least_squares: plain[j],
                     least_squares_std_error,
                     bias_bound: applied.bounds[j],

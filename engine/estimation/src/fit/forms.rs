@@ -119,7 +119,7 @@ impl Forms<'_> {
 
     /// Returns the standard error conditional on the λ* used, if it is a different one.
     pub(super) fn conditional_std_error(&self, one: &Estimated) -> Option<f64> {
-        one.conditional_error.filter(|_| self.conditional)
+        one.conditional_error.filter(|_| self.conditional && one.conditional_error != one.least_squares_error)
     }
 
     fn estimated(&self, form: Form, value: f64) -> Estimated {

@@ -45,8 +45,8 @@ pub struct Coefficient {
     /// known beforehand: too small (docs/explanation/constraints.md).
     pub std_error: Option<f64>,
     /// Standard error of `value` for the λ* used, as if λ* had not been chosen from the same
-    /// nodes; present where it was. It is too small and excludes the bias: the truth lay within
-    /// it in 23 to 44 % of the cases, not 68 %.
+    /// nodes; present where it was and `std_error` differs. It is too small and excludes the bias:
+    /// the truth lay within it in 23 to 44 % of the cases, not 68 %.
     pub conditional_std_error: Option<f64>,
     /// Plain least-squares estimate from the posted nodes, whatever the estimator.
     pub least_squares: f64,
