@@ -11,3 +11,4 @@ pub mod outgoing;
 pub mod pool;
 pub mod store;
 pub mod telemetry;
+pub mod usecases;

@@ -2,24 +2,22 @@
 
 use axum::response::Response;
 use utoipa_axum::{router::OpenApiRouter, routes};
-use uuid::Uuid;
 
 use super::{
     caller_state::CallerState,
     idempotency::IdempotencyKey,
     records::{JobRecordRequest, NewRecord, RecordRequest},
-    rounds,
     state::AppState,
 };
 use crate::{
     api::{
-        faults::Faults,
         gears::correction::applied::{self, AppliedRequestBody},
         jobs::records::RecordBody,
         json::value::read_json,
         problem::{Problem, ProblemCode, Room},
     },
-    jobs::{Measurand, Predecessors, Record, RecordDraft, RecordKind},
+    jobs::Record,
+    usecases::entered,
 };
 
 pub fn group() -> OpenApiRouter<AppState> {
@@ -47,7 +45,8 @@ pub fn group() -> OpenApiRouter<AppState> {
     )
 )]
 async fn create_applied_changes(request: RecordRequest) -> Result<Response, Problem> {
-    let correction = async |state: CallerState, job, number| match newest(&state, job, number).await? {
+    let correction = async |state: CallerState, job, number| match entered::newest(state.context(), job, number).await?
+    {
         Some(correction) => Ok((number, correction)),
         None => Err(Problem::new(
             ProblemCode::NotFound,
@@ -82,7 +81,7 @@ async fn create_applied_changes(request: RecordRequest) -> Result<Response, Prob
 async fn create_gear_applied_changes(request: JobRecordRequest) -> Result<Response, Problem> {
     let correction = async |state: CallerState, job| {
         state.jobs.job(job).await?;
-        match newest_of_gear(&state, job).await? {
+        match entered::newest_of_gear(state.context(), job).await? {
             Some((number, correction)) => Ok((number, (number, correction))),
             None => Err(Problem::new(
                 ProblemCode::NotFound,
@@ -95,39 +94,4 @@ async fn create_gear_applied_changes(request: JobRecordRequest) -> Result<Respon
         Ok(NewRecord::from(draft))
     };
     request.keep_of("correction/applied", correction, build).await
-}
-
-async fn newest_of_gear(state: &CallerState, job: Uuid) -> Result<Option<(u32, Record)>, Problem> {
-    let made = state.jobs.rounds(job).await?;
-    let found = rounds::newest(state, job, &made).await?;
-    Ok(found.map(|(made, record)| (made.number, record)))
-}
-
-async fn newest(state: &CallerState, job: Uuid, number: u32) -> Result<Option<Record>, Problem> {
-    Ok(state.jobs.latest_record(job, number, RecordKind::Correction).await?)
-}
-
-/// Returns the record of what was entered before an iteration of `measurand` that is about to be
-/// stored: after the newest correction of the flank's iteration before it, or of the gear.
-pub async fn before_next(
-    state: &CallerState,
-    job: Uuid,
-    measurand: &Measurand,
-    asked: &AppliedRequestBody,
-) -> Result<RecordDraft, Problem> {
-    let wanted = Predecessors { of: measurand.clone(), from: 1, before: None, most: 1 };
-    let Some(previous) = state.jobs.predecessors(job, wanted).await?.pop() else {
-        let detail = format!("the job has no earlier iteration of {} that was corrected", measurand.words());
-        return Err(Problem::invalid(Faults::one("/applied", detail)));
-    };
-    let own = newest(state, job, previous.number).await?.map(|correction| (previous.number, correction));
-    // the newer of the corrections of the iteration and of the gear
-    let newest = own.into_iter().chain(newest_of_gear(state, job).await?).max_by_key(|(_, made)| made.created_at);
-    match newest {
-        Some((number, correction)) => applied::draft(asked, &correction, number, "/applied"),
-        None => {
-            let detail = format!("iteration {}, the last of {}, has no correction", previous.number, measurand.words());
-            Err(Problem::invalid(Faults::one("/applied", detail)))
-        }
-    }
 }

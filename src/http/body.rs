@@ -16,7 +16,6 @@ use http_body_util::BodyExt;
 use sha2::{Digest, Sha256};
 
 use super::{
-    budget::{Permit, WithPermit},
     content_encoding::{Encoding, PIECE, too_large},
     media_type,
     state::AppState,
@@ -24,6 +23,7 @@ use super::{
 use crate::{
     api::problem::{Problem, ProblemCode},
     pool::checkpoint,
+    usecases::budget::{Permit, WithPermit},
 };
 
 /// What the body says it is.

@@ -8,6 +8,7 @@ use super::{auth::Principal, observe::RequestId, server::Peer, state::AppState};
 use crate::{
     api::problem::Problem,
     jobs::{Jobs, Origin, TenantKeys},
+    usecases::Context,
 };
 
 /// The state of the service, with the jobs of the tenant whose caller is answered.
@@ -20,6 +21,11 @@ pub struct CallerState {
 }
 
 impl CallerState {
+    /// Returns what use cases work with for this caller.
+    pub fn context(&self) -> Context<'_> {
+        Context { jobs: &self.jobs, pool: &self.app.pool, budget: &self.app.budget, plans: &self.app.plans }
+    }
+
     /// The keys of the caller's tenant.
     pub fn tenant_keys(&self) -> TenantKeys {
         self.app.jobs.keys_of(&self.principal.caller)

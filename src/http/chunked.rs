@@ -14,10 +14,11 @@ use std::{
 use axum::body::{Body, Bytes};
 use futures_util::{StreamExt, stream};
 
-use super::{budget::Permit, state::AppState};
+use super::state::AppState;
 use crate::{
     api::shapes::export::Pieces,
     pool::{self, Party, PoolError},
+    usecases::budget::Permit,
 };
 
 /// Bytes of a piece.

@@ -12,7 +12,6 @@ use utoipa::ToSchema;
 
 use super::{
     body::{Media, Payload, unsupported},
-    budget::WithPermit,
     multipart,
     state::AppState,
 };
@@ -23,6 +22,7 @@ use crate::{
         tables::kept::SentMapping,
     },
     telemetry,
+    usecases::budget::WithPermit,
 };
 use flankfit_engine::estimation::{self, FitSpec, Nodes};
 

@@ -7,15 +7,18 @@ use axum::{
 };
 use utoipa_axum::{router::OpenApiRouter, routes};
 
-use super::{body::Payload, budget::WithPermit, compute::read_fit_and, state::AppState, unsent::with_permit};
-use crate::api::{
-    fits::{
-        answer::FitResultBody,
-        service,
-        spec::request::{FitForm, FitRequest},
+use super::{body::Payload, compute::read_fit_and, state::AppState, unsent::with_permit};
+use crate::{
+    api::{
+        fits::{
+            answer::FitResultBody,
+            service,
+            spec::request::{FitForm, FitRequest},
+        },
+        measurand::axes::MeasurandBody,
+        problem::Problem,
     },
-    measurand::axes::MeasurandBody,
-    problem::Problem,
+    usecases::budget::WithPermit,
 };
 
 pub fn group() -> OpenApiRouter<AppState> {

@@ -6,29 +6,19 @@ use uuid::Uuid;
 
 use super::{
     accept::Format,
-    budget::WithPermit,
     caller_state::CallerState,
-    entered::entered_after,
     extract::{PathOf, QueryOf},
     idempotency::IdempotencyKey,
     include::CorrectionQuery,
-    records::{NewRecord, RecordContext, RecordRequest, gear_record},
-    rounds::{measured, tooth_shift},
+    records::{NewRecord, RecordContext, RecordRequest},
     state::AppState,
 };
 use crate::{
     api::{
         gears::{
             correction::{
-                self,
-                blocks::Subject,
-                csv::{self, OutsideLimitsName},
-                include::{CorrectionInclude, StoredIncludeName},
-                request::CorrectionRequestBody,
-                result::CorrectionBody,
-                same_nodes::Measured,
-                sensitivity::Level,
-                stored::{self as stored_correction, After, StoredCorrectionBody},
+                csv::OutsideLimitsName, include::StoredIncludeName, request::CorrectionRequestBody,
+                result::CorrectionBody, stored::StoredCorrectionBody,
             },
             deviations::{self, request::DeviationsRequestBody},
             evaluation::{
@@ -40,9 +30,10 @@ use crate::{
             requirements::RequirementsBody,
         },
         jobs::records::RecordBody,
-        problem::{Problem, ProblemCode, Room},
+        problem::{Problem, Room},
     },
-    jobs::{Job, RecordKind, Successors},
+    jobs::RecordKind,
+    usecases::correct::{self, Basis},
 };
 
 pub fn group() -> OpenApiRouter<AppState> {
@@ -169,33 +160,14 @@ async fn create_iteration_pitch(headers: HeaderMap, request: RecordRequest) -> R
     )
 )]
 async fn create_iteration_correction(request: RecordRequest) -> Result<Response, Problem> {
-    let context = async |state: CallerState, job, number| {
-        let own = measured(&state, job, number).await?;
-        let rounds = state.jobs.rounds(job).await?;
-        let newest = rounds.newest_beside(&own.measurand).map(|one| one.number);
-        let other = match newest {
-            Some(newest) => Some(measured(&state, job, newest).await?),
-            None => None,
-        };
-        Ok((state.jobs.job(job).await?, own, other))
-    };
-    type Context = (Job, WithPermit<Measured>, Option<WithPermit<Measured>>);
-    let build = |text: &[u8], (job, own, other): &Context, _: Room| {
-        let gear = of_job(job)?;
-        let required = RequirementsBody::of(job);
-        let subject = Subject {
-            level: Level::Iteration,
-            measured: vec![&**own],
-            other: other.as_deref(),
-            gear: gear.as_ref(),
-            requirements: required.as_ref(),
-        };
-        let (built, include) = correction::build(text, &subject)?;
-        let draft = gear_record(job, RecordKind::Correction, text, built)?;
-        let answer = include.of_result(&draft.result)?.into_bytes();
-        Ok(NewRecord { draft, answer: Some(answer.into()) })
-    };
-    request.keep_of("correction", context, build).await
+    let basis = async |state: CallerState, job, number| correct::basis_of_iteration(state.context(), job, number).await;
+    request.keep_of("correction", basis, corrected).await
+}
+
+/// Computes the correction that a request asks for.
+pub fn corrected(text: &[u8], basis: &Basis, room: Room) -> Result<NewRecord, Problem> {
+    let (draft, answer) = basis.correct(text, room)?;
+    Ok(NewRecord { draft, answer: Some(answer.into()) })
 }
 
 /// The correction of an iteration that was made last, with what was measured of it.
@@ -232,33 +204,6 @@ async fn get_iteration_correction(
     QueryOf(query): QueryOf<CorrectionQuery>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    let format = Format::negotiated(&headers, Format::Csv, "Corrections")?;
-    let names: Vec<StoredIncludeName> = query.names()?;
-    let include = CorrectionInclude::of_stored(&names);
-    let Some(record) = state.jobs.latest_record(job, number, RecordKind::Correction).await? else {
-        return Err(Problem::new(ProblemCode::NotFound, "The iteration has no correction."));
-    };
-    if format == Format::Csv {
-        let allowed = query.outside_limits == Some(OutsideLimitsName::Allowed);
-        let of = state.jobs.job(job).await?;
-        let flanks = state.jobs.measurand(job, number).await?.words();
-        let written = move || csv::write(&record, &csv::About { job: &of, flanks, iterations: &[number] }, allowed);
-        return Ok(format.response(state.pool.run(written).await??));
-    }
-    let (before, _before) = measured(&state, job, number).await?.into_parts();
-    let successors = state.jobs.successors(job, number).await?;
-    let applied = entered_after(&state, job, &record, number, successors.alike.as_slice()).await?;
-    let shift = tooth_shift(&state, job, &[number], successors.alike.as_slice()).await?;
-    let (after, _after) = match successors {
-        Successors { alike: Some(next), .. } => {
-            let (after, permit) = measured(&state, job, next).await?.into_parts();
-            (After::Same(Box::new(after)), Some(permit))
-        }
-        Successors { any: Some(next), .. } => (After::Others(next), None),
-        Successors { .. } => (After::Nothing, None),
-    };
-    let today = of_job(&state.jobs.job(job).await?)?;
-    let write = move || stored_correction::write(&record, applied, &before, &after, shift, today.as_ref(), include);
-    let body = state.pool.run(write).await??;
-    Ok(format.response(body))
+    let (format, form) = query.form(&headers)?;
+    Ok(format.response(correct::of_iteration(state.context(), job, number, form).await?))
 }

@@ -36,10 +36,11 @@ use crate::{
         compute::{read_json, read_json_in_room},
         files::attachment,
         fits::{json, json_held},
-        multipart::{FileForm, read_file},
+        multipart::read_file,
         state::AppState,
         unsent::with_permit,
     },
+    usecases::import::FileForm,
 };
 
 pub fn group() -> OpenApiRouter<AppState> {

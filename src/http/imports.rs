@@ -12,17 +12,15 @@ use super::{
     extract::PathOf,
     idempotency::{IdempotencyKey, idempotent},
     iterations::created,
-    multipart::{FileForm, read_file},
+    multipart::read_file,
     state::AppState,
 };
 use crate::{
     api::{
-        gears::files::spec::ImportSpecBody,
-        jobs::{import, iterations::NewIterationBody, problem::of_measured},
-        problem::Problem,
-        tables::{kept::SentMapping, mapping::MappingBody},
+        gears::files::spec::ImportSpecBody, jobs::iterations::NewIterationBody, problem::Problem,
+        tables::mapping::MappingBody,
     },
-    jobs::ExpectedGear,
+    usecases::import,
 };
 
 pub fn group() -> OpenApiRouter<AppState> {
@@ -75,25 +73,9 @@ async fn import_iteration(
 ) -> Result<Response, Problem> {
     let scope = format!("POST /v1/jobs/{job}/import");
     idempotent(state, key, scope, payload, move |state, payload, key| async move {
-        let own = state.jobs.job(job).await?;
-        let (limit, plans) = (state.settings.body_limit, state.plans.clone());
-        let work = move || {
-            let form = read_file(payload, limit)?;
-            let FileForm { file, name, spec, mapping } = &*form;
-            let mut draft = import::draft(file, name.as_deref(), spec.as_deref(), mapping.as_ref(), &own, &plans)?;
-            let sent = mapping.as_ref().and_then(|mapping| SentMapping::of(file, mapping));
-            let kept = sent.map(|sent| sent.kept(draft.details.instrument.as_deref()));
-            draft.records.iter_mut().for_each(|record| record.gear = own.gear.as_deref().map(Into::into));
-            draft.expected_gear = Some(ExpectedGear(own.gear));
-            Ok::<_, Problem>((draft, kept))
-        };
-        let (draft, kept) = state.pool.run(work).await??;
+        let limit = state.settings.body_limit;
         let keyed = key.map(|key| key.answered_by(created));
-        let (iteration, stored) =
-            state.jobs.add_iteration(job, draft, keyed).await.map_err(|error| of_measured(error, "/file"))?;
-        if let Some(kept) = kept {
-            state.jobs.keep_mapping(kept).await;
-        }
+        let (iteration, stored) = import::add(state.context(), job, move || read_file(payload, limit), keyed).await?;
         Ok(created(&iteration, stored))
     })
     .await

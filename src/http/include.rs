@@ -1,16 +1,24 @@
 //! The query parameter `include`: what is answered beside the short default, names with commas
 //! between them.
 
+use axum::http::HeaderMap;
 use serde::{
     Deserialize,
     de::{DeserializeOwned, value::StrDeserializer},
 };
 
-use crate::api::{
-    faults::Faults,
-    gears::correction::csv::OutsideLimitsName,
-    json::{refusal::Refusal, text::ShortText},
-    problem::Problem,
+use super::accept::Format;
+use crate::{
+    api::{
+        faults::Faults,
+        gears::correction::{
+            csv::OutsideLimitsName,
+            include::{CorrectionInclude, StoredIncludeName},
+        },
+        json::{refusal::Refusal, text::ShortText},
+        problem::Problem,
+    },
+    usecases::correct::Form,
 };
 
 #[derive(Clone, Debug, Deserialize)]
@@ -52,14 +60,20 @@ impl TableQuery {
 #[serde(deny_unknown_fields)]
 pub struct CorrectionQuery {
     include: Option<String>,
-    /// Whether the CSV is answered although predicted figures lie outside their limits.
-    pub outside_limits: Option<OutsideLimitsName>,
+    /// Whether the CSV is returned although predicted figures lie outside their limits.
+    outside_limits: Option<OutsideLimitsName>,
 }
 
 impl CorrectionQuery {
-    /// The names of `include`, likewise.
-    pub fn names<T: DeserializeOwned>(&self) -> Result<Vec<T>, Problem> {
-        names(self.include.as_deref())
+    /// Returns the format that the client accepts, with what it contains.
+    pub fn form(&self, headers: &HeaderMap) -> Result<(Format, Form), Problem> {
+        let format = Format::negotiated(headers, Format::Csv, "Corrections")?;
+        let names: Vec<StoredIncludeName> = names(self.include.as_deref())?;
+        let form = match format {
+            Format::Csv => Form::Csv { outside_limits: self.outside_limits == Some(OutsideLimitsName::Allowed) },
+            _ => Form::Json(CorrectionInclude::of_stored(&names)),
+        };
+        Ok((format, form))
     }
 }
 

@@ -11,9 +11,7 @@ use uuid::Uuid;
 
 use super::{
     accept::Format,
-    amendments, applied,
     body::Payload,
-    budget::WithPermit,
     caller_state::CallerState,
     chunked,
     compute::read_fit_and,
@@ -22,33 +20,23 @@ use super::{
     fits::json,
     idempotency::{IdempotencyKey, idempotent},
     paging::PageQuery,
-    prior::{self, Fitted},
     state::AppState,
-    stored,
 };
 use crate::{
     api::{
         fits::{nodes_text, spec::nodes::NodesBody},
-        gears::{
-            design_at_nodes::{self, DesignAtNodesBody},
-            fit_figures,
-        },
+        gears::design_at_nodes::{self, DesignAtNodesBody},
         jobs::{
-            amendments as amendments_body, fits,
-            iteration_requests::{
-                IterationForm, IterationPatchBody, IterationRequest, Measurement, MeasurementDetailsBody,
-            },
+            iteration_requests::{IterationForm, IterationPatchBody, IterationRequest, Measurement},
             iterations::{self, IterationBody, NewIterationBody},
             listed_iterations::{self, IterationPageBody},
-            problem::of_measured,
         },
-        json::{text::ShortText, writer},
+        json::writer,
         problem::Problem,
-        tables::kept::SentMapping,
     },
-    jobs::{Answer, Computed, Iteration, IterationDraft, List, Measurand, NewIteration, Stored},
+    jobs::{Answer, Iteration, List, NewIteration, Stored},
+    usecases::{decide, iterate, nodes},
 };
-use flankfit_engine::estimation::{FitSpec, Nodes, Plans};
 
 pub fn group() -> OpenApiRouter<AppState> {
     OpenApiRouter::new()
@@ -90,89 +78,15 @@ async fn create_iteration(
     idempotent(state, key, scope, payload, move |state, payload, key| async move {
         state.jobs.check_exists(job).await?;
         let plans = state.plans.clone();
-        let work = move |nodes, spec, mut measurement: Measurement, sent: Option<SentMapping>| {
-            let applied = measurement.applied.take();
-            let kept = sent.map(|sent| sent.kept(measurement.details.instrument.as_ref().map(ShortText::as_str)));
-            Ok((draft(nodes, spec, measurement, &plans)?, applied, kept))
+        let work = move |nodes, spec, measurement: Measurement, mapping| {
+            iterate::measured(nodes, spec, measurement, mapping, &plans)
         };
-        // the permit for the nodes is held until they are stored
-        let ((draft, applied, kept), permit) = read_fit_and(&state, payload, work).await?.into_parts();
-        let measurand = match &draft {
-            Drafted::Made(draft) => &draft.measurand,
-            Drafted::Waiting(waiting) => &waiting.measurand,
-        };
-        let entered = match applied {
-            Some(applied) => Some(applied::before_next(&state, job, measurand, &applied).await?),
-            None => None,
-        };
-        let (mut draft, _permit) = match draft {
-            Drafted::Made(draft) => (*draft, permit),
-            Drafted::Waiting(waiting) => {
-                let Waiting { nodes, spec, measurand, details } = *waiting;
-                let nodes = WithPermit::new(nodes, permit);
-                let (computed, nodes) =
-                    prior::compute(&state, job, Fitted::New(entered.as_ref()), &measurand, (nodes, spec)).await?;
-                let (nodes, permit) = nodes.into_parts();
-                (of_parts(nodes, measurand, details, computed)?, permit)
-            }
-        };
-        draft.records.extend(entered);
+        let measured = read_fit_and(&state, payload, work).await?;
         let keyed = key.map(|key| key.answered_by(created));
-        let (iteration, stored) =
-            state.jobs.add_iteration(job, draft, keyed).await.map_err(|error| of_measured(error, "/tooth"))?;
-        if let Some(kept) = kept {
-            state.jobs.keep_mapping(kept).await;
-        }
+        let (iteration, stored) = iterate::add(state.context(), job, measured, keyed).await?;
         Ok(created(&iteration, stored))
     })
     .await
-}
-
-/// Fits. Processor work.
-fn draft(nodes: Nodes, spec: FitSpec, measurement: Measurement, plans: &Plans) -> Result<Drafted, Problem> {
-    let Measurement { measurand, accept_units, details, applied: _ } = measurement;
-    let mut measurand = measurand.checked(Some(&nodes)).map_err(Problem::invalid)?;
-    measurand.units_accepted = accept_units.unwrap_or(false);
-    if prior::waits(&spec) || fit_figures::may_be_told(&nodes) {
-        return Ok(Drafted::Waiting(Box::new(Waiting { nodes, spec, measurand, details })));
-    }
-    let computed = fits::compute(&nodes, &spec, plans)?;
-    Ok(Drafted::Made(Box::new(of_parts(nodes, measurand, details, computed)?)))
-}
-
-/// An iteration, or what it is made of once what its fit needs of the job has been read.
-enum Drafted {
-    Made(Box<IterationDraft>),
-    Waiting(Box<Waiting>),
-}
-
-struct Waiting {
-    nodes: Nodes,
-    spec: FitSpec,
-    measurand: Measurand,
-    details: MeasurementDetailsBody,
-}
-
-fn of_parts(
-    nodes: Nodes,
-    measurand: Measurand,
-    details: MeasurementDetailsBody,
-    computed: Computed,
-) -> Result<IterationDraft, Problem> {
-    let mut records = Vec::new();
-    if measurand.units_accepted {
-        let before = Measurand { units_accepted: false, ..measurand.clone() };
-        let request = r#"{"accept_units":true}"#.to_owned();
-        records.push(amendments_body::record(&before, &measurand, "posted", request).map_err(Problem::internal)?);
-    }
-    Ok(IterationDraft {
-        measurand,
-        nodes: Arc::new(nodes),
-        computed,
-        details: details.into(),
-        records,
-        expected_gear: None,
-    })
 }
 
 /// A new iteration as it is answered.
@@ -245,7 +159,7 @@ async fn update_iteration(
     JsonOf(patch): JsonOf<IterationPatchBody>,
 ) -> Result<Response, Problem> {
     let iteration = state.jobs.iteration(job, number).await?;
-    Ok(present(&amendments::update(&state, iteration, patch, precondition).await?))
+    Ok(present(&decide::update(state.context(), iteration, patch, precondition).await?))
 }
 
 /// An iteration as it is answered.
@@ -274,7 +188,7 @@ async fn get_iteration_nodes(
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
     let format = Format::negotiated(&headers, Format::Csv, "Nodes")?;
-    let (nodes, permit) = stored::nodes(&state, job, number).await?.into_parts();
+    let (nodes, permit) = nodes::stored(state.context(), job, number).await?.into_parts();
     let work = move || {
         let mut file = match format {
             Format::Csv => nodes_text::to_csv(Arc::new(nodes)),
@@ -311,7 +225,7 @@ async fn get_iteration_design(
 ) -> Result<Response, Problem> {
     let iteration = state.jobs.iteration(job, number).await?;
     let job = state.jobs.job(job).await?;
-    let (nodes, _permit) = stored::nodes(&state, job.id, number).await?.into_parts();
+    let (nodes, _permit) = nodes::stored(state.context(), job.id, number).await?.into_parts();
     let work = move || {
         let found = design_at_nodes::at_nodes(&job, &iteration.measurand, &nodes)?;
         writer::whole(&found).map_err(Problem::not_finite)

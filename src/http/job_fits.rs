@@ -1,7 +1,5 @@
 //! `…/iterations/{number}/fits`: further fits of stored nodes, which of them stands, and replays.
 
-use std::sync::Arc;
-
 use axum::{
     http::{HeaderValue, header},
     response::Response,
@@ -11,7 +9,6 @@ use uuid::Uuid;
 
 use super::{
     body::Payload,
-    budget::WithPermit,
     caller_state::CallerState,
     compute::{read_json, read_optional_json},
     conditional::{IfMatch, etag},
@@ -21,27 +18,21 @@ use super::{
     include::IncludeQuery,
     iterations::present,
     paging::PageQuery,
-    prior::{self, Fitted, Gathered},
     state::AppState,
-    stored,
 };
 use crate::{
     api::{
-        fits::{
-            reader,
-            spec::include::{self, IncludeName},
-        },
-        gears::fit_figures,
+        fits::spec::include::IncludeName,
         jobs::{
-            fits::{self, ReplayBody, ReplayRequest},
-            iteration_requests::{ChosenFitBody, RefitRequest, Why},
+            fits::{ReplayBody, ReplayRequest},
+            iteration_requests::{ChosenFitBody, RefitRequest},
             iterations::{self, FitPageBody, IterationBody, IterationFitBody},
         },
         problem::Problem,
     },
-    jobs::{Answer, List, NewFit, RefitDraft, Stored},
+    jobs::{Answer, List, NewFit, Stored},
+    usecases::{fit, nodes},
 };
-use flankfit_engine::estimation::{FitSpec, Nodes, spec::Earlier};
 
 pub fn group() -> OpenApiRouter<AppState> {
     OpenApiRouter::new()
@@ -78,38 +69,15 @@ async fn create_iteration_fit(
 ) -> Result<Response, Problem> {
     let place = format!("/v1/jobs/{job}/iterations/{number}");
     idempotent(state, key, format!("POST {place}/fits"), payload, move |state, payload, key| async move {
-        let nodes = stored::nodes(&state, job, number).await?;
-        let measurand = state.jobs.measurand(job, number).await?;
+        let nodes = nodes::stored(state.context(), job, number).await?;
         let plans = state.plans.clone();
-        let draft = read_json(&state, payload, move |text| {
-            let (spec, why) = reader::read_refit::<Why>(text)?;
-            let reason = why.reason.map(String::from);
-            if prior::waits(&spec) || fit_figures::may_be_told(&nodes) {
-                return Ok(Refit::Waiting { nodes, spec: Box::new(spec), reason });
-            }
-            let computed = fits::compute(&nodes, &spec, &plans)?;
-            Ok(Refit::Made(RefitDraft { computed, reason }))
-        })
-        .await?;
-        let draft = match draft {
-            Refit::Made(draft) => draft,
-            Refit::Waiting { nodes, spec, reason } => {
-                let computed = prior::compute(&state, job, Fitted::Stored(number), &measurand, (nodes, *spec)).await?;
-                RefitDraft { computed: computed.0, reason }
-            }
-        };
+        let refit = read_json(&state, payload, move |text| fit::refitted(text, nodes, &plans)).await?;
         let answer = move |fit: &NewFit, stored: Stored| created(&place, fit, stored);
         let keyed = key.map(|key| key.answered_by(answer.clone()));
-        let (fit, stored) = state.jobs.add_fit(job, number, draft, keyed).await?;
+        let (fit, stored) = fit::add(state.context(), (job, number), refit, keyed).await?;
         Ok(answer(&fit, stored))
     })
     .await
-}
-
-/// A further fit, or what it is made of once what it needs of the job has been read.
-enum Refit {
-    Made(RefitDraft),
-    Waiting { nodes: WithPermit<Nodes>, spec: Box<FitSpec>, reason: Option<String> },
 }
 
 fn created(place: &str, fit: &NewFit, stored: Stored) -> Answer {
@@ -176,17 +144,7 @@ async fn get_iteration_fit(
         response.headers_mut().insert(header::ETAG, HeaderValue::from_static(tag));
         return Ok(response);
     }
-    let nodes = stored::nodes(&state, job, number).await?;
-    let gathered = prior::gather_again(&state, job, &stored).await?;
-    let plans = state.plans.clone();
-    let body = state
-        .pool
-        .run(move || {
-            let result = fits::with_include(&nodes, &stored, earlier(&gathered), include::include(&names), &plans)?;
-            Ok::<_, Problem>(iterations::stored_fit(&stored, &result))
-        })
-        .await??;
-    Ok(json(body))
+    Ok(json(fit::with_include(state.context(), (job, number), stored, names).await?))
 }
 
 /// Chooses a fit of the iteration. Earlier choices stay in the trace.
@@ -235,13 +193,5 @@ async fn replay_fit(
     payload: Payload,
 ) -> Result<axum::Json<ReplayBody>, Problem> {
     let ReplayRequest {} = read_optional_json(&state, payload).await?;
-    let stored = state.jobs.fit(job, number, fit).await?;
-    let nodes = stored::nodes(&state, job, number).await?;
-    let gathered = prior::gather_again(&state, job, &stored).await?;
-    let replay = state.pool.run(move || fits::replay(&nodes, &stored, earlier(&gathered))).await??;
-    Ok(axum::Json(replay.into()))
-}
-
-fn earlier(gathered: &Option<Gathered>) -> Option<Arc<[Earlier]>> {
-    gathered.as_ref().map(|gathered| Arc::clone(&gathered.earlier))
+    Ok(axum::Json(fit::replay(state.context(), (job, number), fit).await?))
 }

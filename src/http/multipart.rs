@@ -6,18 +6,17 @@ use sha2::{Digest, Sha256};
 
 use super::{
     body::{Media, NUMBER, Payload, UNKNOWN, add, cells, foreign, unsupported},
-    budget::WithPermit,
     form::{self, Part},
     media_type::{essence, foreign_charset},
 };
-use crate::api::{
-    fits::reader,
-    json::request::ReadWhole,
-    problem::{Problem, ProblemCode},
-    tables::{
-        kept::SentMapping,
-        mapping::{self, MappingBody},
+use crate::{
+    api::{
+        fits::reader,
+        json::request::ReadWhole,
+        problem::{Problem, ProblemCode},
+        tables::{kept::SentMapping, mapping},
     },
+    usecases::{budget::WithPermit, import::FileForm},
 };
 use flankfit_engine::estimation::{FitSpec, Nodes};
 
@@ -66,17 +65,6 @@ fn digest_of(parts: &[Part]) -> [u8; 32] {
         add(&mut digest, &part.content);
     }
     digest.finalize().into()
-}
-
-/// A file with what is said of it.
-pub struct FileForm {
-    pub file: Bytes,
-    /// As the caller calls it.
-    pub name: Option<String>,
-    /// JSON.
-    pub spec: Option<Bytes>,
-    /// How a table is to be read.
-    pub mapping: Option<MappingBody>,
 }
 
 /// Decompresses and reads a form with a file. Processor work.

@@ -6,21 +6,18 @@ use utoipa::ToSchema;
 use utoipa_axum::{router::OpenApiRouter, routes};
 
 use super::{
-    body::Payload,
-    budget::WithPermit,
-    caller_state::CallerState,
-    extract::QueryOf,
-    fits::json_held,
-    include::TableQuery,
-    multipart::{FileForm, read_any_file},
-    state::AppState,
+    body::Payload, caller_state::CallerState, extract::QueryOf, fits::json_held, include::TableQuery,
+    multipart::read_any_file, state::AppState,
 };
-use crate::api::{
-    faults::Faults,
-    gears::files::proposal::{self, ProposalBody, TableIncludeName},
-    json::{text::ShortText, value::read_json},
-    problem::Problem,
-    tables::{kept, mapping::MappingBody},
+use crate::{
+    api::{
+        faults::Faults,
+        gears::files::proposal::{self, ProposalBody, TableIncludeName},
+        json::{text::ShortText, value::read_json},
+        problem::Problem,
+        tables::{kept, mapping::MappingBody},
+    },
+    usecases::{budget::WithPermit, import::FileForm},
 };
 
 pub fn group() -> OpenApiRouter<AppState> {

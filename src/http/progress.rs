@@ -21,7 +21,6 @@ use tracing::Instrument as _;
 
 use super::{
     body::Payload,
-    budget::Permit,
     caller_state::CallerState,
     observe::{self, catch_panic},
     sse,
@@ -35,6 +34,7 @@ use crate::{
         progress::ProgressBody,
     },
     pool::{self, Handle},
+    usecases::budget::Permit,
 };
 
 /// The media type of events.

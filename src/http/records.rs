@@ -15,7 +15,6 @@ use uuid::Uuid;
 use super::{
     accept::{Format, chosen, preference},
     body::Payload,
-    budget::WithPermit,
     caller_state::CallerState,
     conditional::{etag, set_etag},
     extract::{PathOf, QueryOf},
@@ -23,7 +22,6 @@ use super::{
     include::IncludeQuery,
     paging::PageQuery,
     state::AppState,
-    stored,
 };
 use crate::{
     api::{
@@ -36,6 +34,7 @@ use crate::{
         problem::{Problem, Room},
     },
     jobs::{Answer, Job, List, Measurand, Record, RecordDraft, RecordKind, Stored},
+    usecases::{budget::WithPermit, nodes},
 };
 use flankfit_engine::estimation::{Nodes, Plans};
 
@@ -55,14 +54,8 @@ pub struct RecordContext {
 impl RecordContext {
     /// A record that refers to the gear of the job keeps it, since the job's may be changed.
     pub fn gear_record(&self, kind: RecordKind, text: &[u8], built: Built) -> Result<RecordDraft, Problem> {
-        gear_record(&self.job, kind, text, built)
+        records::of_gear(&self.job, kind, text, built)
     }
-}
-
-/// A record with the gear of its job.
-pub fn gear_record(job: &Job, kind: RecordKind, text: &[u8], built: Built) -> Result<RecordDraft, Problem> {
-    let gear = job.gear.as_deref().map(Into::into);
-    Ok(RecordDraft { gear, ..records::draft(kind, text, built)? })
 }
 
 /// A record to be kept, and what is answered: the record itself where there is nothing else.
@@ -107,7 +100,7 @@ impl RecordRequest {
         build: impl FnOnce(&[u8], &RecordContext, Room) -> Result<NewRecord, Problem> + Send + 'static,
     ) -> Result<Response, Problem> {
         let context = async |state: CallerState, job, number| {
-            let nodes = stored::nodes(&state, job, number).await?;
+            let nodes = nodes::stored(state.context(), job, number).await?;
             let measurand = state.jobs.measurand(job, number).await?;
             Ok(RecordContext { job: state.jobs.job(job).await?, nodes, measurand, plans: state.plans.clone() })
         };

@@ -5,8 +5,8 @@ use std::{ops::Deref, sync::Arc};
 use metrics_exporter_prometheus::PrometheusHandle;
 
 use super::{
-    auth::Callers, budget::Budget, dashboard::files::Files, event_pages::EventPages, rates::Rates,
-    readiness::Readiness, shutdown::Shutdown,
+    auth::Callers, dashboard::files::Files, event_pages::EventPages, rates::Rates, readiness::Readiness,
+    shutdown::Shutdown,
 };
 use crate::{
     config::ServeSettings,
@@ -14,6 +14,7 @@ use crate::{
     oidc::Tokens,
     pool::WorkPool,
     telemetry,
+    usecases::budget::Budget,
 };
 use flankfit_engine::estimation::Plans;
 

@@ -19,8 +19,8 @@ use utoipa_axum::{router::OpenApiRouter, routes};
 use uuid::Uuid;
 
 use super::{
-    budget::WithPermit, caller_state::CallerState, extract::PathOf, observe::too_late, shutdown::OpenConnection, sites,
-    state::AppState, streams,
+    caller_state::CallerState, extract::PathOf, observe::too_late, shutdown::OpenConnection, sites, state::AppState,
+    streams,
 };
 use crate::{
     api::{
@@ -30,6 +30,7 @@ use crate::{
     },
     jobs::RepositoryError,
     pool,
+    usecases::budget::WithPermit,
 };
 
 /// Time between two pings.

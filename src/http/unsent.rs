@@ -15,7 +15,8 @@ use axum::{
 };
 use hyper::body::{Frame, SizeHint};
 
-use super::{budget::Permit, state::AppState};
+use super::state::AppState;
+use crate::usecases::budget::Permit;
 
 /// Answers that are shorter are not charged.
 const SHORT: u64 = 4 << 10;

@@ -57,8 +57,13 @@ const RULES: &[Rule] = &[
     },
     Rule {
         module: "http",
-        imports: &["api", "jobs", "oidc", "pool", "config", "telemetry"],
+        imports: &["api", "jobs", "oidc", "pool", "config", "telemetry", "usecases"],
         foreign: &["clap", "sqlx"],
+    },
+    Rule {
+        module: "usecases",
+        imports: &["api", "jobs", "pool", "telemetry"],
+        foreign: &["axum", "clap", "sqlx", "tower", "tower_http", "utoipa", "utoipa_axum"],
     },
     Rule {
         module: "oidc",

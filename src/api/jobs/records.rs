@@ -15,7 +15,7 @@ use crate::{
         json::{gather::gathered, text::Moment, writer::Json},
         problem::Problem,
     },
-    jobs::{List, Page, Record, RecordDraft, RecordKind, RecordSummary},
+    jobs::{Job, List, Page, Record, RecordDraft, RecordKind, RecordSummary},
 };
 
 /// A record of an iteration: a curve, a surface, deviations, an evaluation, pitches, a correction,
@@ -97,6 +97,12 @@ impl From<Page<RecordSummary>> for RecordPageBody {
             next_cursor: page.next.map(|next| next.encode(List::Records)),
         }
     }
+}
+
+/// Returns a record with the gear of its job, which may be changed later.
+pub fn of_gear(job: &Job, kind: RecordKind, text: &[u8], built: Built) -> Result<RecordDraft, Problem> {
+    let gear = job.gear.as_deref().map(Into::into);
+    Ok(RecordDraft { gear, ..draft(kind, text, built)? })
 }
 
 /// What is kept of a request and its answer, both as they are.

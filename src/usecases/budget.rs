@@ -13,7 +13,7 @@ use std::{
     },
 };
 
-use axum::body::Bytes;
+use bytes::Bytes;
 
 use crate::{
     api::problem::{Problem, ProblemCode},

@@ -2,7 +2,7 @@
 
 use uuid::Uuid;
 
-use super::{budget::WithPermit, caller_state::CallerState};
+use super::{Context, budget::WithPermit};
 use crate::api::problem::Problem;
 use flankfit_engine::estimation::Nodes;
 
@@ -13,11 +13,11 @@ const SMALL: usize = 64 << 10;
 const COPIES: usize = 3;
 
 /// The nodes of an iteration, with a permit for what they take.
-pub async fn nodes(state: &CallerState, job: Uuid, number: u32) -> Result<WithPermit<Nodes>, Problem> {
-    let length = match state.jobs.nodes_up_to(job, number, SMALL).await? {
-        Ok(nodes) => return Ok(WithPermit::new(nodes, state.budget.take(COPIES * SMALL / 4)?)),
+pub async fn stored(context: Context<'_>, job: Uuid, number: u32) -> Result<WithPermit<Nodes>, Problem> {
+    let length = match context.jobs.nodes_up_to(job, number, SMALL).await? {
+        Ok(nodes) => return Ok(WithPermit::new(nodes, context.budget.take(COPIES * SMALL / 4)?)),
         Err(length) => length,
     };
-    let permit = state.budget.take(COPIES.saturating_mul(length))?;
-    Ok(WithPermit::new(state.jobs.nodes(job, number).await?, permit))
+    let permit = context.budget.take(COPIES.saturating_mul(length))?;
+    Ok(WithPermit::new(context.jobs.nodes(job, number).await?, permit))
 }

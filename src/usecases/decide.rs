@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{caller_state::CallerState, prior, stored};
+use super::{Context, nodes, prior};
 use crate::{
     api::{
         faults::Faults,
@@ -29,7 +29,7 @@ use flankfit_engine::estimation::Nodes;
 
 /// Applies a patch of an iteration, all of it or nothing.
 pub async fn update(
-    state: &CallerState,
+    context: Context<'_>,
     iteration: Iteration,
     patch: IterationPatchBody,
     precondition: Precondition,
@@ -44,18 +44,18 @@ pub async fn update(
     let (job_id, number) = (iteration.job_id, iteration.number);
     if let Some(decision) = decision.filter(|decision| *decision != Decision::Accept && !says_measurand) {
         let draft = DecisionDraft { decision, concession: false, reason };
-        return Ok(state.jobs.decide(job_id, number, draft, precondition).await?);
+        return Ok(context.jobs.decide(job_id, number, draft, precondition).await?);
     }
     let accepts = decision == Some(Decision::Accept);
-    let job = state.jobs.job(job_id).await?;
-    let standing = standing(state, &iteration).await?;
+    let job = context.jobs.job(job_id).await?;
+    let standing = standing(context, &iteration).await?;
     let limits = accepts && acceptance::has_limits(&job);
     let mut measurand = iteration.measurand.clone();
     let mut computed = None;
     // the gear was not known when the figures were computed, or they were held against other limits
     let is_outdated = limits && (lacks_figures(&standing) || job.updated_at > standing.event.created_at);
     if says_measurand || is_outdated {
-        let nodes = stored::nodes(state, job_id, number).await?;
+        let nodes = nodes::stored(context, job_id, number).await?;
         let merged = amendments::merged(patch.measurand(), &measurand).map_err(Problem::internal)?;
         measurand = merged.checked(Some(&nodes)).map_err(Problem::invalid)?;
         measurand.units_accepted = accept_units.unwrap_or(iteration.measurand.units_accepted);
@@ -63,23 +63,23 @@ pub async fn update(
             if limits {
                 acceptance::refuse_unknown(&job, &measurand).map_err(Problem::invalid)?;
             }
-            let fit = state.jobs.fit(job_id, number, standing.id).await?;
-            let gathered = prior::gather_again(state, job_id, &fit).await?;
-            let plans = state.plans.clone();
+            let fit = context.jobs.fit(job_id, number, standing.id).await?;
+            let gathered = prior::gather_again(context, job_id, &fit).await?;
+            let plans = context.plans.clone();
             let work = move || {
                 let earlier = gathered.as_ref().map(|gathered| Arc::clone(&gathered.earlier));
                 fits::again(&nodes, &fit, earlier, &plans, &on)
             };
-            let again = state.pool.run(work).await??;
+            let again = context.pool.run(work).await??;
             computed = Some(again).filter(|again| again.flank != standing.flank);
         }
     }
     let concession =
-        accepts && needs_reason(state, &iteration, &standing, computed.as_ref(), reason.as_deref()).await?;
+        accepts && needs_reason(context, &iteration, &standing, computed.as_ref(), reason.as_deref()).await?;
     let decision = decision.map(|decision| DecisionDraft { decision, concession, reason: reason.clone() });
     if measurand == iteration.measurand && computed.is_none() {
         let Some(draft) = decision else { return Ok(iteration) };
-        return Ok(state.jobs.decide(job_id, number, draft, precondition).await?);
+        return Ok(context.jobs.decide(job_id, number, draft, precondition).await?);
     }
     let record = amendments::record(&iteration.measurand, &measurand, "changed", text_of(&patch));
     let draft = AmendmentDraft {
@@ -90,18 +90,18 @@ pub async fn update(
     };
     // the result holds for the version that was read
     let seen = Precondition::AnyOf(vec![iteration.version]);
-    state.jobs.amend(job_id, number, draft, seen).await.map_err(|error| of_measured(error, "/tooth"))
+    context.jobs.amend(job_id, number, draft, seen).await.map_err(|error| of_measured(error, "/tooth"))
 }
 
 /// Returns the nodes of an iteration without those that its chosen fit excludes, and the figures of
 /// that fit.
 pub async fn counted(
-    state: &CallerState,
+    context: Context<'_>,
     iteration: &Iteration,
     nodes: Nodes,
 ) -> Result<(Nodes, ChosenFigures), Problem> {
-    let FitSummary { id, flank, .. } = standing(state, iteration).await?;
-    let spec = state.jobs.fit(iteration.job_id, iteration.number, id).await?.spec;
+    let FitSummary { id, flank, .. } = standing(context, iteration).await?;
+    let spec = context.jobs.fit(iteration.job_id, iteration.number, id).await?.spec;
     let work = move || {
         let spec = reader::read_stored(&spec).map_err(Problem::internal)?;
         let excluded = |_| Problem::internal("a stored fit excludes nodes that there are not");
@@ -110,13 +110,13 @@ pub async fn counted(
         let figures = figures.map_err(Problem::internal)?;
         Ok((nodes, ChosenFigures { figures, level: spec.level, has_prior: spec.prior.is_some() }))
     };
-    state.pool.run(work).await?
+    context.pool.run(work).await?
 }
 
 /// Returns the chosen fit of an iteration.
-async fn standing(state: &CallerState, iteration: &Iteration) -> Result<FitSummary, Problem> {
+async fn standing(context: Context<'_>, iteration: &Iteration) -> Result<FitSummary, Problem> {
     let after = Some(Cursor::after_number(u64::from(iteration.number) - 1)).filter(|_| iteration.number > 1);
-    let page = state.jobs.iterations(iteration.job_id, PageRequest { limit: 1, after }).await?;
+    let page = context.jobs.iterations(iteration.job_id, PageRequest { limit: 1, after }).await?;
     let found = page.items.into_iter().find(|listed| listed.number == iteration.number);
     found.map(|listed| listed.fit).ok_or_else(|| Problem::internal("an iteration has no chosen fit"))
 }
@@ -129,7 +129,7 @@ fn lacks_figures(fit: &FitSummary) -> bool {
 
 /// Returns whether accepting is a concession; refuses it if it is one and no reason is given.
 async fn needs_reason(
-    state: &CallerState,
+    context: Context<'_>,
     iteration: &Iteration,
     standing: &FitSummary,
     computed: Option<&Computed>,
@@ -138,10 +138,10 @@ async fn needs_reason(
     let (job, number) = (iteration.job_id, iteration.number);
     let (figures, result) = match computed {
         Some(computed) => (computed.flank.clone(), computed.result.text().as_ref().into()),
-        None => (standing.flank.clone(), state.jobs.fit(job, number, standing.id).await?.result),
+        None => (standing.flank.clone(), context.jobs.fit(job, number, standing.id).await?.result),
     };
-    let evaluation = state.jobs.latest_record(job, number, RecordKind::Evaluation).await?;
-    let pitch = state.jobs.latest_record(job, number, RecordKind::Pitch).await?;
+    let evaluation = context.jobs.latest_record(job, number, RecordKind::Evaluation).await?;
+    let pitch = context.jobs.latest_record(job, number, RecordKind::Pitch).await?;
     let work = move || {
         let result: Arc<str> = result;
         acceptance::objections(Kept {
@@ -151,7 +151,7 @@ async fn needs_reason(
             pitch: pitch.as_ref().map(|record| &*record.draft.result),
         })
     };
-    let objections = state.pool.run(work).await?.map_err(Problem::internal)?;
+    let objections = context.pool.run(work).await?.map_err(Problem::internal)?;
     if !objections.is_empty() && reason.is_none() {
         let detail = format!("{}; to accept all the same is a concession: send its `reason`", objections.join("; "));
         return Err(Problem::invalid(Faults::one("/reason", detail)));

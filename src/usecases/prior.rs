@@ -7,10 +7,10 @@ use serde::Deserialize;
 use uuid::Uuid;
 
 use super::{
+    Context,
     budget::{Permit, WithPermit},
-    caller_state::CallerState,
     entered::entered_after,
-    representative, stored,
+    nodes, representative,
 };
 use crate::{
     api::{
@@ -85,7 +85,7 @@ pub fn asked(spec: &FitSpec) -> Option<&Chain> {
 
 /// The iterations that `chain` asks for, before the one that is fitted.
 async fn gather(
-    state: &CallerState,
+    context: Context<'_>,
     job: Uuid,
     fitted: Fitted<'_>,
     of: &Measurand,
@@ -97,7 +97,7 @@ async fn gather(
         Which::Listed(numbers) => (numbers.first().copied().unwrap_or(1), MOST_BETWEEN),
     };
     let wanted = Predecessors { of: of.clone(), from, before, most };
-    let alike = state.jobs.predecessors(job, wanted).await?;
+    let alike = context.jobs.predecessors(job, wanted).await?;
     let chosen: Vec<&Predecessor> = match &chain.which {
         Which::Previous => alike.iter().collect(),
         Which::Listed(numbers) => {
@@ -105,7 +105,7 @@ async fn gather(
             for (k, &number) in numbers.iter().enumerate() {
                 match alike.iter().find(|one| one.number == number) {
                     Some(found) => chosen.push(found),
-                    None => return Err(not_found(state, job, before, of, (k, number)).await?),
+                    None => return Err(not_found(context, job, before, of, (k, number)).await?),
                 }
             }
             chosen
@@ -120,29 +120,29 @@ async fn gather(
         return Err(Problem::invalid(Faults::one(place, detail)));
     }
     let mut links: Vec<Link> = Vec::with_capacity(chosen.len());
-    let rounds = if chain.correction { state.jobs.rounds(job).await? } else { Rounds::default() };
+    let rounds = if chain.correction { context.jobs.rounds(job).await? } else { Rounds::default() };
     for (k, one) in alike.iter().enumerate() {
         if chosen.iter().any(|chosen| chosen.number == one.number) {
             links.push(Link { number: one.number, fit_id: one.fit_id.to_string(), corrections: Vec::new() });
         }
         let Some(link) = links.last_mut().filter(|_| chain.correction) else { continue };
         let next = alike.get(k + 1).map_or(fitted, |next| Fitted::Stored(next.number));
-        link.corrections.extend(made_between(state, job, &rounds, one.number, next).await?);
+        link.corrections.extend(made_between(context, job, &rounds, one.number, next).await?);
     }
-    read(state, job, links).await
+    read(context, job, links).await
 }
 
 /// Returns the correction between an iteration and the next one of the flank, with what was entered
 /// of it: the newer one of that of the iteration and that of the gear.
 async fn made_between(
-    state: &CallerState,
+    context: Context<'_>,
     job: Uuid,
     rounds: &Rounds,
     number: u32,
     next: Fitted<'_>,
 ) -> Result<Option<Made>, Problem> {
     let Some(made) = rounds.made_between(number, next.number()) else { return Ok(None) };
-    let (iteration, record) = (made.number, state.jobs.record(job, made.number, made.id).await?);
+    let (iteration, record) = (made.number, context.jobs.record(job, made.number, made.id).await?);
     if let Fitted::New(Some(draft)) = next
         && let Some(entered) = applied::entered_of(record.id, draft)?
     {
@@ -153,20 +153,20 @@ async fn made_between(
         RecordKind::GearCorrection => rounds.after(made).iter().map(|one| one.number).collect(),
         _ => next.number().into_iter().collect(),
     };
-    let entry = entered_after(state, job, &record, iteration, &later).await?;
+    let entry = entered_after(context, job, &record, iteration, &later).await?;
     let entered = entry.map(|entry| entry.settings.iter().map(|setting| setting.change).collect());
     Ok(Some(Made { iteration, record, entered }))
 }
 
 /// Why an iteration that was asked for is not among the earlier ones of the flank.
 async fn not_found(
-    state: &CallerState,
+    context: Context<'_>,
     job: Uuid,
     before: Option<u32>,
     of: &Measurand,
     (k, number): (usize, u32),
 ) -> Result<Problem, Problem> {
-    let detail = match state.jobs.measurand(job, number).await {
+    let detail = match context.jobs.measurand(job, number).await {
         Err(RepositoryError::NotFound(Resource::Iteration)) => format!("the job has no iteration {number}"),
         Err(error) => return Err(error.into()),
         Ok(_) if before.is_some_and(|before| number >= before) => {
@@ -201,42 +201,42 @@ struct StoredCorrection {
 }
 
 /// The iterations that a stored fit stood on; `None` for a fit that stood on none.
-pub async fn gather_again(state: &CallerState, job: Uuid, stored: &FitRecord) -> Result<Option<Gathered>, Problem> {
+pub async fn gather_again(context: Context<'_>, job: Uuid, stored: &FitRecord) -> Result<Option<Gathered>, Problem> {
     if !stored.spec.contains("\"prior\":{\"iterations\":") {
         return Ok(None);
     }
     let result = stored.result.clone();
-    let stood = state.pool.run(move || serde_json::from_str::<StoodOn>(&result)).await?.map_err(Problem::internal)?;
+    let stood = context.pool.run(move || serde_json::from_str::<StoodOn>(&result)).await?.map_err(Problem::internal)?;
     let Some(StoredPrior { iterations: Some(numbers), fit_ids: Some(ids), corrections }) = stood.prior else {
         return Err(Problem::internal("the stored answer does not say what it stood on"));
     };
     let mut links: Vec<Link> =
         numbers.into_iter().zip(ids).map(|(number, fit_id)| Link { number, fit_id, corrections: Vec::new() }).collect();
     for StoredCorrection { iteration, record_id, entered } in corrections {
-        let record = state.jobs.record(job, iteration, record_id).await?;
+        let record = context.jobs.record(job, iteration, record_id).await?;
         if let Some(link) = links.iter_mut().rfind(|link| link.number <= iteration) {
             link.corrections.push(Made { iteration, record, entered });
         }
     }
-    read(state, job, links).await.map(Some)
+    read(context, job, links).await.map(Some)
 }
 
 /// Reads the nodes, and what the corrections predicted.
-async fn read(state: &CallerState, job: Uuid, links: Vec<Link>) -> Result<Gathered, Problem> {
+async fn read(context: Context<'_>, job: Uuid, links: Vec<Link>) -> Result<Gathered, Problem> {
     let (mut earlier, mut permits) = (Vec::with_capacity(links.len()), Vec::new());
     for Link { number, fit_id, corrections } in links {
-        let (nodes, permit) = stored::nodes(state, job, number).await?.into_parts();
+        let (nodes, permit) = nodes::stored(context, job, number).await?.into_parts();
         permits.push(permit);
         let mut corrected = Vec::with_capacity(corrections.len());
         for Made { iteration, record, entered } in corrections {
             // a correction of the gear may be kept with an iteration of another tooth
             let of = if record.draft.kind == RecordKind::GearCorrection { number } else { iteration };
-            let measurand = state.jobs.measurand(job, of).await?;
-            let (own, permit) = stored::nodes(state, job, of).await?.into_parts();
+            let measurand = context.jobs.measurand(job, of).await?;
+            let (own, permit) = nodes::stored(context, job, of).await?.into_parts();
             permits.push(permit);
             let (record_id, changes) = (record.id.to_string(), entered.clone());
             let work = move || predicted::change(&record, changes.as_deref(), &own, &measurand);
-            let change = state.pool.run(work).await??;
+            let change = context.pool.run(work).await??;
             corrected.extend(change.map(|change| Corrected {
                 iteration,
                 record_id,
@@ -258,23 +258,23 @@ pub fn waits(spec: &FitSpec) -> bool {
 /// Fits nodes with what their spec asks for of the job, and the figures of the flank that they are
 /// told to be on; the nodes come back with the fit.
 pub async fn compute(
-    state: &CallerState,
+    context: Context<'_>,
     job: Uuid,
     iteration: Fitted<'_>,
     of: &Measurand,
     fitted: (WithPermit<Nodes>, FitSpec),
 ) -> Result<(Computed, WithPermit<Nodes>), Problem> {
     let on = match fit_figures::may_be_told(&fitted.0) {
-        true => OfFlank::of(&state.jobs.job(job).await?, of),
+        true => OfFlank::of(&context.jobs.job(job).await?, of),
         false => None,
     };
     let work = move |nodes: &Nodes, spec: &FitSpec, plans: &Plans| fits::compute_on(nodes, spec, plans, on.as_ref());
-    compute_by(state, job, iteration, of, fitted, work).await
+    compute_by(context, job, iteration, of, fitted, work).await
 }
 
 /// The same by `work`.
 pub async fn compute_by<T: Send + 'static>(
-    state: &CallerState,
+    context: Context<'_>,
     job: Uuid,
     iteration: Fitted<'_>,
     of: &Measurand,
@@ -282,12 +282,12 @@ pub async fn compute_by<T: Send + 'static>(
     work: impl FnOnce(&Nodes, &FitSpec, &Plans) -> Result<T, Problem> + Send + 'static,
 ) -> Result<(T, WithPermit<Nodes>), Problem> {
     let by_iteration = representative::asked(&spec).is_some();
-    let spec = representative::resolved(state, job, spec).await?;
+    let spec = representative::resolved(context, job, spec).await?;
     let gathered = match asked(&spec) {
-        Some(chain) => gather(state, job, iteration, of, chain).await?,
+        Some(chain) => gather(context, job, iteration, of, chain).await?,
         None => Gathered { earlier: Arc::new([]), permits: Vec::new() },
     };
-    let plans = state.plans.clone();
+    let plans = context.plans.clone();
     let work = move || {
         let spec = spec.with_earlier(Arc::clone(&gathered.earlier));
         let computed = work(&nodes, &spec, &plans)?;
@@ -295,6 +295,6 @@ pub async fn compute_by<T: Send + 'static>(
         drop(gathered.permits);
         Ok((computed, nodes))
     };
-    let made = state.pool.run(work).await?;
+    let made = context.pool.run(work).await?;
     if by_iteration { made.map_err(representative::refused_by_iteration) } else { made }
 }

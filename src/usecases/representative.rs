@@ -2,7 +2,7 @@
 
 use uuid::Uuid;
 
-use super::{caller_state::CallerState, stored};
+use super::{Context, nodes};
 use crate::{
     api::{
         faults::Faults,
@@ -27,13 +27,13 @@ pub fn asked(spec: &FitSpec) -> Option<&PieceOf> {
 }
 
 /// The spec with the piece that it asks for; unchanged where it asks for none.
-pub async fn resolved(state: &CallerState, job: Uuid, spec: FitSpec) -> Result<FitSpec, Problem> {
+pub async fn resolved(context: Context<'_>, job: Uuid, spec: FitSpec) -> Result<FitSpec, Problem> {
     let Some((number, wanted)) = asked(&spec).and_then(|of| Some((of.iteration?, of.fit_id.clone()))) else {
         return Ok(spec);
     };
     let refused = |place: &str, detail: String| Problem::invalid(Faults::one(place, detail));
     let no_iteration = || refused(ITERATION, format!("the job has no iteration {number}"));
-    let found = stored_fit(state, job, number, wanted).await;
+    let found = stored_fit(context, job, number, wanted).await;
     let stored = found.map_err(|error| match error {
         RepositoryError::NotFound(Resource::Iteration) => no_iteration(),
         RepositoryError::NotFound(_) => {
@@ -42,9 +42,9 @@ pub async fn resolved(state: &CallerState, job: Uuid, spec: FitSpec) -> Result<F
         other => other.into(),
     })?;
     let Some(stored) = stored else { return Err(no_iteration()) };
-    let nodes = stored::nodes(state, job, number).await?;
+    let nodes = nodes::stored(context, job, number).await?;
     let id = stored.id;
-    let found = state.pool.run(move || fits::piece(&nodes, &stored)).await??;
+    let found = context.pool.run(move || fits::piece(&nodes, &stored)).await??;
     let piece = match found {
         Given::Piece(piece) => Ok(piece),
         Given::NotSpectral => Err("is not regularised by a matrix B of its own (`spectral`)"),
@@ -66,19 +66,19 @@ pub fn refused_by_iteration(problem: Problem) -> Problem {
 
 /// The fit of that id, else the one that stands.
 async fn stored_fit(
-    state: &CallerState,
+    context: Context<'_>,
     job: Uuid,
     number: u32,
     wanted: Option<String>,
 ) -> Result<Option<FitRecord>, RepositoryError> {
-    let of = state.jobs.measurand(job, number).await?;
+    let of = context.jobs.measurand(job, number).await?;
     let id = match wanted.and_then(|id| Uuid::try_parse(&id).ok()) {
         Some(id) => id,
         None => {
             let itself = Predecessors { of, from: number, before: Some(number.saturating_add(1)), most: 1 };
-            let Some(standing) = state.jobs.predecessors(job, itself).await?.pop() else { return Ok(None) };
+            let Some(standing) = context.jobs.predecessors(job, itself).await?.pop() else { return Ok(None) };
             standing.fit_id
         }
     };
-    state.jobs.fit(job, number, id).await.map(Some)
+    context.jobs.fit(job, number, id).await.map(Some)
 }

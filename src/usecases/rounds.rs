@@ -2,7 +2,7 @@
 
 use uuid::Uuid;
 
-use super::{amendments, budget::WithPermit, caller_state::CallerState, stored};
+use super::{Context, budget::WithPermit, decide, nodes};
 use crate::{
     api::{
         gears::{correction::same_nodes::Measured, evaluation::tooth_shift::ToothShiftBody},
@@ -16,28 +16,28 @@ pub type Iterations = Vec<WithPermit<Measured>>;
 
 /// The newest correction of the gear, with its record.
 pub async fn newest<'a>(
-    state: &CallerState,
+    context: Context<'_>,
     job: Uuid,
     rounds: &'a Rounds,
 ) -> Result<Option<(&'a MadeCorrection, Record)>, Problem> {
     let Some(made) = rounds.newest_of_gear() else { return Ok(None) };
-    Ok(Some((made, state.jobs.record(job, made.number, made.id).await?)))
+    Ok(Some((made, context.jobs.record(job, made.number, made.id).await?)))
 }
 
 /// Returns the nodes of an iteration, without those that its chosen fit excludes, with the figures
 /// of that fit.
-pub async fn measured(state: &CallerState, job: Uuid, number: u32) -> Result<WithPermit<Measured>, Problem> {
-    let iteration = state.jobs.iteration(job, number).await?;
-    let (nodes, permit) = stored::nodes(state, job, number).await?.into_parts();
-    let (nodes, chosen) = amendments::counted(state, &iteration, nodes).await?;
+pub async fn measured(context: Context<'_>, job: Uuid, number: u32) -> Result<WithPermit<Measured>, Problem> {
+    let iteration = context.jobs.iteration(job, number).await?;
+    let (nodes, permit) = nodes::stored(context, job, number).await?.into_parts();
+    let (nodes, chosen) = decide::counted(context, &iteration, nodes).await?;
     Ok(WithPermit::new(Measured { number, nodes, measurand: iteration.measurand, chosen }, permit))
 }
 
 /// The same of several iterations.
-pub async fn measured_of(state: &CallerState, job: Uuid, numbers: &[u32]) -> Result<Iterations, Problem> {
+pub async fn measured_of(context: Context<'_>, job: Uuid, numbers: &[u32]) -> Result<Iterations, Problem> {
     let mut all = Vec::with_capacity(numbers.len());
     for number in numbers {
-        all.push(measured(state, job, *number).await?);
+        all.push(measured(context, job, *number).await?);
     }
     Ok(all)
 }
@@ -45,20 +45,20 @@ pub async fn measured_of(state: &CallerState, job: Uuid, numbers: &[u32]) -> Res
 /// Returns the shift of tooth numbers between the iterations before and after a correction, by the
 /// newest pitches of each; `None` without both.
 pub async fn tooth_shift(
-    state: &CallerState,
+    context: Context<'_>,
     job: Uuid,
     before: &[u32],
     after: &[u32],
 ) -> Result<Option<ToothShiftBody>, Problem> {
-    let Some(after) = newest_pitch(state, job, after).await? else { return Ok(None) };
-    let Some(before) = newest_pitch(state, job, before).await? else { return Ok(None) };
-    state.pool.run(move || ToothShiftBody::between(&before, &after)).await?
+    let Some(after) = newest_pitch(context, job, after).await? else { return Ok(None) };
+    let Some(before) = newest_pitch(context, job, before).await? else { return Ok(None) };
+    context.pool.run(move || ToothShiftBody::between(&before, &after)).await?
 }
 
-async fn newest_pitch(state: &CallerState, job: Uuid, numbers: &[u32]) -> Result<Option<Record>, Problem> {
+async fn newest_pitch(context: Context<'_>, job: Uuid, numbers: &[u32]) -> Result<Option<Record>, Problem> {
     let mut newest: Option<Record> = None;
     for number in numbers {
-        let found = state.jobs.latest_record(job, *number, RecordKind::Pitch).await?;
+        let found = context.jobs.latest_record(job, *number, RecordKind::Pitch).await?;
         newest = newest.into_iter().chain(found).max_by_key(|record| record.created_at);
     }
     Ok(newest)

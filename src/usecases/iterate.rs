@@ -1,0 +1,141 @@
+//! Measured nodes, fitted and stored as an iteration of their job.
+
+use std::sync::Arc;
+
+use uuid::Uuid;
+
+use super::{
+    Context,
+    budget::WithPermit,
+    entered,
+    prior::{self, Fitted},
+};
+use crate::{
+    api::{
+        gears::{correction::applied::AppliedRequestBody, fit_figures},
+        jobs::{
+            amendments, fits,
+            iteration_requests::{Measurement, MeasurementDetailsBody},
+            problem::of_measured,
+        },
+        json::text::ShortText,
+        problem::Problem,
+        tables::kept::SentMapping,
+    },
+    jobs::{Computed, IterationDraft, KeptMapping, Keyed, Measurand, NewIteration, Stored},
+};
+use flankfit_engine::estimation::{FitSpec, Nodes, Plans};
+
+/// A measurement that has been read, and fitted unless the fit depends on the job.
+pub struct Measured {
+    fit: Fit,
+    /// Changes that were entered on the machine before the measurement.
+    applied: Option<AppliedRequestBody>,
+    mapping: Option<KeptMapping>,
+}
+
+enum Fit {
+    Made(Box<IterationDraft>),
+    /// The fit needs the gear, earlier iterations or another fit of the job.
+    Waiting(Box<Waiting>),
+}
+
+struct Waiting {
+    nodes: Nodes,
+    spec: FitSpec,
+    measurand: Measurand,
+    details: MeasurementDetailsBody,
+}
+
+/// Checks a measurement and fits its nodes if the fit does not depend on the job. Processor work.
+pub fn measured(
+    nodes: Nodes,
+    spec: FitSpec,
+    mut measurement: Measurement,
+    mapping: Option<SentMapping>,
+    plans: &Plans,
+) -> Result<Measured, Problem> {
+    let applied = measurement.applied.take();
+    let mapping = mapping.map(|sent| sent.kept(measurement.details.instrument.as_ref().map(ShortText::as_str)));
+    let Measurement { measurand, accept_units, details, applied: _ } = measurement;
+    let mut measurand = measurand.checked(Some(&nodes)).map_err(Problem::invalid)?;
+    measurand.units_accepted = accept_units.unwrap_or(false);
+    let fit = if prior::waits(&spec) || fit_figures::may_be_told(&nodes) {
+        Fit::Waiting(Box::new(Waiting { nodes, spec, measurand, details }))
+    } else {
+        let computed = fits::compute(&nodes, &spec, plans)?;
+        Fit::Made(Box::new(draft(nodes, measurand, details, computed)?))
+    };
+    Ok(Measured { fit, applied, mapping })
+}
+
+/// Stores a measurement as the next iteration of its job.
+pub async fn add(
+    context: Context<'_>,
+    job: Uuid,
+    measured: WithPermit<Measured>,
+    keyed: Option<Keyed<NewIteration>>,
+) -> Result<(Arc<NewIteration>, Stored), Problem> {
+    // the permit for the nodes is held until they are stored
+    let (Measured { fit, applied, mapping }, permit) = measured.into_parts();
+    let measurand = match &fit {
+        Fit::Made(draft) => &draft.measurand,
+        Fit::Waiting(waiting) => &waiting.measurand,
+    };
+    let entered = match applied {
+        Some(applied) => Some(entered::before_next(context, job, measurand, &applied).await?),
+        None => None,
+    };
+    let (mut draft, _permit) = match fit {
+        Fit::Made(draft) => (*draft, permit),
+        Fit::Waiting(waiting) => {
+            let Waiting { nodes, spec, measurand, details } = *waiting;
+            let nodes = WithPermit::new(nodes, permit);
+            let (computed, nodes) =
+                prior::compute(context, job, Fitted::New(entered.as_ref()), &measurand, (nodes, spec)).await?;
+            let (nodes, permit) = nodes.into_parts();
+            (draft(nodes, measurand, details, computed)?, permit)
+        }
+    };
+    draft.records.extend(entered);
+    store(context, job, draft, mapping, keyed, "/tooth").await
+}
+
+/// Stores an iteration, and the mapping of the table that it came from; `place` is the pointer of
+/// what says the tooth.
+pub(super) async fn store(
+    context: Context<'_>,
+    job: Uuid,
+    draft: IterationDraft,
+    mapping: Option<KeptMapping>,
+    keyed: Option<Keyed<NewIteration>>,
+    place: &'static str,
+) -> Result<(Arc<NewIteration>, Stored), Problem> {
+    let added = context.jobs.add_iteration(job, draft, keyed).await.map_err(|error| of_measured(error, place))?;
+    if let Some(mapping) = mapping {
+        context.jobs.keep_mapping(mapping).await;
+    }
+    Ok(added)
+}
+
+fn draft(
+    nodes: Nodes,
+    measurand: Measurand,
+    details: MeasurementDetailsBody,
+    computed: Computed,
+) -> Result<IterationDraft, Problem> {
+    let mut records = Vec::new();
+    if measurand.units_accepted {
+        let before = Measurand { units_accepted: false, ..measurand.clone() };
+        let request = r#"{"accept_units":true}"#.to_owned();
+        records.push(amendments::record(&before, &measurand, "posted", request).map_err(Problem::internal)?);
+    }
+    Ok(IterationDraft {
+        measurand,
+        nodes: Arc::new(nodes),
+        computed,
+        details: details.into(),
+        records,
+        expected_gear: None,
+    })
+}
