@@ -119,7 +119,7 @@ mod chebyshev {
     }
 }
 
-/// Beside the fit, how much each node has a say in it.
+/// Fit with the influence of each node.
 #[divan::bench_group(max_time = 5)]
 mod influence {
     use super::*;

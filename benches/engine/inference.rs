@@ -1,6 +1,6 @@
-//! What is inferred beyond the default: `cargo xtask bench inference`. One call of `fit` on a flank
-//! grid of 45 nodes and degree (2,2), or on a measurement matrix with the same columns; `default`
-//! is there to compare with.
+//! Inference in addition to the default: `cargo xtask bench inference`. One call of `fit` on a
+//! flank grid of 45 nodes and degree (2,2), or on a measurement matrix with the same columns;
+//! `default` is there to compare with.
 
 use divan::Bencher;
 use flankfit_engine::estimation::{

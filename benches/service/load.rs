@@ -66,7 +66,7 @@ impl Press {
         Press { runtime, connections }
     }
 
-    /// Sends the request so many times over all connections at once, and waits for the answers,
+    /// Sends the request so many times over all connections at once, and waits for the responses,
     /// each of them a 2xx.
     pub fn round(&mut self, request: &[u8], requests: usize) {
         let of_each = requests / self.connections.len();
@@ -104,8 +104,8 @@ impl Connection {
         Ok(Connection { stream, buffer: Vec::with_capacity(1 << 16) })
     }
 
-    /// Sends one request and waits for its whole answer (answers of known length only, as the
-    /// service sends them).
+    /// Sends one request and waits for its whole response (of known length only, as the service
+    /// sends them).
     async fn exchange(&mut self, request: &[u8]) -> io::Result<(u16, &[u8])> {
         let mut sent = 0;
         while sent < request.len() {

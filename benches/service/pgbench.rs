@@ -1,5 +1,5 @@
-//! Iterations a second that the store keeps in PostgreSQL, beside pgbench, which inserts the same
-//! rows in groups as large on as many connections:
+//! Iterations a second that the store keeps in PostgreSQL, compared with pgbench, which inserts the
+//! same rows in groups as large on as many connections:
 //!
 //!     cargo run --release -p service-benches --example pgbench -- postgres://OWNER@HOST/EMPTY
 //!
@@ -73,7 +73,7 @@ fn caller() -> Caller {
     Caller { tenant: Tenant::default(), actor: "bench".into(), origin: Default::default() }
 }
 
-/// What a server has stored of 45 nodes with 16 coefficients: the job's id.
+/// Stores an iteration of 45 nodes with 16 coefficients at a server and returns the job's id.
 async fn posted(url: &str) -> String {
     let settings = ServeSettings {
         bind: ([127, 0, 0, 1], 0).into(),

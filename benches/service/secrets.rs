@@ -1,4 +1,4 @@
-//! Whether comparing digests of keys tells by its time how much of them is alike:
+//! Measures if the time of comparing digests of keys depends on how much of them is alike:
 //!
 //!     cargo run --release -p service-benches --example secrets
 //!

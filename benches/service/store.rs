@@ -1,5 +1,5 @@
-//! Storing iterations durably: every 201 stands for a synced write-ahead log. The database lies in
-//! the target folder: what is measured is the disk under it.
+//! Storing iterations durably: every 201 means a synced write-ahead log. The database lies in the
+//! target folder, so the disk under it is measured.
 
 use divan::{Bencher, counter::ItemsCount};
 use serde_json::Value;

@@ -7,7 +7,7 @@ pub struct Host {
     port: Option<u16>,
 }
 
-/// Those that requests may name; none told means the usual ones.
+/// Hosts that requests may name; by default the usual ones.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum Hosts {
     /// Those of this machine where it alone can ask and needs no key, else all.
@@ -39,7 +39,7 @@ impl Host {
         self.name == asked.name && (self.port.is_none() || self.port == asked.port)
     }
 
-    /// Whether it leads to the machine that asks, whatever a name server says.
+    /// True if the host is this machine by its address or name alone, whatever a name server says.
     pub fn is_this_machine(&self) -> bool {
         let address = self.name.trim_start_matches('[').trim_end_matches(']').parse::<std::net::IpAddr>();
         self.name == "localhost" || address.is_ok_and(|address| address.is_loopback())

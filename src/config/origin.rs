@@ -1,7 +1,7 @@
 //! Origins of web pages that may call.
 
-/// Where a web page comes from, as browsers write it: scheme, host, and the port where it is not
-/// that of the scheme.
+/// Origin of a web page as browsers write it: scheme, host, and the port unless it is the default
+/// of the scheme.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Origin(String);
 

@@ -1,4 +1,4 @@
-//! Where certificate and key of the server are, and what is asked of clients.
+//! Paths of the server's certificate and key, and the policy for client certificates.
 
 use std::path::PathBuf;
 

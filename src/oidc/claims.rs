@@ -21,7 +21,7 @@ pub struct Holder {
     pub tenant: Tenant,
     /// The subject.
     pub actor: Arc<str>,
-    /// Where the token names one role; of several only the scopes are told.
+    /// Role of the token if it names exactly one; with several only their scopes are kept.
     pub role: Option<Role>,
     pub scopes: Scopes,
 }

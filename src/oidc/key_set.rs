@@ -8,14 +8,14 @@ use serde::Deserialize;
 use serde_json::Value;
 use sha2::{Digest as _, Sha256};
 
-/// What tokens may be signed with. Symmetric keys are not among them: a server that could verify
-/// those could make them.
+/// Algorithms that may sign tokens. Symmetric ones are excluded: a server that could verify such
+/// tokens could make them.
 pub const ALGORITHMS: [Algorithm; 4] = [Algorithm::RS256, Algorithm::PS256, Algorithm::ES256, Algorithm::EdDSA];
 
 /// Most keys of a set.
 const MOST: usize = 100;
 
-/// What tells a key from every other.
+/// Digest that identifies a key.
 pub type KeyDigest = [u8; 32];
 
 /// A public key.

@@ -145,7 +145,7 @@ impl Tokens {
     }
 }
 
-/// What the library says, in our words.
+/// Translates an error of the JWT library into the service's own.
 fn refusal(error: jsonwebtoken::errors::Error) -> TokenError {
     use jsonwebtoken::errors::ErrorKind;
     match error.kind() {

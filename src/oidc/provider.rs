@@ -61,14 +61,14 @@ enum FetchError {
     Lost,
 }
 
-/// What a provider says of itself (OpenID Connect Discovery 1.0, 3).
+/// Metadata published by a provider (OpenID Connect Discovery 1.0, 3).
 #[derive(Deserialize)]
 struct Discovery {
     issuer: String,
     jwks_uri: String,
 }
 
-/// What is asked, and how.
+/// Addresses of the provider and the client that requests its keys.
 #[derive(Clone)]
 struct Source {
     issuer: String,

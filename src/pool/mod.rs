@@ -1,11 +1,11 @@
 //! A bounded pool for processor work, apart from the threads that serve connections.
 //!
 //! Fits take from microseconds to seconds. They run on dedicated threads so that a long one never
-//! holds up another connection, and wait in a queue of bounded length so that overload is answered
-//! at once (503) instead of being hidden in memory and latency. A worker is woken only when one
-//! sleeps: under load a job changes threads without a system call. Work that is known to be short
-//! may be done by the thread that has it, in the [`WorkerSlot`] of an idle worker; one at a time
-//! even where all are busy, so that seconds of others' work do not stand before some microseconds.
+//! holds up another connection, and wait in a queue of bounded length so that overload is refused
+//! at once (503) and not hidden in memory and latency. A worker is woken only when one sleeps:
+//! under load a job changes threads without a system call. Work that is known to be short may be
+//! done by the thread that has it, in the [`WorkerSlot`] of an idle worker; one at a time even
+//! where all are busy, so that some microseconds do not wait for seconds of others' work.
 //!
 //! Work is done for somebody: what is awaited [`on_behalf_of`] a party is that party's. Parties
 //! have turns, and none holds more than its share of workers and queue while others wait
@@ -37,7 +37,7 @@ pub use turns::Party;
 trait Job: Send {
     /// Whether the work came to its end and somebody heard of it.
     fn run(self: Box<Self>) -> bool;
-    /// Tells that somebody else has its place.
+    /// Reports that another request has taken its place in the queue.
     fn refuse(self: Box<Self>, error: PoolError);
     fn handle(&self) -> &Handle;
 }
@@ -120,9 +120,9 @@ struct State {
     idle: usize,
     /// Places of idle workers that are taken by other threads.
     taken: usize,
-    /// Whether the one place beside the workers is taken.
+    /// True while the one slot for short work in addition to the workers is taken.
     beside: bool,
-    /// What each worker works on.
+    /// Handle of the work in progress, by worker.
     running: Vec<Option<Handle>>,
     stopped: bool,
 }
@@ -201,8 +201,8 @@ fn reason(stopped: bool) -> &'static str {
     if stopped { "stopped" } else { "abandoned" }
 }
 
-/// The slot of an idle worker, or the one beside them, for work that the calling thread does
-/// itself. Dropping it gives it back.
+/// Slot of an idle worker, or the additional one, for work that the calling thread does itself.
+/// Dropping it returns the slot.
 #[derive(Debug)]
 pub struct WorkerSlot<'a> {
     shared: &'a Shared,
@@ -329,9 +329,9 @@ impl WorkPool {
         Ok(())
     }
 
-    /// The slot of an idle worker if nobody waits for one, else the one beside the workers if that
-    /// is free: for work that is so short that handing it to another thread and back would take as
-    /// long. Work that comes meanwhile is not held up by a slot that is taken.
+    /// Returns the slot of an idle worker if nobody waits for one, else the additional one if it is
+    /// free. It is for work so short that handing it to another thread would take as long. A taken
+    /// slot does not delay later work.
     pub fn try_slot(&self) -> Option<WorkerSlot<'_>> {
         let mut state = self.shared.lock();
         let beside = !(state.queue.is_empty() && state.taken < state.idle);

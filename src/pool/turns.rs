@@ -38,7 +38,7 @@ pub struct Turns<T> {
     waiting: usize,
 }
 
-/// What is done for one party.
+/// Waiting and running work of one party.
 #[derive(Debug)]
 struct Lane<T> {
     waiting: VecDeque<T>,
@@ -99,7 +99,7 @@ impl<T> Turns<T> {
         Ok(displaced)
     }
 
-    /// What is to be done next, for whom. It counts as running until [`Turns::finished`].
+    /// Takes the next work and its party. It counts as running until [`Turns::finished`].
     pub fn take(&mut self) -> Option<(Party, T)> {
         let below = |party: &Party| self.lanes.get(party).is_none_or(|lane| lane.running < self.workers);
         let next = self.order.iter().position(below).unwrap_or(0);

@@ -18,7 +18,7 @@ pub const TRACESTATE: &str = "tracestate";
 /// be the clients' choice.
 const LONGEST_STATE: usize = 512;
 
-/// What a request says of the span above it.
+/// Trace context that a request carries for the span above it.
 pub struct Above<'a> {
     /// None where there are several: it is not known then which one holds.
     pub traceparent: Option<&'a str>,
@@ -50,8 +50,8 @@ impl Extractor for Above<'_> {
     }
 }
 
-/// Whether it is written as W3C Trace Context says: version, trace, span and flags in small
-/// hexadecimal digits; versions after the first may go on.
+/// True if the text has the form of W3C Trace Context: version, trace, span and flags in lower-case
+/// hexadecimal digits; versions after the first may continue.
 fn is_traceparent(text: &str) -> bool {
     let is_hex = |byte: &u8| matches!(byte, b'0'..=b'9' | b'a'..=b'f');
     let Some((known, more)) = text.as_bytes().split_at_checked(55) else { return false };
@@ -94,7 +94,7 @@ mod tests {
 
     use super::*;
 
-    /// What stands above a request with these headers: trace, whether it is sampled, states.
+    /// Parent of a request with these headers: trace id, sampling flag and trace state.
     fn above(traceparent: &str, tracestate: Option<&str>) -> Option<(String, bool, String)> {
         let named = Above { traceparent: Some(traceparent), tracestate: tracestate.map(str::to_owned) };
         let context = named.context();

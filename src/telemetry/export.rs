@@ -100,8 +100,8 @@ pub fn start(settings: &TraceSettings) -> Result<Option<SdkTracer>, TraceError> 
     Ok(Some(tracer))
 }
 
-/// What the spans are of. Each process has an id of its own, by which the servers of a plant are
-/// distinguished; what the environment says holds instead.
+/// Attributes of the process that spans belong to. Each process draws an id, which distinguishes
+/// the servers of a plant; the environment overrides them.
 fn resource() -> Resource {
     let id = uuid::Builder::from_random_bytes(RandomIdGenerator::default().new_trace_id().to_bytes()).into_uuid();
     let own = [
@@ -124,14 +124,14 @@ pub fn flush() {
     }
 }
 
-/// What the thread is told.
+/// Message to the exporting thread.
 enum Message {
     Ended(Box<SpanData>),
-    /// Send what was told before, and answer.
+    /// Export all earlier spans, then confirm.
     Flush(SyncSender<()>),
 }
 
-/// Where spans wait.
+/// Queue of ended spans for the exporting thread.
 struct Queue(SyncSender<Message>);
 
 impl Debug for Queue {
@@ -171,7 +171,7 @@ impl SpanProcessor for Queue {
     }
 }
 
-/// What the thread does.
+/// State of the exporting thread.
 struct Sending<E> {
     exporter: E,
     /// Whether the last batch was not taken.
@@ -216,7 +216,7 @@ impl<E: opentelemetry_sdk::trace::SpanExporter> Sending<E> {
             return;
         }
         let count = batch.len() as u64;
-        // the client answers before it returns, so that there is nothing to wait for
+        // the client completes before it returns, so there is nothing to wait for
         let outcome = self.exporter.export(batch).now_or_never();
         let failed = match outcome {
             Some(Ok(())) => None,

@@ -62,7 +62,7 @@ pub fn flush() {
     if dropped > 0 {
         text.extend_from_slice(format!("{dropped} log lines were dropped: standard error was not read\n").as_bytes());
     }
-    // Nobody is left to be told that the log cannot be written.
+    // Nobody is left to learn that the log cannot be written.
     let _written = out.write_all(&text).and_then(|()| out.flush());
 }
 

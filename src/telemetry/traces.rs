@@ -1,9 +1,9 @@
 //! Spans of requests and of what is done for them, for a collector of traces (OpenTelemetry).
 //!
-//! A request's span is the child of the one that its client names (`traceparent`), whose decision
-//! whether the trace is sampled holds; else a part of all requests is. Below it stand the wait for
-//! a worker, computing, reads and writes of the store, and requests that the server makes itself. A
-//! span tells method, route, status and times: no body, no key, no query and no tenant.
+//! A request's span is the child of the one that its client names (`traceparent`), whose sampling
+//! decision holds; without one a share of all requests is sampled. Its children are the wait for a
+//! worker, computing, reads and writes of the store, and requests that the server makes itself. A
+//! span has method, route, status and times: no body, no key, no query and no tenant.
 //!
 //! What is not sampled has no spans at all: most requests pay for a draw and for the header of
 //! their answer. Where no collector is named, asking whether one is costs a load.
@@ -21,11 +21,11 @@ use ureq::http::{Uri, uri::Authority};
 
 use super::context::{Above, traceparent};
 
-/// What the spans are known by, which are in no log.
+/// Target of the spans' tracing events, which are in no log.
 pub const TARGET: &str = "flankfit::trace";
 
-/// Bytes of a host that a span tells (a name in DNS has 253): spans wait in memory, and how long
-/// they are must not be the clients' choice.
+/// Bytes of a host that a span holds (a name in DNS has 253): spans wait in memory, and their size
+/// must not be the clients' choice.
 const LONGEST_HOST: usize = 255;
 
 /// Which of the traces are sampled that begin here; empty where no collector is named.
@@ -36,14 +36,14 @@ pub fn begin(sample: f64) {
     let _first = SAMPLER.set(Sampler::TraceIdRatioBased(sample));
 }
 
-/// The head of a request, as far as its span tells it.
+/// Head of a request, as far as its span records it.
 pub struct Head<'a> {
     /// None where it is a method that HTTP does not define.
     pub method: Option<&'static str>,
     /// None where no route matches.
     pub route: Option<&'a str>,
     pub scheme: &'static str,
-    /// What the request names as its host.
+    /// Host that the request names.
     pub host: Option<&'a str>,
     pub id: &'a str,
     pub above: Above<'a>,
@@ -83,7 +83,7 @@ pub fn request_span<'a>(head: impl FnOnce() -> Head<'a>) -> (Span, Option<String
     (span, named)
 }
 
-/// The one that stands for a trace that is not sampled; none where it is.
+/// Context of a trace that is not sampled; `None` if it is sampled.
 fn unsampled(sampler: &Sampler, above: &Context) -> Option<SpanContext> {
     let ids = RandomIdGenerator::default();
     let span = above.span();
@@ -104,22 +104,23 @@ fn unsampled(sampler: &Sampler, above: &Context) -> Option<SpanContext> {
     Some(SpanContext::new(trace, ids.new_span_id(), TraceFlags::default(), false, state))
 }
 
-/// Tells a request's span what was answered: what could not be done is an error.
+/// Records the status of the response in a request's span: 500 and above is an error.
 pub fn responded(span: &Span, status: u16) {
     end(span, status, 500);
 }
 
-/// Tells the span of a request that the server made what came back.
+/// Records the status received in the span of a request that the server made: 400 and above is an
+/// error.
 pub fn asked(span: &Span, status: u16) {
     end(span, status, 400);
 }
 
-/// Tells it that nothing came back.
+/// Records that no response was received.
 pub fn asked_in_vain(span: &Span) {
     failed(span, "_OTHER");
 }
 
-/// Tells a span what kind of error its end is.
+/// Records the kind of error with which a span ends.
 pub fn failed(span: &Span, kind: &str) {
     span.record("otel.status_code", "ERROR");
     span.record("error.type", kind);
@@ -198,7 +199,7 @@ pub fn asking_span(method: &'static str, url: &str) -> Span {
     })
 }
 
-/// What belongs to no span has none.
+/// Begins a span below `parent`; without a parent there is none.
 fn below(parent: &Span, begin: impl FnOnce() -> Span) -> Span {
     if parent.is_disabled() { Span::none() } else { begin() }
 }

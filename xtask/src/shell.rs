@@ -5,7 +5,7 @@ use std::{
     process::{Command, Stdio},
 };
 
-/// What went wrong, for a person to read.
+/// Result whose error is a message for a person.
 pub(crate) type Outcome<T = ()> = Result<T, String>;
 
 /// The root of the repository.
@@ -32,7 +32,7 @@ pub(crate) fn run(command: &mut Command) -> Outcome {
     if status.success() { Ok(()) } else { Err(format!("{command:?} failed ({status})")) }
 }
 
-/// What it prints.
+/// Standard output of the command.
 pub(crate) fn output(command: &mut Command) -> Outcome<Vec<u8>> {
     let output = command.stderr(Stdio::inherit()).output().map_err(|error| format!("{command:?}: {error}"))?;
     if output.status.success() { Ok(output.stdout) } else { Err(format!("{command:?} failed ({})", output.status)) }

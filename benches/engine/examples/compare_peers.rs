@@ -25,7 +25,7 @@ static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 /// Seconds of one measurement at least.
 const LEAST: f64 = 0.05;
 
-/// What a name asks for: `tikhonov_gcv_12` is a surface of 12 + 3 bicubic B-splines each way.
+/// Specification for a name: `tikhonov_gcv_12` is a surface of 12 + 3 bicubic B-splines each way.
 fn spec(work: &str) -> Option<FitSpec> {
     let chebyshev = || {
         let (degree, basis, terms) = (Degree::Both(3), PolynomialBasis::Chebyshev, Terms::Tensor);

@@ -1,4 +1,4 @@
-//! What each criterion for λ* wins and loses: the tables of docs/explanation/choosing-lambda.md.
+//! Gains and losses of each criterion for λ*: the tables of docs/explanation/choosing-lambda.md.
 //!
 //! For each design the true coefficients have norm 1 (in columns of unit length), along the worst
 //! determined direction, the best, or all alike; the noise is a tenth, once and ten times what
@@ -29,7 +29,7 @@ struct Case<'a> {
     noise: f64,
 }
 
-/// How many times as many draws tell the true error.
+/// Ratio of the draws that determine the true error to the others.
 const REFERENCE: usize = 50;
 
 /// True squared errors in columns of unit length, and what was predicted.

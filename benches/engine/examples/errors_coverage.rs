@@ -117,8 +117,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     powers(draws)
 }
 
-/// Powers of the standard deviation, told by so many nodes: coefficients, heights at nine places
-/// and the band; also polynomials of other degrees with as few degrees of freedom.
+/// Powers of the standard deviation, estimated from so many nodes: coefficients, heights at nine
+/// places and the band; also polynomials of other degrees with as few degrees of freedom.
 fn powers(draws: usize) -> Result<(), Box<dyn std::error::Error>> {
     println!(
         "\n| coefficients | m | p | coefficients, least | most | heights, least | most | band | warned | refused |"

@@ -1,5 +1,5 @@
-//! Writes curves and surfaces as IGES and STEP, and beside each pair of files what every shape must
-//! be at many parameters.
+//! Writes curves and surfaces as IGES and STEP, and next to each pair of files the true places of
+//! every shape at many parameters.
 //!
 //! `tools/check_cad.py` opens the files with a CAD kernel and compares. The shapes are those that
 //! files get wrong: circles and tori (weights, closed), a cone (a side without length), uneven
@@ -107,7 +107,7 @@ fn graph(rational: bool) -> Outcome<BSplineSurface> {
     Ok(BSplineSurface::new(bases, Dimension::Graph, points, weights)?)
 }
 
-/// Knots whose ends stand once.
+/// Knots whose ends have multiplicity 1.
 fn loose(dimension: Dimension, rational: bool) -> Outcome<BSplineCurve> {
     let basis = BSplineBasis::new(3, vec![-2., -1., -0.5, 0., 1., 2.5, 2.5, 4., 5., 7., 7.5])?;
     let point = |i| Vector::new(5.0 * wave(i, 0), 5.0 * wave(0, i), 5.0 * wave(i, i));

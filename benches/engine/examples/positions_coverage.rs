@@ -15,7 +15,7 @@ use oracle::{
     random::Random,
 };
 
-/// What became of all draws of one case.
+/// Results of all draws of one case.
 struct Coverage {
     mean: f64,
     worst: f64,

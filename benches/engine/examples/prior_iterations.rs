@@ -3,7 +3,7 @@
 //!
 //! Sets of iterations over the same nodes, between which the coefficients move at random by so many
 //! standard errors (of least squares of one iteration): all of them alike, the first third alone,
-//! one of them at a time, or always the same one; then sets that stand still but for one step at
+//! one of them at a time, or always the same one; then sets that are constant but for one step at
 //! the last move. `cargo run --release -p engine-benches --example prior_iterations -- 1000` draws
 //! 1,000 sets each; `-- 1000 bands` asks for the simultaneous band too, which takes five times as
 //! long.
@@ -32,7 +32,7 @@ enum Moving {
     StepOfAll,
 }
 
-/// What came of the sets.
+/// Results of the sets.
 #[derive(Default)]
 struct Found {
     ours: f64,

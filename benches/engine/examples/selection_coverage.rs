@@ -1,4 +1,4 @@
-//! What choosing a model by the nodes costs, and how often each criterion finds the true one: the
+//! Cost of choosing a model by the nodes, and how often each criterion finds the true one: the
 //! tables of docs/explanation/selection.md.
 //!
 //! A flank on a grid of 9 × 7 nodes has the terms 1, T₁(u), T₁(v), T₁(u)T₁(v), all large, and
@@ -38,7 +38,7 @@ struct Truth {
 
 impl Truth {
     fn new(size: f64) -> Self {
-        // the standard error of T₂ beside 1 and T₁ on a symmetric axis
+        // the standard error of T₂ next to 1 and T₁ on a symmetric axis
         let t2: Vec<f64> = axis(U).iter().map(|u| 2.0 * u * u - 1.0).collect();
         let mean = t2.iter().sum::<f64>() / U as f64;
         let squares: f64 = t2.iter().map(|t| (t - mean).powi(2)).sum();
@@ -114,7 +114,7 @@ fn judged(chosen: &Candidate) -> (bool, bool) {
     (holds && terms.len() == 5, holds)
 }
 
-/// What was counted of one way.
+/// Counts for one way of choosing.
 #[derive(Default)]
 struct Count {
     is: usize,

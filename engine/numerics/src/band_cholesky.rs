@@ -82,7 +82,7 @@ impl<T: Real> SymmetricBand<T> {
         if i - j > self.width { T::of(0.0) } else { self.entries[self.at(i, j)] }
     }
 
-    /// Adds to the entry at (i, j), which stands for (j, i) too; `j ≤ i ≤ j + width`.
+    /// Adds to the entries at (i, j) and (j, i), which are stored once; `j ≤ i ≤ j + width`.
     pub fn add(&mut self, i: usize, j: usize, value: T) {
         let at = self.at(i, j);
         self.entries[at] += value;
@@ -140,9 +140,9 @@ impl<T: Real> SymmetricBand<T> {
         SymmetricBand { size: self.size, width: self.width, entries: self.entries.iter().map(|x| x.to_f64()).collect() }
     }
 
-    /// `A = L Lᵀ`. A column whose pivot is at most `floor` times its diagonal entry is not told
-    /// from those before it: it is left out (as if its row and column were those of the identity)
-    /// and named.
+    /// Factors `A = L Lᵀ`. A column whose pivot is at most `floor` times its diagonal entry is
+    /// dependent on those before it within rounding: it is left out (as if its row and column were
+    /// those of the identity) and its index is reported.
     pub fn cholesky(mut self, floor: f64) -> Cholesky<T> {
         let mut undetermined = Vec::new();
         let mut skipped = vec![false; self.size];
@@ -223,7 +223,7 @@ impl<T: Real> Cholesky<T> {
             }
             return inverse;
         }
-        // the square of the inverse that the next row needs: index i stands at i mod w
+        // the square of the inverse that the next row needs: index i is stored at i mod w
         let mut window = vec![T::of(0.0); w * w];
         let mut row = vec![T::of(0.0); w];
         for i in (0..n).rev() {

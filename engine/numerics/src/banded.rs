@@ -2,8 +2,8 @@
 //! transpose.
 //!
 //! Interpolation by splines asks for these: `n` equations of which each knows a handful of
-//! neighbours. Work and room are O(n · bandwidth²) and O(n · bandwidth). Over [`super::Dd`] a solve
-//! keeps all digits of a double for any spacing that doubles can tell.
+//! neighbours. Work is O(n · bandwidth²), memory O(n · bandwidth). Over [`super::Dd`] a solve keeps
+//! all digits of a double for any spacing that doubles can represent.
 
 use super::cancel;
 use super::real::Real;
@@ -43,8 +43,8 @@ impl<T: Real> Banded<T> {
         2 * self.lower + self.upper + 1
     }
 
-    /// Where entry (row, column) lies; the column is within the band of the row or what may be
-    /// filled in.
+    /// Index of entry (row, column) in the storage; the column is within the band of the row or its
+    /// fill-in.
     fn at(&self, row: usize, column: usize) -> usize {
         row * self.width() + column + self.lower - row
     }

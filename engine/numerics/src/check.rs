@@ -14,7 +14,8 @@ pub struct Fault {
     /// Path to the value from the object that was checked, such as `regularization.weights[1]`;
     /// empty for the object itself.
     pub path: String,
-    /// What is wrong, and how to mend it: one sentence without a full stop, names in backticks.
+    /// Description of the error and its remedy: one sentence without a full stop, names in
+    /// backticks.
     pub message: String,
 }
 

@@ -101,7 +101,7 @@ mod tests {
         }
     }
 
-    /// Sums whose bits tell whether each term was rounded once.
+    /// Sums whose bits differ between one and two roundings of a term.
     #[test]
     fn every_version_rounds_once() {
         let x: Vec<f64> = (0..100).map(|i| 1.0 + f64::from(i) * 1e-9).collect();

@@ -21,8 +21,8 @@ use super::lanes::{LANES, Lanes, lanes_for};
 
 /// Sweeps over all pairs after which the iteration counts as failed; 5 to 10 are usual.
 const SWEEP_LIMIT: usize = 60;
-/// The binary exponent the largest entry is scaled to; leaves room for the squares of columns of a
-/// million entries.
+/// Binary exponent to which the largest entry is scaled; it leaves a margin for the squares of
+/// columns of a million entries.
 const TOP_EXPONENT: i32 = 490;
 /// Squared lengths below this have lost digits to underflow.
 const SMALLEST_SQUARE: f64 = 1e-270;
@@ -100,7 +100,7 @@ pub(super) struct Columns<T: Laned> {
     /// Lanes of one column.
     stride: usize,
     lanes: Vec<T::Lanes>,
-    /// What is known of each column.
+    /// Length and origin of each column.
     facts: Vec<Facts<T>>,
 }
 
@@ -136,7 +136,7 @@ impl<T: Laned> Columns<T> {
         &mut self.lanes[j * self.stride..(j + 1) * self.stride]
     }
 
-    /// Tells that column `j` was made from vectors of this length, if that is more than its own.
+    /// Records that column `j` was made from vectors of this length, if that is more than its own.
     pub(super) fn made_from(&mut self, j: usize, length: f64) {
         self.facts[j].origin = length * length;
     }
@@ -186,7 +186,7 @@ impl<T: Laned> Columns<T> {
         facts.measure(square);
     }
 
-    /// Visits every pair once and tells the largest cosine met and the largest turn made.
+    /// Visits every pair once and returns the largest cosine and the largest rotation.
     fn sweep(&mut self, tolerance: f64) -> Worst {
         let mut worst = Worst { cosine: 0.0, turn: 0.0 };
         for p in 0..self.n.saturating_sub(1) {

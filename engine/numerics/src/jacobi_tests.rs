@@ -11,7 +11,7 @@ fn transpose_product<T: Laned>(a: &DMatrix<T>, b: &DMatrix<T>) -> DMatrix<T> {
     })
 }
 
-/// What every decomposition promises, to `digits` units of roundoff.
+/// Properties that every decomposition has, to `digits` units of roundoff.
 fn check<T: Laned>(a: &DMatrix<T>, svd: &Svd<T>, roundoffs: f64) {
     let n = a.ncols();
     let bound = roundoffs * T::EPSILON;

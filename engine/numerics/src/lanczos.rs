@@ -121,7 +121,7 @@ mod tests {
 
     #[test]
     fn the_largest_of_a_second_difference() {
-        // 2, −1 beside it: eigenvalues 2 − 2 cos(kπ/(n+1))
+        // 2 on the diagonal, −1 next to it: eigenvalues 2 − 2 cos(kπ/(n+1))
         let n = 150;
         let found = largest_eigenvalue(n, |x| {
             (0..n)

@@ -7,7 +7,7 @@
 //! Running sums ([`Lanes::accumulate`], [`Lanes::accumulate_late`], [`Lanes::join`]) are not
 //! normalised: the low part may overlap the high one until [`Lanes::settled`]. Which of two
 //! operations a loop takes, and in which order it adds the lanes up ([`Lanes::sum_of_pairs`],
-//! [`Lanes::sum_of_halves`]), decides the last bits of what it answers.
+//! [`Lanes::sum_of_halves`]), determines the last bits of its result.
 
 use super::{dd::Dd, real::Real};
 pub use super::{
@@ -31,7 +31,7 @@ impl Laned for Dd {
 
 /// Four numbers of one type.
 pub trait Lanes: Copy + Send + Sync {
-    /// What stands in a lane.
+    /// Number held by a lane.
     type Number: Real;
 
     /// Four zeros.
@@ -200,7 +200,7 @@ mod tests {
     fn lanes_are_summed_in_the_order_that_the_name_says() {
         let pairs = F64x4::new([1e300, 1.0, -1e300, 2.0]);
         assert_eq!((pairs.sum_of_pairs(), pairs.sum_of_halves()), (0.0, 3.0));
-        // the low part of a double-double has room for what doubles lose
+        // the low part of a double-double holds what doubles lose
         let fine = Ddx4::from_doubles(pairs);
         assert_eq!((fine.sum_of_pairs(), fine.sum_of_halves()), (Dd::from(3.0), Dd::from(3.0)));
     }

@@ -108,7 +108,7 @@ mod tests {
         }
     }
 
-    /// What smoothing pays for: each evaluation there factors a banded matrix.
+    /// Minimisation for smoothing, where each evaluation factors a banded matrix.
     #[test]
     fn parabolas_need_few_evaluations() {
         let evaluations = |tolerance: f64, f: fn(f64) -> f64| {

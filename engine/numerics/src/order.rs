@@ -14,9 +14,9 @@ const BITS: u32 = 11;
 /// Numbers with their places in the list that they came from.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ordered {
-    /// The numbers, ascending; −0 stands before 0, NaN at the ends.
+    /// The numbers, ascending; −0 comes before 0, NaN at the ends.
     pub sorted: Vec<f64>,
-    /// Where each of them stood; of equal ones the first comes first.
+    /// Original index of each number; of equal ones the first comes first.
     pub from: Vec<u32>,
 }
 

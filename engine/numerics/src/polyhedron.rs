@@ -31,7 +31,7 @@ pub struct NearestPoint {
 pub struct HalfSpace {
     /// Its normal.
     pub normal: Vec<f64>,
-    /// Where it begins.
+    /// Offset of the half-space: the least value of `normal · x`.
     pub bound: f64,
     /// Whatever the caller knows it by.
     pub tag: usize,
@@ -69,7 +69,7 @@ impl NearestPoint {
         &self.at
     }
 
-    /// What limits it.
+    /// Half-spaces on whose borders the point lies.
     pub fn active(&self) -> &[HalfSpace] {
         &self.active
     }
@@ -122,7 +122,8 @@ impl NearestPoint {
         }
     }
 
-    /// What the normal has along the active ones, and beyond them.
+    /// Components of the normal in the span of the active normals, and the remainder orthogonal to
+    /// it.
     fn split(&self, normal: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let mut beyond = normal.to_vec();
         let mut along = vec![0.0; self.q.len()];

@@ -1,10 +1,10 @@
 //! The triangular factor of a tall matrix and the right-hand side carried along, by Householder
 //! reflections.
 //!
-//! The first block of rows is triangularised where it stands. Later rows are folded into the factor
-//! block by block: one reflection per column sends the column of the block to nothing and the
-//! diagonal of `R` to the joint length. So the work stays in the cache however many rows there are.
-//! `Q` is never formed. Each column of `R` is as accurate as the column of the matrix it came from,
+//! The first block of rows is triangularised in place. Later rows are folded into the factor block
+//! by block: one reflection per column sends the column of the block to nothing and the diagonal of
+//! `R` to the joint length. So the work stays in the cache however many rows there are. `Q` is
+//! never formed. Each column of `R` is as accurate as the column of the matrix it came from,
 //! whatever the sizes of the other columns.
 
 use nalgebra::{DMatrix, DVector};

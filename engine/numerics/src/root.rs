@@ -62,9 +62,9 @@ pub fn root(
     Some(if fa.abs() < fb.abs() { a } else { b })
 }
 
-/// Where `before` turns from true to false between `low` and `high` (in either order of size): the
-/// last place found where it holds and the first where it does not, at most `tolerance` times
-/// max(1, |high|) apart; neighbouring doubles for a tolerance of 0.
+/// Place between `low` and `high` (in either order of size) where `before` turns from true to
+/// false: the last place found where it holds and the first where it does not. They are at most
+/// `tolerance` times max(1, |high|) apart, neighbouring doubles for a tolerance of 0.
 pub fn boundary([mut low, mut high]: [f64; 2], tolerance: f64, mut before: impl FnMut(f64) -> bool) -> [f64; 2] {
     for _ in 0..STEPS {
         let middle = 0.5 * low + 0.5 * high;
@@ -95,7 +95,7 @@ mod tests {
             (2.0, 3.0, 2.094_551_481_542_326_5, |x| x * x * x - 2.0 * x - 5.0),
             (-1.0, 4.0, 0.567_143_290_409_783_8, |x| x * x.exp() - 1.0),
             (0.1, 10.0, 1.0, f64::ln),
-            // flat beside its root, and nearly a step
+            // flat near its root, and nearly a step
             (0.0, 3.0, 1.0, |x| (x - 1.0).powi(9)),
             (0.0, 1.0, 0.3, |x| (1e8 * (x - 0.3)).tanh()),
             (0.0, 1e9, 1e-3, |x| if x < 1.0 { x - 1e-3 } else { 1.0 }),

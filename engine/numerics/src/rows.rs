@@ -15,7 +15,7 @@ use std::ops::Index;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Rows {
     values: Vec<f64>,
-    /// Where each row ends.
+    /// End of each row, as an index into the entries.
     ends: Vec<usize>,
 }
 

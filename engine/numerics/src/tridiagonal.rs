@@ -5,10 +5,10 @@ use super::cancel;
 /// Steps for one eigenvalue; two or three are usual.
 const MOST_STEPS: usize = 60;
 
-/// Turns `diagonal` (d) with `beside` (e, of the same length, its last entry 0) into eigenvalues in
-/// no order, by implicit QL steps with Wilkinson's shift. `turn(i, c, s)` is told of every rotation
-/// of the columns i and i+1: `(xᵢ, xᵢ₊₁) ← (c xᵢ − s xᵢ₊₁, s xᵢ + c xᵢ₊₁)`. `None` if the iteration
-/// does not end.
+/// Turns `diagonal` (d) with the off-diagonal entries `beside` (e, of the same length, its last
+/// entry 0) into eigenvalues in no order, by implicit QL steps with Wilkinson's shift. `turn(i, c,
+/// s)` is called for every rotation of the columns i and i+1: `(xᵢ, xᵢ₊₁) ← (c xᵢ − s xᵢ₊₁, s xᵢ +
+/// c xᵢ₊₁)`. `None` if the iteration does not converge.
 pub(super) fn ql(d: &mut [f64], e: &mut [f64], mut turn: impl FnMut(usize, f64, f64)) -> Option<()> {
     let k = d.len();
     for l in 0..k {

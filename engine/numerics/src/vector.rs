@@ -9,7 +9,7 @@
 
 use std::ops::{Add, Mul, Neg, Sub};
 
-/// How many numbers stand side by side.
+/// Number of lanes of a vector.
 pub const LANES: usize = 4;
 
 /// Four doubles.
@@ -38,7 +38,7 @@ impl F64x4 {
     pub fn to_array(self) -> [f64; LANES] {
         register::store(self.0)
     }
-    /// The four numbers where they stand.
+    /// Borrows the four numbers in place.
     #[inline(always)]
     pub fn as_array(&self) -> &[f64; LANES] {
         register::numbers(&self.0)

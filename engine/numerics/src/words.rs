@@ -4,7 +4,7 @@
 
 use std::fmt;
 
-/// What a message says of a number beyond the range of double.
+/// Words of a message for a number above the range of double.
 const BEYOND: &str = "more than 1.8e308";
 
 /// A number in a message: in plain digits where that is short, else with an exponent. Nothing is
@@ -40,9 +40,9 @@ impl fmt::Display for Size {
 pub struct Counted {
     /// How many there are.
     pub count: usize,
-    /// What one of them is called.
+    /// Name of one of them.
     pub one: &'static str,
-    /// What several of them are called.
+    /// Name of several of them.
     pub many: &'static str,
 }
 

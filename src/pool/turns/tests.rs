@@ -6,7 +6,7 @@ fn party(name: &str) -> Party {
     Some(name.into())
 }
 
-/// Takes everything, one after another on one worker, and tells whose it was.
+/// Takes everything, one after another on one worker, and returns the parties in that order.
 fn served(turns: &mut Turns<u32>) -> String {
     let mut order = String::new();
     while let Some((party, _)) = turns.take() {
@@ -111,7 +111,7 @@ fn what_nobody_wants_any_more_gives_its_place_back() {
     assert!(turns.lanes.is_empty());
 }
 
-/// What happens at a queue.
+/// Event at a queue.
 #[derive(Clone, Copy, Debug)]
 enum Step {
     Push(u8),

@@ -1,4 +1,4 @@
-//! What the comparisons with other programs share: arrays as files, and seconds.
+//! Parts that the comparisons with other programs share: arrays as files, and seconds.
 
 use std::{error::Error, fs, path::Path, time::Instant};
 

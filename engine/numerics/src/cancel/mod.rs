@@ -2,7 +2,7 @@
 //!
 //! Whoever starts a computation runs it under a [`Handle`] ([`Handle::run`]); loops anywhere below
 //! call [`checkpoint`]. Once the handle is cancelled or past its deadline, the next checkpoint
-//! unwinds the stack up to `run`, which answers [`Cancelled`]. Destructors run on the way, so
+//! unwinds the stack up to `run`, which returns [`Cancelled`]. Destructors run on the way, so
 //! memory, locks and places are given back as at any return.
 //!
 //! Unwinding, and not a `Result` through every signature: mathematics would become half error
@@ -20,8 +20,8 @@
 //! The handle is installed for the thread. Work that goes to other threads (rayon) takes it along:
 //! [`current`] before, [`carry`] inside.
 //!
-//! The handle that cancels also tells how far the work is ([`Handle::progress`]), where the work
-//! says of how many [`parts`] it consists.
+//! The handle that cancels also reports the progress of the work ([`Handle::progress`]), where the
+//! work declares of how many [`parts`] it consists.
 
 mod loops;
 mod parts;
@@ -68,7 +68,7 @@ impl std::fmt::Display for Cancelled {
 
 impl std::error::Error for Cancelled {}
 
-/// What unwinds, up to the `run` of this handle.
+/// Payload of the panic that unwinds up to the `run` of this handle.
 struct Unwinding(Handle);
 
 thread_local! {

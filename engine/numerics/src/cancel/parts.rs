@@ -15,7 +15,7 @@ use super::{
 };
 
 impl Handle {
-    /// How much of the work is done, from 0 to 1, as far as it tells; never less than before.
+    /// Share of the work that is done, from 0 to 1, as far as it is reported; never decreases.
     ///
     /// ```
     /// use flankfit_numerics::cancel::{Handle, parts};

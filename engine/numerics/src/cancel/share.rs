@@ -24,7 +24,7 @@ impl Default for Done {
 }
 
 thread_local! {
-    /// What the work of this thread may divide.
+    /// Share of the whole work that the parts of this thread divide among themselves.
     pub(super) static SHARE: Cell<u64> = const { Cell::new(0) };
 }
 

@@ -2,7 +2,7 @@
 //!
 //! Tails are upper tails, since those are small where they are asked for: `P(T > t)` keeps its
 //! digits where `1 - P(T ≤ t)` has none left. Logarithms, exponentials and the error function are
-//! libm's, which answers the same bits on every machine.
+//! libm's, which returns the same bits on every machine.
 
 mod beta;
 pub mod chi_squared;

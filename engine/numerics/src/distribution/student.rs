@@ -193,8 +193,8 @@ impl Student {
 /// Degrees of freedom, tail, and the quantile that was found for them.
 type Found = (f64, f64, f64);
 
-/// What `search` finds, or found lately on this thread: fits that come one after the other mostly
-/// have the same nodes and level, and a search takes some per cent of the time of a small fit.
+/// Returns the result of `search`, or a recent one on this thread: consecutive fits mostly have the
+/// same nodes and level, and a search takes some per cent of the time of a small fit.
 fn recently(freedom: f64, tail: f64, search: impl FnOnce() -> f64) -> f64 {
     thread_local! {
         static FOUND: Cell<[Found; 4]> = const { Cell::new([(0.0, 0.0, 0.0); 4]) };

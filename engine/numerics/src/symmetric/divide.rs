@@ -18,8 +18,8 @@ enum Half {
     Both,
 }
 
-/// Eigenvalues, ascending, and eigenvectors of the matrix of `diagonal` and `beside`; `None` if an
-/// iteration does not end.
+/// Eigenvalues, ascending, and eigenvectors of the tridiagonal matrix with `diagonal` and
+/// off-diagonal entries `beside`; `None` if an iteration does not converge.
 pub(super) fn eigen(diagonal: Vec<f64>, beside: &[f64]) -> Option<(Vec<f64>, DMatrix<f64>)> {
     let n = diagonal.len();
     if n <= SMALL {
@@ -99,9 +99,9 @@ fn joined(
     (order.iter().map(|&j| d[j]).collect(), vectors)
 }
 
-/// Sets aside what the joint does not move: entries of z that are 0 to rounding, and one of two
-/// neighbours whose eigenvalues are equal to rounding, after a rotation. Answers the others by
-/// ascending d.
+/// Sets aside the eigenvalues that the rank-one change does not move: entries of z that are 0 to
+/// rounding, and one of two neighbours whose eigenvalues are equal to rounding, after a rotation.
+/// Returns the indices of the others by ascending d.
 fn deflated(d: &mut [f64], z: &mut [f64], rho: f64, q: &mut DMatrix<f64>, halves: &mut [Half]) -> Vec<usize> {
     let n = d.len();
     let largest = |x: &[f64]| x.iter().fold(0.0f64, |m, x| m.max(x.abs()));

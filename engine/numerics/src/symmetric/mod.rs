@@ -180,7 +180,7 @@ mod tests {
 
     #[test]
     fn of_a_second_difference() {
-        // 2, −1 beside it: 2 − 2 cos(kπ/(n+1)), vectors sin
+        // 2 on the diagonal, −1 next to it: 2 − 2 cos(kπ/(n+1)), vectors sin
         let n = 130;
         let a = DMatrix::from_fn(n, n, |i, j| match i.abs_diff(j) {
             0 => 2.0,

@@ -20,7 +20,7 @@ pub(super) struct Reduced {
 }
 
 with_fma! {
-    /// `a −= v wⱼ + w vⱼ`, then `p += a xⱼ`; answers `aᵀx`.
+    /// Computes `a −= v wⱼ + w vⱼ`, then `p += a xⱼ`; returns `aᵀx`.
     fn take(a: &mut [f64], v: &[f64], w: &[f64], ends: [f64; 2], x: &[f64], own: f64, p: &mut [f64]) -> f64 {
         let [vj, wj] = ends;
         let ((a4, a), (v4, v), (w4, w)) = (a.as_chunks_mut::<4>(), v.as_chunks::<4>(), w.as_chunks::<4>());

@@ -7,8 +7,8 @@
 /// Steps at most; four to six are usual.
 const STEPS: usize = 100;
 
-/// What the sums are at one place: over the poles up to the root, and over those beyond it, each
-/// with its derivative.
+/// Sums of the secular equation at one place: over the poles up to the root, and over those above
+/// it, each with its derivative.
 struct Sums {
     before: [f64; 2],
     beyond: [f64; 2],
