@@ -28,7 +28,7 @@ pub enum FitError {
     NotConverged(#[from] Unconverged),
 }
 
-/// What did not converge.
+/// Iteration that did not converge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Unconverged {

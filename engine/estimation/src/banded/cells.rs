@@ -1,8 +1,8 @@
 //! Nodes bucketed by the cell (one span of u, one of v) that they lie in.
 //!
 //! Nodes of a cell share all their functions, so sums over them stay small and close together.
-//! Copies stand in the order of the cells: one read of memory from end to end makes a pass, and
-//! sums come out the same however many threads work.
+//! Copies are in the order of the cells: a pass is one read of memory from end to end, and sums are
+//! the same however many threads work.
 
 use super::pieces::Pieces;
 use flankfit_numerics::cancel::Asking;
@@ -16,8 +16,8 @@ pub(crate) struct Cells {
     pub heights: Vec<Vec<f64>>,
     /// Which posted node each is.
     pub posted: Vec<u32>,
-    /// Where cell `i` of u and `j` of v starts: entry `i · (spans of v) + j`; one more entry at the
-    /// end.
+    /// Start of cell `i` of u and `j` of v among the nodes: entry `i · (spans of v) + j`; one more
+    /// entry at the end.
     pub start: Vec<usize>,
     pub spans: [usize; 2],
 }

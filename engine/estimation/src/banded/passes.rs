@@ -167,7 +167,7 @@ pub(crate) fn normal<T: Real>(axes: &Axes<T>, cells: &Cells) -> Normal<T> {
     total
 }
 
-/// What a pass over the residuals yields, by coordinate.
+/// Sums of a pass over the residuals, by coordinate.
 pub(crate) struct Residuals {
     /// `XᵀΩr`.
     pub projected: Vec<Vec<Dd>>,

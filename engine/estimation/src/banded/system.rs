@@ -3,7 +3,7 @@
 //! A Cholesky factor of the matrix, scaled to a unit diagonal, is the preconditioner; corrections
 //! `c += (F + λP)⁻¹ (XᵀΩ(z − Xc) − λPc)` take their residuals from the nodes, so what forming F
 //! cost in digits comes back. Where doubles cannot factor the matrix, or corrections do not shrink,
-//! F and its factor are formed once more in double-double: only what that cannot tell from 0 is
+//! F and its factor are formed once more in double-double: only what is 0 within that precision is
 //! called undetermined.
 
 use std::sync::OnceLock;

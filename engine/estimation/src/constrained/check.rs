@@ -161,7 +161,7 @@ fn check_axis(index: usize, axis: &Axis, name: &'static str, order: usize, range
     }
 }
 
-/// The knots within a range with how often they stand.
+/// Knots within a range with their multiplicities.
 fn repeated(basis: &BSplineBasis, [low, high]: [f64; 2]) -> impl Iterator<Item = (f64, usize)> {
     let inner = basis.distinct_knots().into_iter().filter(move |knot| low < *knot && *knot < high);
     inner.map(|knot| (knot, basis.knots().iter().filter(|other| **other == knot).count()))

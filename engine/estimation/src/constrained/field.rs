@@ -23,7 +23,7 @@ pub(super) struct Field {
     sign: f64,
     u: Pieces,
     v: Pieces,
-    /// What the derivative is measured in.
+    /// Unit in which the derivative is measured.
     pub scale: f64,
 }
 
@@ -104,7 +104,7 @@ impl Field {
         lows
     }
 
-    /// What is certain of the least value, over all cells.
+    /// Lower bound of the least value over all cells.
     pub(super) fn bound(&self, net: &DMatrix<Dd>, near: impl Fn(f64) -> f64) -> f64 {
         let bounds = self.cells().asking(1000).map(|cell| self.patch(net, cell).least(f64::INFINITY, &near).bound);
         bounds.fold(f64::INFINITY, f64::min)

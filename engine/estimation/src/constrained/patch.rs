@@ -9,7 +9,7 @@ use std::{cmp::Ordering, collections::BinaryHeap};
 
 use flankfit_numerics::cancel;
 
-/// Rectangles at most; then the bound stands as it is.
+/// Greatest number of rectangles; then the bound is used as it is.
 const MOST: usize = 20_000;
 
 /// Bernstein coefficients over part of a cell.

@@ -6,10 +6,9 @@
 //! enter the problem one by one ([`NearestPoint`]), and leave it where they limit nothing any more;
 //! so on until nothing is violated by more than [`TOLERANCE`].
 //!
-//! What is left of the violation is taken away along a function that lies well inside all
-//! constraints. So the answer meets them at every place, by bounds on Bernstein coefficients; and
-//! the multipliers of the places bound from below what Σ w r² any such function has, which tells
-//! what that last step has cost.
+//! What is left of the violation is removed along a function that lies well inside all constraints.
+//! So the result meets them at every place, by bounds on Bernstein coefficients. The multipliers of
+//! the places bound from below the Σ w r² of any such function, and so the cost of that last step.
 
 use nalgebra::DMatrix;
 
@@ -25,7 +24,7 @@ use flankfit_numerics::{
 /// By how much derivatives may be below 0 before the last step, relative to the largest derivative
 /// of least squares.
 const TOLERANCE: f64 = 1e-8;
-/// What they are above 0 at least in the end, relative likewise.
+/// Least margin above 0 in the end, relative likewise.
 const FLOOR: f64 = 1e-11;
 /// How far inside the constraints the function lies along which the last step goes: derivatives of
 /// at least this, where 1 was asked for at the places that were looked at.
@@ -69,7 +68,7 @@ pub(super) struct Active {
     pub normal: Vec<f64>,
 }
 
-/// What a search came to.
+/// State of a search.
 struct Search {
     nearest: NearestPoint,
     spots: Vec<Spot>,

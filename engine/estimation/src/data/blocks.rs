@@ -4,7 +4,7 @@
 use super::nodes::{Curve, Grid, Matrix, Nodes, Scattered};
 use flankfit_numerics::{check::Faults, words};
 
-/// What every block of a stream is.
+/// Kind of nodes that every block of a stream has.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Form {
     /// `y(x)`.

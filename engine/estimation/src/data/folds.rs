@@ -9,7 +9,7 @@ use flankfit_numerics::check::Faults;
 /// Message for blocks that nothing is done with.
 pub(crate) const UNUSED: &str = "nothing is cross-validated here: ask for the criterion blocked_cv, or for a selection";
 
-/// Blocks where no number of them is told.
+/// Default number of blocks.
 const DEFAULT_COUNT: usize = 10;
 
 /// The block of every counted node.

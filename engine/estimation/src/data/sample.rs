@@ -11,7 +11,7 @@ pub(crate) struct Sample<'a> {
     /// Which posted nodes count; `None` when all do.
     index: Option<Vec<u32>>,
     count: usize,
-    /// What stands in place of rows and heights where errors are not white.
+    /// Whitened rows and heights that replace the posted ones where errors are not white.
     white: Option<&'a WhiteRows>,
 }
 

@@ -25,7 +25,7 @@ impl WhiteRows {
         self.rows[(k + 1) * self.width - 2]
     }
 
-    /// What became of the constant at counted node `k`.
+    /// Whitened entry of the constant column at counted node `k`.
     pub(crate) fn one(&self, k: usize) -> Dd {
         self.rows[(k + 1) * self.width - 1]
     }

@@ -172,7 +172,7 @@ pub(crate) fn product_on(
 /// Which products of powers take part.
 enum Part<'a> {
     All,
-    /// Of so many powers together.
+    /// Terms whose powers add up to at most so many.
     UpTo(usize),
     Listed(BTreeSet<&'a [usize; 2]>),
 }

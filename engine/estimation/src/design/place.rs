@@ -8,7 +8,7 @@ use crate::spec::Domain;
 use flankfit_geometry::{BSplineBasis, polynomial::chebyshev_derivatives};
 use flankfit_numerics::{Dd, Real};
 
-/// What is wanted of the working functions at a place.
+/// Value or derivative of the working functions at a place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Along {
     Value,

@@ -13,7 +13,7 @@ pub(crate) struct Row<T> {
 }
 
 impl<T: Real> Row<T> {
-    /// Room for the rows of `design`.
+    /// Allocates the rows of `design`.
     pub(crate) fn new(design: &Design) -> Self {
         let zeros = |size: usize| vec![T::of(0.0); size];
         let (u, v) = match &design.basis {

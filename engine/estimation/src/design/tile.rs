@@ -50,7 +50,7 @@ pub(crate) struct Chebyshev<'a> {
 }
 
 impl<'a> Chebyshev<'a> {
-    /// Where the working basis of `design` is one.
+    /// Returns the axes of the working basis of `design` if it is a product of Chebyshev polynomials.
     pub(crate) fn of(design: &'a Design) -> Option<Self> {
         match &design.basis {
             Basis::Product {
@@ -67,7 +67,7 @@ impl<'a> Chebyshev<'a> {
     }
 }
 
-/// T₀, T₁, … at the mapped `x`, as many as `out` has room for.
+/// Chebyshev polynomials T₀, T₁, … at the mapped `x`, as many as `out` holds.
 ///
 /// Loops, not `from_fn`: what is called and not inlined is not taken along by kernels that are
 /// compiled twice.

@@ -20,7 +20,7 @@ const SIGMAS: f64 = 4.0;
 const ROUNDING: f64 = f64::EPSILON / 3.4641016151377544;
 /// How many nodes the slope of the surface is looked at.
 const LOOKED_AT: usize = 256;
-/// Intervals of the lattice that stands for nodes that are gone.
+/// Intervals of the lattice that replaces nodes that are not kept.
 const LATTICE: usize = 16;
 /// Never claimed more: certified references are printed to 15 digits, and a double holds not quite
 /// 16.
@@ -29,7 +29,7 @@ const MOST_DIGITS: f64 = 14.5;
 /// Up to so many coefficients R is inverted as a whole.
 const FEW: usize = 64;
 
-/// What the estimate needs of a fit.
+/// Parts of a fit from which its correct digits are estimated.
 pub(crate) struct Fitted<'a> {
     pub design: &'a Design,
     pub evidence: Evidence<'a>,
@@ -135,7 +135,7 @@ fn abscissae(fit: &Fitted) -> (f64, f64) {
     }
 }
 
-/// What abscissae as large as `largest` and rounded can do, seen from `places`.
+/// Effect of rounding abscissae as large as `largest`, seen from `places`.
 fn of_product(
     fit: &Fitted,
     (u, v): (&Axis, &Axis),

@@ -60,7 +60,7 @@ pub(crate) fn dependence(design: &Design, factor: &Factor, weight: f64) -> FitEr
     let analysed = ScaledColumns::new(design, &caller, Scaling::UnitLength, weight)
         .and_then(|columns| Directions::new(factor, &columns, Scaling::UnitLength, None).map(|d| (columns, d)));
     match analysed {
-        // the factor may have found dependent what columns of unit length only just tell apart
+        // the factor may have found dependent what columns of unit length just separate
         Ok((columns, spectrum)) => FitError::RankDeficient {
             rank: spectrum.rank.min(design.size().saturating_sub(1)),
             columns: design.size(),

@@ -12,7 +12,7 @@ use crate::{
     spec::NodeUncertainty,
 };
 
-/// What the bounds need of one estimate.
+/// Quantities of one estimate from which the bounds are computed.
 pub(crate) struct Estimate {
     /// cond(FIM) = κ².
     pub condition: Option<f64>,

@@ -6,7 +6,7 @@ use crate::{
 };
 use flankfit_numerics::words::counted;
 
-/// What a step along a line is measured in.
+/// Unit of a step along a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Measure {
     /// Nodes, missing ones included.
@@ -102,7 +102,7 @@ impl Lines {
     }
 }
 
-/// What steps that are equal may differ by, of their size.
+/// Relative difference up to which steps count as equal.
 const EVEN: f64 = 1e-9;
 
 /// The place of every abscissa in ascending order; equal ones keep theirs.

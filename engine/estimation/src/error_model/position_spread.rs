@@ -1,6 +1,6 @@
 //! Scatter of coefficients with errors of positions.
 //!
-//! Rows of the settled problem stand at estimated positions ξ̂, which scatter about the true ones:
+//! Rows of the settled problem are at estimated positions ξ̂, which scatter about the true ones:
 //! `Cov ξ̂ₖ = Cₖ = σ²ρ²(I − ρ²Wₖgₖgₖᵀ)` in the notation of [`super::positions`]. The information
 //! matrix `G = Σ W x xᵀ` takes that scatter for nodes that lie further apart, so that `σ²G⁻¹` is
 //! too small. The true positions have the information `M = G − V`, `V = Σ W X′CX′ᵀ` with the slopes

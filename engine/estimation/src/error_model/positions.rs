@@ -8,11 +8,11 @@
 //!   `f(x)` to first order, and weights `Wₖ = 1/(1/wₖ + ρ²‖g‖²)` are all there is to it (effective
 //!   variance).
 //! * *Measured* positions were hit and read off wrongly. Weights alone would leave the slopes too
-//!   flat: the true positions ξ are estimated with the coefficients so that
-//!   `Σ w(y − f(ξ))² + ‖x − ξ‖²/ρ²` is least (orthogonal distance regression). About a guess the
-//!   best ξ follows node by node from the coefficients, which leaves weighted least squares with
-//!   rows at ξ, heights `y − g·(x − ξ)` and the same W (Boggs, Byrd and Schnabel, SIAM J. Sci.
-//!   Stat. Comput. 8, 1987). Where the iteration stands still the sum is stationary.
+//!   flat: the true positions ξ are estimated with the coefficients so that `Σ w(y − f(ξ))² + ‖x −
+//!   ξ‖²/ρ²` is least (orthogonal distance regression). About a guess the best ξ follows node by
+//!   node from the coefficients, which leaves weighted least squares with rows at ξ, heights `y −
+//!   g·(x − ξ)` and the same W (Boggs, Byrd and Schnabel, SIAM J. Sci. Stat. Comput. 8, 1987). At a
+//!   fixed point of the iteration the sum is stationary.
 
 use nalgebra::DMatrix;
 
@@ -32,7 +32,7 @@ const ROUNDS: usize = 2000;
 const MOST_PRODUCTS: usize = 3_000_000_000;
 /// Rounds that there must be time for.
 const FEWEST_ROUNDS: usize = 40;
-/// What steps that grow are cut to at least.
+/// Least relaxation factor of steps that grow.
 const SLOWEST: f64 = 1.0 / 64.0;
 
 /// Nodes whose positions are off.
@@ -42,7 +42,7 @@ pub(crate) struct Positions<'a> {
     pub kind: PositionKind,
     /// ρ.
     pub ratio: f64,
-    /// What positions may not leave.
+    /// Box that positions may not leave.
     pub within: Option<Boxes>,
     /// R of plain least squares.
     pub r: DMatrix<f64>,
@@ -62,7 +62,7 @@ pub(crate) struct Settled {
     pub largest_shift: f64,
 }
 
-/// What a node has at its position of now.
+/// Row, slopes, weight and residual of a node at its present position.
 struct Local {
     row: Vec<f64>,
     gradient: [f64; 2],

@@ -25,7 +25,7 @@ pub(crate) enum Process {
 type Symmetric = [f64; 3];
 type Matrix = [[f64; 2]; 2];
 
-/// What the filter does at one node.
+/// Effect of the filter at one node.
 #[derive(Clone, Copy, Debug)]
 struct Gain {
     /// From the state at the node before.
@@ -37,7 +37,7 @@ struct Gain {
 }
 
 impl Process {
-    /// As a spec tells it.
+    /// Returns the process in the form of a spec.
     pub(crate) fn correlation(&self) -> Correlation {
         match *self {
             Process::Ar1(rho) => Correlation::Ar1 { rho: Some(rho) },

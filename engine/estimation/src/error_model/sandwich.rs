@@ -22,14 +22,14 @@ use nalgebra::DMatrix;
 
 use flankfit_numerics::{cancel::Asking, distribution::Student};
 
-/// 1 − h from which on a node stands for itself alone.
+/// 1 − h below which a node determines its own fitted height.
 const ALONE: f64 = 1e-10;
 /// `E r⁴ / σ⁴` of normal errors.
 const KURTOSIS: f64 = 3.0;
 /// Degrees of freedom that Student's distribution begins with.
 const LEAST_FREEDOM: f64 = 1.0;
 
-/// What the covariance of HC3 is made of.
+/// Parts of the covariance of HC3.
 pub(crate) struct Sandwich {
     n: usize,
     /// qₖ, one after another.
@@ -46,8 +46,8 @@ struct Deleted {
 }
 
 impl Sandwich {
-    /// Of orthonormal rows of `n` numbers; `None` where a node alone determines a direction, so
-    /// that its residual says nothing.
+    /// Makes it from orthonormal rows of `n` numbers; `None` if a node alone determines a
+    /// direction, so that its residual says nothing.
     pub(crate) fn new(n: usize, q: Vec<f64>, residuals: &[f64]) -> Option<Self> {
         let node = |(row, r): (&[f64], &f64)| {
             let rest = 1.0 - row.iter().map(|x| x * x).sum::<f64>();
@@ -125,7 +125,7 @@ mod tests {
         }
         // 3 (1 + 4)² / (1 + 16)
         assert!((freedom([1.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], 1.0) - 75.0 / 17.0).abs() < 1e-12);
-        // of no residuals, and of no form, nothing is told
+        // without residuals, and for no form, the default applies
         assert_eq!([freedom([0.0; 8], 1.0), freedom(two, 0.0)], [7.0; 2]);
     }
 

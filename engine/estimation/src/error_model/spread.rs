@@ -91,8 +91,8 @@ impl ErrorSpread {
         Some(mixture.interval(&plain, value, own, miss))
     }
 
-    /// What is known of the error of an unregularised form. Decisions ask for the tails of
-    /// [`CONFORMANCE_PROBABILITY`]: a mixture is answered as Student's distribution with the same
+    /// Distribution of the error of an unregularised form. Decisions use the tails of
+    /// [`CONFORMANCE_PROBABILITY`]: a mixture is replaced by Student's distribution with the same
     /// ones.
     pub(crate) fn inferred(&self, form: &[f64], value: f64, noise: &Noise) -> Inferred {
         let student = self.noise_of(form, noise).student;

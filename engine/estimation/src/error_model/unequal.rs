@@ -120,12 +120,13 @@ pub(crate) fn groups(rows: &Rows, group: &[i64]) -> Option<BTreeMap<i64, f64>> {
 /// Exponents that are looked at.
 const STEEPEST: f64 = 6.0;
 const STEPS: usize = 48;
-/// What golden section leaves, well above where the likelihood is flat to rounding.
+/// Relative width at which golden section ends, well above where the likelihood is flat to
+/// rounding.
 const RESOLVED: f64 = 1e-5;
 
-/// δ of standard deviations that go as |x|^δ; `None` where no δ between ± 6 is likelier than those
-/// beside it. `logs` holds the logarithm of the ratio of each counted node's place to their
-/// geometric mean.
+/// Exponent δ of standard deviations proportional to |x|^δ; `None` if no δ between ± 6 is likelier
+/// than its neighbours. `logs` holds the logarithm of the ratio of each counted node's place to
+/// their geometric mean.
 pub(crate) fn exponent(rows: &Rows, logs: &[f64]) -> Option<f64> {
     let mut ascending: Vec<usize> = (0..logs.len()).collect();
     ascending.sort_by(|&i, &j| logs[i].total_cmp(&logs[j]).then(rows.residuals[i].total_cmp(&rows.residuals[j])));
@@ -136,7 +137,7 @@ pub(crate) fn exponent(rows: &Rows, logs: &[f64]) -> Option<f64> {
     if best == 0 || best == STEPS || !found[best].is_finite() {
         return None;
     }
-    // golden section, as far as the likelihood tells places from each other
+    // golden section, as far as the likelihood distinguishes places
     let ratio = 0.5 * (5f64.sqrt() - 1.0);
     let (mut low, mut high) = (place(best - 1), place(best + 1));
     while high - low > RESOLVED {
@@ -149,9 +150,9 @@ pub(crate) fn exponent(rows: &Rows, logs: &[f64]) -> Option<f64> {
     Some(found.unwrap_or(0.5 * (low + high)))
 }
 
-/// The derivative of the restricted likelihood of the exponent,
-/// `Σ ln x [(m − n) ω r²/RSS − (1 − h)]` with residuals and leverages of the weighted fit: 0 at the
-/// maximum, and so tells it to the last digits, where the likelihood itself is flat.
+/// The derivative of the restricted likelihood of the exponent, `Σ ln x [(m − n) ω r²/RSS − (1 −
+/// h)]` with residuals and leverages of the weighted fit: 0 at the maximum, and so determines it to
+/// the last digits, where the likelihood itself is flat.
 fn slope(rows: &Rows, logs: &[f64], delta: f64) -> Option<f64> {
     let omega = |k: usize| libm::exp(-2.0 * delta * logs[k]);
     let found = rows.solved(omega)?;

@@ -59,8 +59,8 @@ impl VarianceSpread {
         (MOST / coefficients.pow(2).max(1)).clamp(2, MOST_GROUPS)
     }
 
-    /// Of orthonormal rows of `n` numbers; `group` has the place of each row's group among
-    /// `groups`. `None` where the residuals leave a variance undetermined.
+    /// Makes it from orthonormal rows of `n` numbers; `group` has the index of each row's group
+    /// among `groups`. `None` if the residuals leave a variance undetermined.
     pub(crate) fn of_groups(n: usize, rows: &[f64], group: &[usize], groups: usize) -> Option<Self> {
         let mut shares = vec![DMatrix::<f64>::zeros(n, n); groups];
         let mut counts = vec![0.0; groups];
@@ -82,8 +82,8 @@ impl VarianceSpread {
         Some(VarianceSpread { shares, squares, scatter, freedom: (group.len() - n) as f64, free })
     }
 
-    /// Of orthonormal rows of `n` numbers whose standard deviations go as a power of a coordinate
-    /// with these logarithms. `None` where the residuals leave the power undetermined.
+    /// Makes it from orthonormal rows of `n` numbers whose standard deviations are a power of a
+    /// coordinate with these logarithms. `None` if the residuals leave the power undetermined.
     pub(crate) fn of_power(n: usize, rows: &[f64], logs: &[f64]) -> Option<Self> {
         // Σ dʲ qqᵀ and Σ dʲ (1 − 2 qᵀq)
         let mut moments = vec![DMatrix::<f64>::zeros(n, n); 3];
@@ -141,7 +141,7 @@ impl VarianceSpread {
         Student::new(freedom.min(self.limit()))
     }
 
-    /// What no form's degrees of freedom are above.
+    /// Upper limit of the degrees of freedom of every form.
     fn limit(&self) -> f64 {
         match self.free.iter().filter(|free| **free < FEW).count() < SEVERAL {
             true => f64::INFINITY,

@@ -12,8 +12,8 @@ use crate::result::Whiteness;
 use flankfit_numerics::distribution::chi_squared;
 
 impl Whiteness {
-    /// Of residuals by counted node over so many lags, each of which some line has; `None` where
-    /// all residuals are 0, or no line has two nodes.
+    /// Computes the statistics of residuals by counted node over so many lags, each of which occurs
+    /// on some line; `None` if all residuals are 0, or no line has two nodes.
     pub(crate) fn of(residuals: &[f64], lines: &Lines, lags: usize) -> Option<Self> {
         let along: Vec<f64> = lines.nodes.iter().map(|&k| residuals[k]).collect();
         let rss: f64 = along.iter().map(|r| r * r).sum();
@@ -50,7 +50,7 @@ impl Whiteness {
     }
 }
 
-/// How many nodes stand before each on its line.
+/// Number of nodes before each on its line.
 fn before(lines: &Lines) -> Vec<usize> {
     let mut before: Vec<usize> = Vec::with_capacity(lines.steps.len());
     for step in &lines.steps {

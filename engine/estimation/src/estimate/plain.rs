@@ -8,7 +8,7 @@ use crate::{
 };
 use flankfit_numerics::Dd;
 
-/// Plain least squares beside another estimate, in the caller's terms.
+/// Plain least squares reported with another estimate, in the caller's terms.
 pub(crate) struct PlainEstimate {
     pub coefficients: Vec<f64>,
     /// √((XᵀX)⁻¹)ⱼⱼ.

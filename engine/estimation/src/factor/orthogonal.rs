@@ -299,7 +299,7 @@ fn by_qr(design: &Design, sample: &Sample, change: DMatrix<Dd>) -> Factor {
 }
 
 /// Lengths of the columns of R and a bound on its condition once they are divided by them; `None`
-/// when R is singular for all that double-double can tell.
+/// if R is singular within double-double.
 pub(crate) fn scaled_condition(r: &DMatrix<Dd>) -> Option<(Vec<f64>, f64)> {
     let n = r.ncols();
     let length: Vec<f64> = (0..n).map(|j| r.column(j).iter().map(|x| x.to_f64().powi(2)).sum::<f64>().sqrt()).collect();

@@ -20,7 +20,7 @@ use flankfit_numerics::{
     with_fma,
 };
 
-/// What one pass over the residuals `z − Wc` yields.
+/// Sums of one pass over the residuals `z − Wc`.
 pub(crate) struct ResidualPass {
     /// `WᵀΩr`.
     pub projected: Vec<Dd>,
@@ -47,7 +47,7 @@ pub(super) fn projection_error(count: usize, residual: f64, size: f64) -> f64 {
     if count >= MANY && size > 0.0 { f64::EPSILON * residual / size / (count as f64).sqrt() } else { 0.0 }
 }
 
-/// What a pass is made for, beside `Σ w r²` and `max |r|`.
+/// Results of a pass in addition to `Σ w r²` and `max |r|`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Wanted {
     Sums,

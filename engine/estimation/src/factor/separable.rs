@@ -161,7 +161,7 @@ impl Separable {
     }
 }
 
-/// What is kept of residuals beside `Σ r²` and `max |r|`.
+/// Results of residuals in addition to `Σ r²` and `max |r|`.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Output {
     Sums,
@@ -280,7 +280,7 @@ fn residuals<L: Lanes>(qu: &DMatrix<Dd>, qv: &DMatrix<Dd>, b: &[Dd], grid: &Grid
 }
 
 with_fma! {
-    /// What some rows of the grid add to `Q_uᵀ Z Q_v`.
+    /// Contribution of some rows of the grid to `Q_uᵀ Z Q_v`.
     fn contract_rows(qu: &DMatrix<Dd>, columns: &[Vec<Ddx4>], z: &[f64], rows: Range<usize>) -> Vec<Dd> {
         let (p, q, nv) = (qu.ncols(), columns.len(), z.len() / qu.nrows());
         let mut sum = vec![Dd::ZERO; p * q];

@@ -2,11 +2,11 @@
 //! after.
 //!
 //! A linear filter S turns `Y = X A + R` into `S Y = (S X) A + S R`. The fit is that of the model
-//! to the filtered heights at the nodes, hence with X; but whether the nodes can still tell the
-//! coefficients apart once S has smoothed away what told them apart is seen in `S X`, and that is
-//! what the paper warns of. So the figures after filtering are those of S X, S being all steps in
-//! order with their decisions (peaks, robustness weights) as taken on the heights; a removed node
-//! is a row less. X stands for the functions over the box of the nodes posted.
+//! to the filtered heights at the nodes, hence with X. Whether the smoothed nodes still separate
+//! the coefficients is seen in `S X`; the paper warns of this. So the results after filtering are
+//! those of S X, S being all steps in order with their decisions (peaks, robustness weights) as
+//! taken on the heights; a removed node is a row less. X holds the functions over the box of the
+//! posted nodes.
 //!
 //! S is applied to the well-conditioned working basis W, and the caller's columns follow from `S X
 //! = (S W) T`: an error of S W's triangular factor then is a *relative* one of every singular

@@ -8,8 +8,8 @@ use crate::{
     spec::{FitSpec, Include},
 };
 
-/// Fits `nodes`, and adds the fitted heights where `spec` asks for them; beside them the heights
-/// of the nodes where they have been `filtered`.
+/// Fits `nodes`, and adds the fitted heights if `spec` includes them, with the heights of the nodes
+/// if they have been `filtered`.
 pub(super) fn telling(
     nodes: &Nodes,
     spec: &FitSpec,

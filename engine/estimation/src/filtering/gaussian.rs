@@ -1,10 +1,10 @@
 //! Gaussian profile filters: linear (ISO 16610-21) and robust (ISO 16610-31).
 //!
-//! The weighting function is `s(x) = exp(−π (x/(γ λc))²)`. Of every node l that is there the weight
-//! for node k is `p = s(x_l − x_k) · cell_l · δ_l`, cell being the length of axis that the node
-//! stands for (so spacing may be unequal) and δ its robustness weight (1 in the linear filter). The
-//! filtered height is the value at x_k of the polynomial of order 0 or 2 that fits the heights best
-//! with weights p.
+//! The weighting function is `s(x) = exp(−π (x/(γ λc))²)`. Each present node l has for node k the
+//! weight `p = s(x_l − x_k) · cell_l · δ_l`, cell being the length of axis that belongs to the node
+//! (so spacing may be unequal) and δ its robustness weight (1 in the linear filter). The filtered
+//! height is the value at x_k of the polynomial of order 0 or 2 that fits the heights best with
+//! weights p.
 //!
 //! | | order | γ | a sine of wavelength λ keeps |
 //! |---|---|---|---|
@@ -60,7 +60,7 @@ pub(super) struct GaussianFilter {
     order: Order,
 }
 
-/// What the iteration of a robust filter ended with.
+/// Final state of the iteration of a robust filter.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Robust {
     /// δ of every posted node; 1 where it is missing.

@@ -21,7 +21,7 @@ use flankfit_numerics::{
 const MAD: f64 = 1.482_602_218_505_602;
 const MEAN: f64 = 1.253_314_137_315_500_3;
 
-/// A peak, and what would stand in its place.
+/// A peak, and the height that would replace it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Peak {
     /// The posted node.

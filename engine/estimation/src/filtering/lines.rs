@@ -12,8 +12,9 @@ use flankfit_numerics::cancel;
 pub(super) struct Lines {
     /// Positions, ascending; equal ones are repeated measurements.
     pub x: Vec<f64>,
-    /// What each place stands for: half the way to both neighbours, at the ends the whole way to
-    /// the only one, shared among repeated measurements. Equal spacing gives equal cells.
+    /// Length of axis that belongs to each place: half the way to both neighbours, at the ends the
+    /// whole way to the only one, shared among repeated measurements. Equal spacing gives equal
+    /// cells.
     pub cell: Vec<f64>,
     /// How many lines there are.
     pub count: usize,

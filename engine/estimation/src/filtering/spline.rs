@@ -1,7 +1,7 @@
 //! Spline profile filter (ISO 16610-22): linear, natural ends.
 //!
 //! The filtered heights w make `Σ cell_k (z_k − w_k)² + Σ κ_k h̄_k (w″_k)²` least, w″ being the
-//! second divided difference at an inner node and h̄ the mean of the two spacings beside it, with
+//! second divided difference at an inner node and h̄ the mean of its two adjacent spacings, with
 //!
 //! `κ = (h̄ / (2 sin(π h̄/λc)))⁴`.
 //!

@@ -243,7 +243,7 @@ fn rebuilt(nodes: &Nodes, z: Vec<f64>, before: &[bool], present: &[bool]) -> Nod
     nodes
 }
 
-/// What only the nodes can refuse.
+/// Checks of the filters that need the nodes.
 fn check(nodes: &Nodes, filters: &[Filter]) -> Result<(), Faults> {
     let mut faults = Faults::default();
     for (k, filter) in filters.iter().enumerate() {

@@ -230,7 +230,7 @@ fn missing_nodes_have_no_say_and_stay_missing() {
     }
 }
 
-/// A window is as large as it is asked for, but holds no more than the grid and takes no more room.
+/// A window has the requested size, but at most that of the grid, and takes no more memory.
 #[test]
 fn windows_beyond_the_grid_are_the_whole_grid() {
     let (u, v) = (axis(12, 1.0), axis(9, 1.0));

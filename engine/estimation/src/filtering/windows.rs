@@ -41,7 +41,7 @@ impl Numbers {
         Numbers { places, lanes: all }
     }
 
-    /// Of four lines, the places under a window.
+    /// Places under a window on four lines.
     pub(super) fn under(&self, group: usize, window: &Range<usize>) -> &[F64x4] {
         &self.lanes[group * self.places..][window.clone()]
     }
@@ -55,8 +55,8 @@ pub(super) struct Windows {
     kept: Option<Vec<Vec<f64>>>,
 }
 
-/// What a window says of its places: positions counted from its middle, weighting function times
-/// cell, and that times powers of the position.
+/// Weights of a window's places: positions counted from its middle, weighting function times cell,
+/// and that times powers of the position.
 pub(super) struct Window {
     pub t: Vec<f64>,
     pub s: Vec<f64>,
@@ -108,8 +108,8 @@ impl Windows {
 }
 
 impl Window {
-    /// By what the numbers of four lines under the window are multiplied, put into `row`. Answers
-    /// in which lanes the nodes determine the order well enough for that.
+    /// Puts the factors of the numbers of four lines under the window into `row`. Returns in which
+    /// lanes the nodes determine the order well enough.
     pub(super) fn rows(&self, order: Order, delta: &[F64x4], row: &mut [F64x4]) -> [bool; LANES] {
         let moments = moments(&self.powers, delta);
         let mut sound = [false; LANES];
@@ -125,7 +125,7 @@ impl Window {
     }
 }
 
-/// c₀, c₁, c₂ from the moments, where these tell them.
+/// Coefficients c₀, c₁, c₂ from the moments, if these determine them.
 fn polynomial(order: Order, s: [f64; 5]) -> Option<[f64; 3]> {
     let total = s[0];
     if !(total > LEAST_TOTAL) {

@@ -21,8 +21,8 @@ use crate::{
 };
 use flankfit_numerics::Dd;
 
-/// A robust estimate goes on as the least-squares problem that it solves, plain least squares
-/// beside it; `linear` and `frame` are of the posted nodes.
+/// Concludes a robust fit as the least-squares problem that it solves, with plain least squares
+/// next to it; `linear` and `frame` are of the posted nodes.
 pub(super) fn conclude_robust(
     linear: &LinearProblem,
     sample: &Sample,
@@ -54,9 +54,9 @@ pub(crate) fn report(linear: &LinearProblem, heights: &Heights, spec: &FitSpec) 
     conclude(linear, heights, spec, &frame, None)
 }
 
-/// What the heights have along the directions of the columns, and everything that follows: λ*,
-/// estimate, bounds. For a robust estimate `linear` holds the problem that it solves, `heights` are
-/// those of the posted nodes.
+/// Computes the coordinates of the heights along the directions of the columns, and everything that
+/// follows: λ*, estimate, bounds. For a robust estimate `linear` holds the problem that it solves,
+/// `heights` are those of the posted nodes.
 pub(super) fn conclude(
     linear: &LinearProblem,
     heights: &Heights,

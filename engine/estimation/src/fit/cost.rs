@@ -36,8 +36,8 @@ pub fn is_short(nodes: &Nodes, spec: &FitSpec) -> bool {
     columns <= MOST_COLUMNS && columns.saturating_mul(nodes.posted()) <= MOST_ENTRIES && is_usual(spec)
 }
 
-/// Least squares with the regularisations that are closed forms on the spectrum. Everything that is
-/// not named here has to stand at its default.
+/// Least squares with the regularisations that are closed forms on the spectrum. All members not
+/// named here must have their default.
 fn is_usual(spec: &FitSpec) -> bool {
     let usual = FitSpec {
         scaling: spec.scaling,

@@ -11,7 +11,7 @@ use flankfit_numerics::{
     words::{Shown, entries},
 };
 
-/// Messages for an estimator beside a model of the errors, and for earlier iterations.
+/// Messages for an estimator together with a model of the errors, and for earlier iterations.
 pub(super) const OWN_MODEL: &str = "a model of the errors is for least squares: this estimator has one of its own";
 pub(super) const CHAIN: &str = "earlier iterations are weighed with independent errors of one variance";
 
@@ -25,7 +25,7 @@ fn no_coordinate(nodes: &str) -> String {
     format!("{nodes} have no such coordinate, of which the variance could be a power: take groups or hc3")
 }
 
-/// What does not go together, or does not suit the nodes.
+/// Refuses combinations that exclude each other or do not suit the nodes.
 pub(super) fn check(nodes: &Nodes, spec: &FitSpec) -> Result<(), Faults> {
     let mut faults = Faults::default();
     if spec.estimator != Estimator::LeastSquares {
@@ -143,7 +143,7 @@ fn check_parameters(correlation: &Correlation, faults: &mut Faults) {
     }
 }
 
-/// The process with the parameters that were told.
+/// Returns the process if its parameters are given.
 pub(super) fn given(correlation: Correlation) -> Option<Process> {
     Some(match correlation {
         Correlation::Ar1 { rho } => Process::Ar1(rho?),
@@ -155,7 +155,7 @@ pub(super) fn given(correlation: Correlation) -> Option<Process> {
     })
 }
 
-/// What is to be searched; `None` where parameters were told.
+/// Returns the family to be searched; `None` if the parameters are given.
 pub(super) fn family(correlation: &Correlation, lines: &Lines) -> Option<Family> {
     match correlation {
         Correlation::Ar1 { rho: None } => Some(Family::Ar1),

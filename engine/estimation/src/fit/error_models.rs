@@ -44,8 +44,8 @@ const LEAST_FREEDOM: usize = 3;
 /// Pairs of neighbours that an estimate of their correlation takes at least, and nodes with two
 /// others before them on their line that a second parameter does.
 const LEAST_PAIRS: usize = 3;
-/// Logarithms of a coordinate that differ by no more are of one place: over them standard
-/// deviations of no power that is looked at differ by what residuals could tell.
+/// Logarithms of a coordinate that differ by at most this are of one place: standard deviations of
+/// any searched power then differ by less than residuals can show.
 const LEVEL: f64 = 1e-9;
 
 /// Messages for what residuals leave open.
@@ -57,7 +57,7 @@ pub(super) fn too_large(nodes: usize, coefficients: usize) -> String {
     format!("{nodes} nodes with {coefficients} coefficients are too much work for this model of the errors")
 }
 
-/// Residuals that tell no correlation.
+/// Error for residuals that determine no correlation.
 fn undetermined() -> Faults {
     let message = "the residuals determine no correlation: give its parameters, or take the errors as independent";
     Faults::one("errors", message)
@@ -115,7 +115,7 @@ fn fit_checked(nodes: &Nodes, sample: &Sample, spec: &FitSpec) -> Result<FitResu
         )
         .into());
     }
-    // what is told of the errors needs no residuals
+    // a given model of the errors needs no residuals
     let told = match &spec.errors {
         Some(errors) => given(errors.correlation).is_some(),
         None => matches!(spec.variance, Variance::Power { exponent: Some(_), .. }),
@@ -254,8 +254,8 @@ impl Plain<'_> {
         Ok(result)
     }
 
-    /// Whether the lines can tell what is searched for: one parameter by pairs of neighbours, a
-    /// second one by what lies further apart, or by neighbours at other distances.
+    /// Refuses lines that cannot determine the parameters: one parameter needs pairs of neighbours,
+    /// a second one nodes at greater distances, or neighbours at other distances.
     fn check_neighbours(&self, correlation: &Correlation, lines: &Lines) -> Result<(), Faults> {
         let lines_are_named = matches!(self.nodes, Nodes::Scattered(_) | Nodes::Matrix(_));
         let field = if lines_are_named { "errors.line" } else { "errors.along" };
@@ -377,7 +377,7 @@ impl Plain<'_> {
         let middle = libm::exp(places.iter().map(|x| libm::log(*x)).sum::<f64>() / places.len() as f64);
         let x: Vec<f64> = places.iter().map(|x| x / middle).collect();
         let logs: Vec<f64> = x.iter().map(|x| libm::log(*x)).collect();
-        // a power that is told is known, and a posterior has weights for known
+        // a given power is known, and a posterior takes weights as known
         let estimated = exponent.is_none() && self.spec.prior.is_none();
         let exponent = match exponent {
             Some(exponent) => exponent,
@@ -451,7 +451,7 @@ impl Plain<'_> {
     }
 }
 
-/// What of the weights was estimated, by counted node.
+/// Estimated part of the weights, by counted node.
 #[derive(Clone, Copy)]
 enum Estimated<'a> {
     /// The variances of groups: the place of each node's group among so many.

@@ -122,8 +122,8 @@ impl Solved<'_> {
     }
 }
 
-/// Digits with which a weight must stand for products up to `size` to be right to a tenth of
-/// `half`; at least four, at most what a double has.
+/// Digits that a weight needs for products up to `size` to be right to a tenth of `half`; at least
+/// four, at most those of a double.
 fn digits_of_weights(size: f64, half: f64) -> i32 {
     let digits = (10.0 * size / half).log10().ceil();
     if digits.is_finite() { (digits as i32 + 1).clamp(4, 17) } else { 4 }

@@ -15,7 +15,7 @@ use crate::{
 };
 use flankfit_numerics::{Dd, Real, cancel::Asking, dot, length, triangular};
 
-/// What linear forms of a fit's coefficients are found from.
+/// Parts of a fit from which linear forms of its coefficients are computed.
 pub(super) struct Forms<'a> {
     pub linear: &'a LinearProblem<'a>,
     pub columns: &'a ScaledColumns,
@@ -30,7 +30,7 @@ pub(super) struct Forms<'a> {
     pub further: Option<f64>,
     /// Whether bands are those of a posterior, also where its prior was let go.
     pub posterior: bool,
-    /// What intervals of a posterior are made of, where moves were estimated.
+    /// Parts of the intervals of a posterior, if moves were estimated.
     pub posterior_intervals: Option<&'a FormIntervals>,
     /// Standard errors of a robust estimate.
     pub robust: Option<&'a Spread>,
@@ -79,7 +79,7 @@ impl Forms<'_> {
         self.of_row(self.linear.design.row_at(place, along))
     }
 
-    /// What a row of a measurement matrix makes of the coefficients.
+    /// Estimates the height of a row of a measurement matrix.
     pub(super) fn at_row(&self, row: &[f64]) -> Estimated {
         self.of_row(self.linear.design.row_of(row))
     }
@@ -144,13 +144,13 @@ impl Forms<'_> {
         form.q.iter().zip(&self.linear.factor.qty).fold(Dd::ZERO, |sum, (&q, &b)| sum + b.mul_f64(q)).to_f64()
     }
 
-    /// What is known of the error of least squares of the form, where errors do not follow from σ
-    /// and R alone.
+    /// Distribution of the error of least squares of the form, if errors do not follow from σ and R
+    /// alone.
     pub(super) fn inferred(&self, form: &Form) -> Option<Inferred> {
         Some(self.errors?.inferred(&form.q, self.least_squares(form), self.noise.as_ref()?))
     }
 
-    /// What is known of the noise in the error of least squares of the form.
+    /// Noise in the error of least squares of the form.
     pub(super) fn noise_of(&self, form: &Form) -> Option<Noise> {
         let noise = self.noise.as_ref()?;
         Some(self.errors.filter(|_| !self.posterior).map_or(*noise, |errors| errors.noise_of(&form.q, noise)))
@@ -202,7 +202,7 @@ impl Forms<'_> {
         Some([(middle - low).min(estimated.value), (middle + high).max(estimated.value)])
     }
 
-    /// What is known of the error of a posterior. Decisions ask for the tails of
+    /// Distribution of the error of a posterior. Decisions use the tails of
     /// [`CONFORMANCE_PROBABILITY`]: an interval that misses by as much on both sides together
     /// misses by no more on either.
     pub(super) fn inferred_posterior(&self, estimated: &Estimated) -> Option<Inferred> {

@@ -15,8 +15,8 @@ use crate::{
 };
 
 impl Solved<'_> {
-    /// What is known of the noise: σ that was given, else σ̂. The dispersion of a robust estimate
-    /// is estimated whatever is known of σ.
+    /// Noise of the nodes: the given σ, else σ̂. The dispersion of a robust estimate is estimated
+    /// even if σ is given.
     pub(super) fn noise(&self, level: f64) -> Option<Noise> {
         match self.spec.noise_sigma.filter(|_| self.robust.is_none()) {
             Some(sigma) => Some(Noise::known(sigma, level)),

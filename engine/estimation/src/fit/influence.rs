@@ -1,9 +1,9 @@
 //! Leverages, studentised and deletion residuals, Cook's distance and DFFITS of every node.
 //!
-//! In Q's coordinates node i is the row qᵢ, `√Ω X A = Q b`; the estimate answers `ρ(q)ᵀb` for a row
-//! q ([`crate::regularized::LinearMap`]). So the matrix `H = X(XᵀX + K)⁻¹Xᵀ` has the
-//! entries `qᵢᵀρ(qⱼ)`, whatever the regularisation, and no inverse is formed. With the penalty K
-//! held, leaving node i out moves the fitted heights by `H eᵢ rᵢ/(1 − hᵢ)`, and `‖H eᵢ‖ = ‖ρ(qᵢ)‖`.
+//! In Q's coordinates node i is the row qᵢ, `√Ω X A = Q b`; the estimate of a row q is `ρ(q)ᵀb`
+//! ([`crate::regularized::LinearMap`]). So the matrix `H = X(XᵀX + K)⁻¹Xᵀ` has the entries
+//! `qᵢᵀρ(qⱼ)`, whatever the regularisation, and no inverse is formed. With the penalty K held,
+//! leaving node i out moves the fitted heights by `H eᵢ rᵢ/(1 − hᵢ)`, and `‖H eᵢ‖ = ‖ρ(qᵢ)‖`.
 //!
 //! References: Belsley, Kuh and Welsch (1980), chapter 2; Cook and Weisberg (1982); for penalised
 //! estimates Eubank and Gunst (Journal of the Royal Statistical Society B 48, 1986).
@@ -32,7 +32,7 @@ fn most(coefficients: usize) -> usize {
     (MOST_PRODUCTS / (coefficients * coefficients).max(1)).min(MOST_NODES)
 }
 
-/// What one node has in Q's coordinates.
+/// Coordinates and residuals of one node in Q's coordinates.
 struct Share {
     /// 1 less the leverage in plain least squares.
     left_plain: f64,
@@ -44,7 +44,7 @@ struct Share {
 }
 
 impl Solved<'_> {
-    /// What each node has a say in; `None` where it was not asked for or does not exist.
+    /// Influence of each node; `None` if it was not requested or does not exist.
     pub(super) fn influence(&self, applied: &Applied, warnings: &mut Vec<Warning>) -> Option<Influence> {
         if !self.spec.include.influence {
             return None;

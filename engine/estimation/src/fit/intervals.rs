@@ -8,14 +8,14 @@ use crate::{
 };
 use flankfit_numerics::cancel::Asking;
 
-/// What intervals are made of beside the coefficients themselves.
+/// Parts of the intervals other than the coefficients themselves.
 pub(super) struct Intervals<'a> {
     pub columns: &'a ScaledColumns,
     pub spectrum: &'a Spectrum,
     pub noise: Noise,
     /// r, where it was given before the nodes were seen.
     pub norm_limit: Option<f64>,
-    /// What Student's intervals are called: whether they are about the estimate itself.
+    /// Kind of Student's intervals: about the estimate itself or about least squares.
     pub unlimited: IntervalKind,
 }
 

@@ -8,9 +8,9 @@ use crate::{
 };
 
 impl Solved<'_> {
-    /// Beside r = ‖Â‖ of a regularised fit, by the linear expansion of the norm: `‖Â‖ + t σ̂ (Σ
-    /// aᵢ²/λᵢ)^½ / ‖Â‖` with t of one tail. In simulation it held in 0.86 of the draws at worst
-    /// where 0.95 is said (a law asks for 0.83), so it bounds nothing.
+    /// Upper limit of the norm next to r = ‖Â‖ of a regularised fit, by the linear expansion of the
+    /// norm: `‖Â‖ + t σ̂ (Σ aᵢ²/λᵢ)^½ / ‖Â‖` with t of one tail. In simulation it held in 0.86 of
+    /// the draws at worst for a stated 0.95 (a law requires 0.83), so it bounds nothing.
     pub(super) fn norm_limit(&self, applied: &mut Applied, warnings: &mut Vec<Warning>) {
         if self.spec.coefficient_norm_limit.is_some() && (self.robust.is_some() || self.errors.is_some()) {
             warnings.push(Warning::NormLimitUnused);

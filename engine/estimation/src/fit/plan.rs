@@ -3,7 +3,7 @@
 //! A gear is measured on one grid of nodes tooth after tooth, so the QR of the axes, the spectrum,
 //! the collinearity report and its sentences come out the same, bit for bit, while only heights
 //! change. A [`Plan`] holds them; [`Plans`] finds the plan of a grid again by comparing every
-//! number of it. Nothing in an answer tells whether a plan was found or made.
+//! number of it. A response does not depend on whether a plan was found or made.
 
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
@@ -24,7 +24,7 @@ const KEPT: usize = 32;
 const MOST_COEFFICIENTS: usize = 64;
 const MOST_POSITIONS: usize = 4_096;
 
-/// What positions and spec decide.
+/// Parts of a fit that positions and spec determine.
 pub(super) struct Plan {
     pub design: Design,
     axes: Arc<Axes>,

@@ -43,8 +43,7 @@ fn unsuited(nodes: &Nodes, spec: &FitSpec, uncertainty: NodeUncertainty) -> Opti
     }
 }
 
-/// The fit, where positions are off and it can be told what follows; `None` where they are taken
-/// as exact, by default.
+/// Fits nodes with uncertain positions; `None` if they are taken as exact, by default.
 pub(super) fn fit_positions(nodes: &Nodes, sample: &Sample, spec: &FitSpec) -> Result<Option<FitResult>, FitError> {
     let Some(uncertainty) = spec.node_uncertainty.filter(|uncertainty| uncertainty.position > 0.0) else {
         return Ok(None);
@@ -132,12 +131,12 @@ fn concluded(
     Ok(result)
 }
 
-/// How far from 1 the ratio of σ to what was told is worth a warning.
+/// Factor between σ and the given uncertainty from which on a warning is given.
 const FAR: f64 = 3.0;
 /// The probability that chance alone makes a ratio so far off.
 const CHANCE: f64 = 1e-3;
 
-/// The warning that the residuals do not bear out the uncertainties that were told.
+/// Warning that the residuals contradict the given uncertainties.
 fn contradiction(ratio: f64, freedom: usize) -> Option<Warning> {
     let count = freedom as f64;
     let above = chi_squared::upper_tail(count * ratio * ratio, count);

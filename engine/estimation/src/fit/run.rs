@@ -20,8 +20,8 @@ use crate::{
 };
 use flankfit_numerics::cancel::parts;
 
-/// Shares of the parts of a fit, roughly: nodes into R and QᵀY, an estimator that bounds the
-/// influence of nodes, and what is told of the estimate.
+/// Approximate shares of the parts of a fit: nodes into R and QᵀY, an estimator that bounds the
+/// influence of nodes, and the report.
 const FACTOR: usize = 4;
 const ESTIMATE: usize = 3;
 const REPORT: usize = 3;
@@ -74,8 +74,8 @@ pub(crate) fn fit_remembering(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> R
     })
 }
 
-/// Several heights over the same places with the same weights (the coordinates of a curve): bit for
-/// bit what [`fit`] answers for each, but the columns are analysed once.
+/// Fits several heights over the same places with the same weights (the coordinates of a curve):
+/// bit for bit the result of [`fit`] for each, but the columns are analysed once.
 pub(crate) fn fit_together(nodes: &[Nodes], spec: &FitSpec) -> Result<Vec<FitResult>, FitError> {
     let mut analysed: Option<(Design, Frame)> = None;
     let mut results = Vec::with_capacity(nodes.len());

@@ -25,7 +25,7 @@ const ROUNDING: f64 = 1e-10;
 /// From so many nodes on the projection moves c by less than its standard deviation.
 const MANY: usize = 5_000;
 
-/// What was found along one family of lines.
+/// Correlation along one family of lines.
 struct Found {
     c: f64,
     p: f64,

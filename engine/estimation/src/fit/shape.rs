@@ -27,8 +27,8 @@ use flankfit_numerics::{Dd, cancel::Asking, triangular};
 const MOST_GROWTH: f64 = 64.0;
 
 impl Solved<'_> {
-    /// The fitted polynomial as a curve or surface, where it was asked for. Models of B-splines
-    /// have their shape from the coefficients as they stand.
+    /// Returns the fitted polynomial as a curve or surface, if it was included. Models of B-splines
+    /// have their shape from the coefficients as they are.
     pub(super) fn shape(&self, applied: &Applied, warnings: &mut Vec<Warning>) -> Option<Shape> {
         if !self.spec.include.shape {
             return None;

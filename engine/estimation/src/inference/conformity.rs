@@ -2,14 +2,13 @@
 //!
 //! The true value is `value − bias − std_error · T` with |bias| at most `bias_bound` and T
 //! Student's. So the probability that it lies between two limits is between its values at the worst
-//! and at the best bias. That a part conforms is said only where it is 0.95 at least: the limits
-//! are drawn in by a guard band, and a part that lies at a limit is found to conform in one
-//! measurement of twenty at most, where the error is distributed as is said (0.02 to 0.071 in
-//! simulation, `tests/laws/gear_evaluation_intervals.rs`). Errors that are correlated, and not said
-//! to be, make it more. That it does not conform is said only of a value so far beyond a limit as a
-//! part within the limits is measured in one of twenty at most, however close the limits are: of
-//! one limit alone, where the true value lies beyond it with 0.95. What lies between cannot be
-//! told.
+//! and at the best bias. A part conforms only if the probability is at least 0.95: the limits are
+//! reduced by a guard band. A part at a limit is then found to conform in at most one measurement
+//! of twenty, if the error has the stated distribution (0.02 to 0.071 in simulation,
+//! `tests/laws/gear_evaluation_intervals.rs`); errors correlated without being declared so make it
+//! more. A part does not conform only if the value is so far outside a limit as that of a part
+//! within is measured in at most one of twenty, however close the limits are; for one limit alone
+//! the true value then lies outside with 0.95. In between there is no decision.
 
 use super::{noise::Noise, quantile::half_width};
 use flankfit_numerics::distribution::Student;
@@ -31,7 +30,7 @@ pub struct Inferred {
     pub student: Student,
 }
 
-/// What the uncertainty allows to say, at 0.95 whatever `level` is.
+/// Decision that the uncertainty allows, at 0.95 whatever `level` is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(
     feature = "contract",
@@ -56,7 +55,7 @@ pub struct Conformity {
     pub limits: [f64; 2],
     /// Least and greatest probability that the true value lies within; equal without a bias.
     pub probability: [f64; 2],
-    /// What follows from it.
+    /// Decision by these probabilities.
     pub decision: Decision,
 }
 

@@ -50,7 +50,7 @@ impl SimultaneousMethod {
     }
 }
 
-/// What unit vectors run over.
+/// Size of the path or sheet that the unit vectors run over.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tube {
     /// Length of the path, or half that of the sheet's edge.

@@ -52,10 +52,10 @@ pub struct Step {
 pub enum Stop {
     /// No point is further away than the tolerance.
     Tolerance,
-    /// There are as many control points as allowed.
+    /// The greatest number of control points is reached.
     MostControls,
-    /// No span that misses has room for a knot: too few parameters there, or with one the curve
-    /// swings out between the points.
+    /// No span that misses the tolerance can take a knot: it has too few parameters, or with a knot
+    /// the curve oscillates between the points.
     NoRoom,
     /// As many rounds as allowed.
     MostSteps,
@@ -93,7 +93,7 @@ pub(super) fn place(trial: &Trial, asked: &Adaptive, domain: [f64; 2]) -> Result
         cancel::checkpoint();
         let fitted = match (trial.fit(Knots::Curve(basis.knots().to_vec())), &best) {
             (Ok(fitted), _) => fitted,
-            // knots that cannot be fitted are no room for knots
+            // knots that cannot be fitted cannot be taken
             (Err(_), Some(_)) => {
                 stop = Stop::NoRoom;
                 break;
@@ -136,8 +136,8 @@ pub(super) fn place(trial: &Trial, asked: &Adaptive, domain: [f64; 2]) -> Result
     }
 }
 
-/// One more knot in every span that misses, or next to it, while there are fewer control points
-/// than `room`; `None` where none can have one.
+/// Adds a knot in every span that misses the tolerance, or next to it, up to `room` control points;
+/// `None` if none can take one.
 fn refined(
     trial: &Trial,
     asked: &Adaptive,
@@ -168,8 +168,8 @@ fn refined(
         if current.size() >= asked.most_controls.min(room) {
             break;
         }
-        // a span that has no room itself gains from a knot in one that shares functions with it:
-        // the nearest, and then the wider one
+        // a span that can take no knot itself gains from a knot in one that shares functions with
+        // it: the nearest, and then the wider one
         let width = |s: usize| breaks[s + 1] - breaks[s];
         let reach = basis.degree().max(1);
         let mut beside: Vec<usize> = (span.saturating_sub(reach)..spans.len().min(span + reach + 1)).collect();
@@ -194,8 +194,8 @@ fn refined(
     (current.size() > basis.size()).then_some(current)
 }
 
-/// One more knot in the span between `ends`, whose points have these errors; `None` where there is
-/// no room.
+/// Adds a knot in the span between `ends`, whose points have these errors; `None` if it can take
+/// none.
 fn divide(
     current: &BSplineBasis,
     ends: [f64; 2],

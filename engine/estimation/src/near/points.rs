@@ -8,7 +8,7 @@ use flankfit_numerics::check::{Fault, Faults, rest_of};
 pub struct CurvePoints<'a> {
     /// y alone, or x and y, or x, y and z.
     pub coordinates: &'a [Vec<f64>],
-    /// Where on the curve each point belongs.
+    /// Parameter of each point on the curve.
     pub parameters: Parameters<'a>,
     /// Ω of least squares; 0 leaves a point out.
     pub weight: Option<&'a [f64]>,
@@ -38,7 +38,7 @@ pub(super) fn place(points: &CurvePoints, k: usize, c: usize) -> String {
     }
 }
 
-/// Path to what tells the parameters.
+/// Path of the field that gives the parameters.
 fn parameters(points: &CurvePoints) -> &'static str {
     match (points.coordinates.len(), points.parameters) {
         (1, _) => "points.x",

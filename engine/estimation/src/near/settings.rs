@@ -6,7 +6,7 @@ use crate::spec::FitSpec;
 pub(crate) const POSITIONS_EXACT: &str = "streams and shapes near points take positions as exact";
 pub(super) const WHITE_ONLY: &str = "shapes near points are fitted with independent errors of one variance";
 
-/// Where knots come from.
+/// Source of the knots.
 #[derive(Clone, Debug, PartialEq)]
 pub enum KnotPlacement {
     /// A full knot vector.
@@ -22,12 +22,12 @@ pub enum KnotPlacement {
     Adaptive(Adaptive),
 }
 
-/// What is fitted.
+/// Settings of a curve fit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CurveSettings {
     /// Degree of the B-splines.
     pub degree: usize,
-    /// Where the knots come from.
+    /// Source of the knots.
     pub knots: KnotPlacement,
     /// Weights of NURBS, one per control point; not with adaptive knots, whose number is not known.
     pub weights: Option<Vec<f64>>,

@@ -1,8 +1,8 @@
 //! From a fit to the curve or surface that it is.
 //!
 //! Coefficients of a fit are reported in the caller's functions whatever the scaling was, so those
-//! of B-splines are the control points of a graph y(x) or z(u, v) as they stand. A polynomial has
-//! its shape from the fit itself, which knows more digits than its coefficients hold.
+//! of B-splines are the control points of a graph y(x) or z(u, v). A polynomial has its shape from
+//! the fit itself, which knows more digits than its coefficients hold.
 
 use crate::{
     design::{Axis, Basis, product_on},
@@ -15,9 +15,8 @@ use flankfit_geometry::{
     surface::{BSplineSurface, SurfaceShape},
 };
 
-/// The graph that `result`, a fit of `spec`, stands for: always for B-splines, for polynomials
-/// where it was included; `None` for measurement matrices, and for degrees beyond those that
-/// curves and surfaces have.
+/// Returns the graph of `result`, a fit of `spec`: always for B-splines, for polynomials if it was
+/// included; `None` for measurement matrices, and for degrees above those of curves and surfaces.
 ///
 /// ```
 /// use flankfit_estimation::{

@@ -1,8 +1,8 @@
 //! Tensor B-spline surfaces near many scattered points: z(u, v), or (x, y, z) over (u, v) with one
 //! matrix for all coordinates.
 //!
-//! Other fits analyse the whole spectrum; here, with thousands of coefficients, the answer has what
-//! a banded factorisation tells: coefficients to the same digits, residuals, σ̂, the condition of
+//! Other fits analyse the whole spectrum; here, with thousands of coefficients, the result has what
+//! a banded factorisation gives: coefficients to the same digits, residuals, σ̂, the condition of
 //! the Fisher information matrix on columns of unit length, standard errors, and the number of
 //! nodes in every cell. Regularisation is none, ridge (`k‖Â‖²` in columns of unit length, or in the
 //! caller's with scaling `none`) or Tikhonov with the penalty of other fits; λ may be given or

@@ -19,7 +19,7 @@ use flankfit_numerics::{cancel, check::Faults};
 /// Operations up to which standard errors of a penalised surface are computed (n solves).
 const MOST_OPERATIONS: f64 = 2e10;
 
-/// What is answered only when asked for.
+/// Parts of the response that are included only on request.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SurfaceInclude {
     /// Standard errors of the control values.
@@ -56,7 +56,7 @@ pub struct SurfaceFit {
     pub corrections: usize,
     /// Norm of the last correction over that of the coefficients.
     pub last_correction: f64,
-    /// What a reader must know of this fit.
+    /// Warnings about this fit.
     pub warnings: Vec<Warning>,
 }
 

@@ -13,7 +13,7 @@ pub const WILD: f64 = 1.0;
 /// Places between two neighbouring parameters that are looked at.
 const LOOKS: usize = 4;
 
-/// What swings are measured by.
+/// Measure of oscillations between points.
 pub(super) struct Swing<'a> {
     /// Distinct parameters of counted points, ascending.
     parameters: &'a [f64],
@@ -22,7 +22,8 @@ pub(super) struct Swing<'a> {
 }
 
 impl<'a> Swing<'a> {
-    /// Of points with `parameters`, distinct and ascending; points of weight 0 do not count.
+    /// Makes it from points with `parameters`, distinct and ascending; points of weight 0 do not
+    /// count.
     pub(super) fn of(points: &CurvePoints, parameters: &'a [f64]) -> Self {
         let range = |values: &Vec<f64>| {
             let counted = values.iter().enumerate().filter(|(k, _)| points.counts(*k)).map(|(_, value)| *value);

@@ -15,7 +15,7 @@ pub(super) struct Link {
     pub shift: DVector<f64>,
 }
 
-/// What the chain says if its moves spread in one way.
+/// Result of the chain for one size of its moves.
 pub(super) struct Branch {
     /// Logarithm of the likelihood of the jumps before the last.
     pub ln_earlier: f64,
@@ -56,7 +56,7 @@ impl Branch {
     }
 }
 
-/// What is known before the last move.
+/// State of knowledge before the last move.
 struct Before<'a> {
     known: Information,
     shift: &'a DVector<f64>,
@@ -116,7 +116,7 @@ pub(super) fn ln_sum(logarithms: impl Iterator<Item = f64> + Clone) -> f64 {
     most + logarithms.map(|l| (l - most).exp()).sum::<f64>().ln()
 }
 
-/// Where weights that add up to 1 have reached one half.
+/// Index at which weights that add up to 1 reach one half.
 pub(super) fn median(weights: impl Iterator<Item = f64>) -> usize {
     let mut sum = 0.0;
     let reached = weights.map(|weight| {

@@ -1,9 +1,9 @@
 //! Intervals of single forms of the coefficients that hold whatever the flank did, for a known σ
 //! (docs/explanation/prior.md).
 //!
-//! Before least squares y of a form is seen, the earlier iterations and what the nodes of now tell
-//! of all that lies at right angles to it predict the form, by a mixture of normal distributions:
-//! with the share [`OWN`] the form moves by a size of its own, told by its own estimates, else by
+//! Before least squares y of a form is seen, the form is predicted from the earlier iterations and
+//! from the part of the present nodes orthogonal to it, by a mixture of normal distributions. With
+//! the share [`OWN`] the form moves by a size of its own, estimated from its own values, else by
 //! that of all; with the share [`ALONE`] it stepped by itself in the last move, and with [`WHOLE`]
 //! the flank did. Let δ(y) be the mean of the form given y; it grows with y, so every value θ is
 //! δ(c) of one c. The interval holds all θ with
@@ -26,15 +26,15 @@ use flankfit_numerics::{distribution::Student, length, root::root};
 
 /// The probability beforehand that a form moves by a size of its own.
 const OWN: f64 = 0.9;
-/// What it counts beforehand beside the rest that the form stepped in the last move, by itself and
-/// with the flank, over all sizes of [`steps`].
+/// Prior shares of a step in the last move, of the form alone and of the flank, over all sizes of
+/// [`steps`].
 const ALONE: f64 = 0.15;
 const WHOLE: f64 = 0.15;
 /// Sizes of steps by itself beyond [`steps`], after which next to nothing is drawn back; each
 /// counts as one of these does. They matter only where nothing else is likely.
 const FAR: [f64; 3] = [1e6, 1e9, 1e12];
-/// What size 0 counts as beside the others, which count as their own size: what seems to stand
-/// still may only have moved too little to be told.
+/// Weight of size 0, where the others have their own size as weight: coefficients that seem
+/// constant may only have moved too little to be noticed.
 const LEAST: f64 = 0.01;
 /// Shares of the whole below which a part is left out.
 const NOTHING: f64 = 1e-6;
@@ -43,17 +43,18 @@ const NOTHING: f64 = 1e-6;
 const FARTHEST: f64 = 8.0;
 const APART: u32 = 32;
 
-/// What every form is found from, in units of σ from least squares of the nodes of now.
+/// Predictions from which every form is computed, in units of σ from least squares of the present
+/// nodes.
 pub(crate) struct FormIntervals {
     /// σ, of all iterations together.
     sigma: f64,
     sizes: Vec<f64>,
     /// The logarithm of what each size counts beforehand and by the jumps before the last.
     ln_of_all: Vec<f64>,
-    /// What is predicted with each size, and with a step of the flank of each size.
+    /// Predictions for each size of moves, and for a step of the flank of each size.
     moved: Vec<Outlook>,
     stepped: Vec<Outlook>,
-    /// What each earlier iteration says by itself, with its move to the next; none where one of
+    /// Information of each earlier iteration by itself, with its move to the next; empty if one of
     /// them does not determine every coefficient.
     earlier: Vec<(Known, DVector<f64>)>,
 }
@@ -64,7 +65,7 @@ struct Known {
     root: DMatrix<f64>,
 }
 
-/// What a branch predicts.
+/// Prediction of a branch.
 struct Outlook {
     /// With the nodes of now.
     posterior: Known,
@@ -111,7 +112,7 @@ impl FormIntervals {
         ends.map(|end| length * end)
     }
 
-    /// What is known of a form of length 1 before its own least squares.
+    /// Prediction of a form of length 1 before its own least squares.
     fn prediction(&self, unit: &[f64]) -> Prediction {
         let (parts, ln_beside): (Vec<Moments>, Vec<f64>) = self.moved.iter().map(|one| one.beside(unit)).unzip();
         let ln_of_all: Vec<f64> = self.ln_of_all.iter().zip(&ln_beside).map(|(ln, beside)| ln + beside).collect();
@@ -141,9 +142,8 @@ impl FormIntervals {
         1.0 / (1.0 + (1.0 - OWN) / OWN * (-odds).exp())
     }
 
-    /// What the form's own estimates predict with each size of its moves, and the logarithms of
-    /// what each counts by them: a Kalman filter of one number. `None` where an iteration does not
-    /// determine it.
+    /// Predictions of the form's own estimates for each size of its moves, and the logarithms of
+    /// their weights: a Kalman filter of one number. `None` if an iteration does not determine it.
     fn by_itself(&self, unit: &[f64]) -> Option<(Vec<Moments>, Vec<f64>)> {
         let estimates: Vec<(Moments, f64)> =
             self.earlier.iter().map(|(known, shift)| (known.of(unit), dot(shift, unit))).collect();
@@ -253,8 +253,8 @@ impl Outlook {
         Outlook { posterior, ln: branch.ln_all - branch.ln_earlier }
     }
 
-    /// What the form of length 1 is by all but its own least squares, and the logarithm of how
-    /// likely what lies at right angles to it is. With its posterior mean p and variance v they
+    /// Moments of the form of length 1 by all but its own least squares, and the logarithm of the
+    /// likelihood of the part orthogonal to it. With its posterior mean p and variance v they
     /// follow from how least squares, 0 with variance 1, was combined with them.
     fn beside(&self, unit: &[f64]) -> (Moments, f64) {
         /// Rounding error of 1 − v, relative to v.

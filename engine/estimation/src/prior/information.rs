@@ -29,7 +29,7 @@ impl Information {
         self.d.len()
     }
 
-    /// What is known after a move, and `ln |det W|`, W being what is known of w. With w for δ, the
+    /// Information after a move, and `ln |det W|`, W being the information on w. With w for δ, the
     /// rows are `w = 0` and `R(δ' − shift − B w) = d`; w is eliminated.
     pub(super) fn moved(&self, shift: &DVector<f64>, spread: &Spread) -> (Self, f64) {
         let n = self.size();

@@ -17,7 +17,7 @@ pub(crate) struct Mixture {
     pub mean: DVector<f64>,
     /// C with covariance `CᵀC`, upper triangular.
     pub root: DMatrix<f64>,
-    /// What of the heights of now arrives in the mean.
+    /// Share of the present heights in the mean.
     pub gain: DMatrix<f64>,
     /// The mean of the prior.
     pub prior_mean: DVector<f64>,

@@ -10,8 +10,8 @@
 //! The move of the flank is unknown: the posterior is the mixture over q with the likelihood as
 //! weights, reported by its mean and covariance. A flank that moved little for long may have moved
 //! once since (a new tool, another clamping), of which the moves before say nothing: with the share
-//! [`STEP`] the last move is a step of any size beside. A prior that the nodes contradict is let
-//! go.
+//! [`STEP`] the last move is a step of any size in addition. A prior that the nodes contradict is
+//! dropped.
 
 mod chain;
 mod conflict;
@@ -49,7 +49,7 @@ pub(crate) use self::{
     mixture::Mixture,
 };
 
-/// Iterations before the one of now, from which on the size of moves can be told before the last.
+/// Number of earlier iterations from which on the size of moves is known before the last.
 const JUDGED_FROM: usize = 2;
 
 /// Earlier iterations times the cube of the coefficients: some seconds of work.
@@ -58,7 +58,7 @@ const MOST_WORK: usize = 20_000_000;
 /// The probability beforehand that the last move was a step.
 const STEP: f64 = 0.2;
 
-/// What a prior came to.
+/// Result of applying a prior.
 pub(crate) struct Outcome {
     pub noise: PooledNoise,
     pub conflict: Option<PriorConflict>,
@@ -66,7 +66,7 @@ pub(crate) struct Outcome {
     pub ratio: Option<f64>,
     /// `None` where the prior was let go.
     pub posterior: Option<Mixture>,
-    /// What intervals are made of, where moves were estimated.
+    /// Parts of the intervals, if moves were estimated.
     pub intervals: Option<Arc<FormIntervals>>,
     /// Present where σ of now and before are not the same.
     pub unequal: Option<UnequalNoise>,
@@ -234,15 +234,15 @@ pub(crate) fn weigh(current: &Current, prior: &Prior) -> Result<Option<Outcome>,
     Ok(Some(Outcome { noise, conflict, ratio, posterior, intervals, unequal }))
 }
 
-/// Branches with a step in the last move, from the middle one of the sizes that the moves before
-/// tell.
+/// Branches with a step in the last move, starting from the median of the sizes that the earlier
+/// moves support.
 fn stepped(links: &[Link], branches: &[Branch], sizes: &[f64], now: &Information) -> Vec<Branch> {
     let earlier = || branches.iter().map(|branch| branch.ln_earlier);
     let middle = sizes[median(weights(earlier()).into_iter())];
     Branch::steps(links, now, middle, ln_sum(earlier()))
 }
 
-/// What a prior says beside these nodes is beyond doubles.
+/// Error for a prior whose effect next to these nodes exceeds doubles.
 pub(crate) fn beyond_double(prior: &Prior) -> FitError {
     let path = match prior {
         Prior::Given { spread: PriorSpread::StdError(_), .. } => "prior.std_error",

@@ -7,7 +7,7 @@ use super::{
 use crate::result::UnequalNoise;
 use flankfit_numerics::{check::Faults, distribution::fisher};
 
-/// The probability below which two σ are told from one another.
+/// Probability below which two σ count as different.
 const IMPROBABLE: f64 = 1e-3;
 
 /// σ that was given, or that of all residuals together.

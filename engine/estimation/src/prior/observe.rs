@@ -17,7 +17,7 @@ use flankfit_numerics::{Dd, check::Faults, qr_with_rhs, triangular};
 /// A covariance matrix that is none.
 pub(super) const NOT_POSITIVE: &str = "the covariance matrix is not positive definite: no coefficients have it";
 
-/// What the nodes of an iteration say: rows along the columns of now, in the unit of the heights.
+/// Information of an iteration's nodes: rows along the present columns, in the unit of the heights.
 pub(super) struct Observed {
     rows: DMatrix<Dd>,
     /// The heights less those of least squares now.

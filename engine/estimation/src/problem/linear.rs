@@ -20,7 +20,7 @@ pub(crate) struct Residuals {
     pub values: Option<Vec<f64>>,
 }
 
-/// Where coefficients stand in Q's coordinates and in the working basis.
+/// Coefficients in Q's coordinates and in the working basis.
 pub(crate) struct LinearProblem<'a> {
     pub design: &'a Design,
     pub factor: &'a Factor,
@@ -71,7 +71,7 @@ impl LinearProblem<'_> {
         }
     }
 
-    /// `‖√Ω(z − Wc)‖² = ‖Qᵀ√Ωz − Rc‖² + rss`: all that can be told without the nodes.
+    /// Residuals without the nodes: `‖√Ω(z − Wc)‖² = ‖Qᵀ√Ωz − Rc‖² + rss`.
     fn of_sums(&self, summary: &SummaryStatistics, image: &[Dd]) -> Residuals {
         let moved = self.factor.qty.iter().zip(image).fold(Dd::ZERO, |sum, (&b, &x)| sum + (b - x) * (b - x));
         Residuals { rss: (summary.rss + moved).to_f64(), max_abs: None, values: None }

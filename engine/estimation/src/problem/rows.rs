@@ -13,7 +13,7 @@ use flankfit_numerics::{Dd, Real, dot, triangular};
 /// Up to so many products, and from this condition of R on, rows are solved for in double-double.
 const CHEAP: usize = 200_000;
 const ILL_CONDITIONED: f64 = 1e4;
-/// Rows that have less than this beside their leverage are solved for again in double-double.
+/// Remainder next to their leverage below which rows are solved again in double-double.
 const CLOSE: f64 = 1e-3;
 
 /// Rows of Q.

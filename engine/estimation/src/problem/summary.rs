@@ -7,7 +7,7 @@ use flankfit_numerics::Dd;
 pub(crate) struct SummaryStatistics {
     /// Counted nodes.
     pub count: usize,
-    /// What the columns cannot reach: `Σ w r²` of the least-squares residuals.
+    /// `Σ w r²` of the least-squares residuals, the part that the columns cannot reach.
     pub rss: Dd,
     /// Whether some height may be the rounding of a decimal fraction.
     pub rounded_heights: bool,

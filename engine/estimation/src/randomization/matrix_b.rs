@@ -7,7 +7,7 @@
 //! vary; noise of level k on every such column has level k by the same definition.
 //!
 //! The level rises with λ*, so that every k up to that of λ* = λₙ belongs to one λ*: B of level k
-//! stands beside a random change of level k.
+//! is compared with a random change of level k.
 
 use super::references::Base;
 use crate::selection::Rule;

@@ -9,7 +9,7 @@ use crate::{
 };
 use flankfit_numerics::{Dd, Real, Rows};
 
-/// What nodes and a model give to a study.
+/// Parts of a study given by nodes and a model.
 ///
 /// ```
 /// use flankfit_estimation::{

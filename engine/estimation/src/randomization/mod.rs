@@ -1,13 +1,13 @@
-//! The randomisation study (6.3, Figs. 4 and 5): what random changes of the measurement matrix do
-//! to an estimate, beside what regularisation does.
+//! Randomisation study (6.3, Figs. 4 and 5): effect of random changes of the measurement matrix on
+//! an estimate, compared with that of regularisation.
 //!
 //! A known `A` gives heights `y = X A + e`, e normal with deviation σ. In every repetition X is
 //! randomised in space, `X̃ = X + k · (deviation of the column) · (standard normal)` for each level
 //! `k = σ_noise/σ_signal`, and `Â_R` is the least-squares estimate of `y` on `X̃`. A constant
 //! column has no deviation and stays as it is. Reported are medians and quartiles of cond(X̃ᵀX̃),
-//! log₁₀ det(X̃ᵀX̃), ‖A − Â_R‖² and the residual sums; beside them, from the same heights, least
-//! squares, both spectral schemes and ridge with every criterion that has an answer. The
-//! regularising matrix B, read as noise on the columns (`matrix_b`), stands beside the levels.
+//! log₁₀ det(X̃ᵀX̃), ‖A − Â_R‖² and the residual sums. From the same heights follow least squares,
+//! both spectral schemes and ridge with every criterion that has a result. The regularising matrix
+//! B, read as noise on the columns (`matrix_b`), is reported for each level.
 //!
 //! The outcome depends on where A lies relative to the eigenvector V₁ of the smallest eigenvalue,
 //! because every one of these methods shrinks what lies along it: [`StudyResult::along_smallest`]
@@ -91,7 +91,7 @@ pub fn repetitions(study: &Study, which: Range<usize>) -> Result<Vec<Outcome>, F
     draw(study, &Base::new(study)?, which)
 }
 
-/// What [`run`] finds, to the bit, from all repetitions in order, wherever they were computed. Each
+/// Result of [`run`], to the bit, from all repetitions in order, wherever they were computed. Each
 /// must be of this study ([`Study::takes`]).
 ///
 /// ```

@@ -1,6 +1,6 @@
 //! Result of one repetition.
 
-/// What one repetition found.
+/// Result of one repetition.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outcome {
     /// One entry for each level, in the order given.

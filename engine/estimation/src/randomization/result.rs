@@ -20,11 +20,11 @@ pub struct StudyResult {
     pub coefficient_norm_squared: f64,
     /// One entry for each level, in the order given.
     pub levels: Vec<LevelResult>,
-    /// What the estimates of least squares and of each regularisation come to on the same heights.
+    /// Results of least squares and of each regularisation on the same heights.
     pub references: References,
     /// The level of least median error; `None` where no level has one, and without noise.
     pub optimum: Option<Optimum>,
-    /// What a reader must know of this study.
+    /// Warnings about this study.
     pub warnings: Vec<Warning>,
 }
 
@@ -52,7 +52,7 @@ impl Summary {
     }
 }
 
-/// What one way of estimating comes to.
+/// Results of one way of estimating.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Figures {
     /// Condition of the (randomised, regularised) Fisher information matrix.
@@ -70,7 +70,7 @@ pub struct Figures {
 pub struct LevelResult {
     /// k.
     pub level: f64,
-    /// What the least-squares estimates on the randomised matrices come to.
+    /// Results of the least-squares estimates on the randomised matrices.
     pub figures: Figures,
     /// ‖y − X̃ Â_R‖², what the randomised fit itself sees.
     pub fitted_rss: Option<Summary>,
@@ -78,13 +78,13 @@ pub struct LevelResult {
     pub matrix_b: Option<LevelOfB>,
 }
 
-/// What the regularising matrix of one level comes to (first order, as many eigenvalues as lie
-/// beyond the usual condition limit).
+/// Results of the regularising matrix of one level (first order, as many eigenvalues as lie beyond
+/// the usual condition limit).
 #[derive(Clone, Debug, PartialEq)]
 pub struct LevelOfB {
     /// λ* at which σ_B/σ_X is the level.
     pub lambda_star: f64,
-    /// What its estimates come to.
+    /// Results of its estimates.
     pub figures: Figures,
 }
 
@@ -102,9 +102,9 @@ pub struct ReferenceChoice {
     pub criterion: Criterion,
     /// λ* of the spectral schemes, k of ridge; `None` where nothing was regularised.
     pub lambda_star: Option<Summary>,
-    /// σ_B/σ_X of the spectral schemes: the size of B beside the columns that it is added to.
+    /// σ_B/σ_X of the spectral schemes: the size of B relative to the columns that it is added to.
     pub noise_to_signal: Option<Summary>,
-    /// What its estimates come to.
+    /// Results of its estimates.
     pub figures: Figures,
 }
 
@@ -130,8 +130,7 @@ pub struct References {
     pub ridge: Reference,
 }
 
-/// One level beside least squares, by medians: each figure of least squares over that of the level,
-/// and for the residuals the other way round.
+/// Medians of least squares over those of one level, and for the residuals the other way round.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LevelRatios {
     /// k.

@@ -25,7 +25,7 @@ pub enum ColumnScaling {
     UnitLength,
 }
 
-/// What was asked for.
+/// Setup of a study.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Setup {
     /// Rows of X.

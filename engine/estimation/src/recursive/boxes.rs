@@ -1,9 +1,9 @@
-//! Boxes with room around the nodes seen so far.
+//! Boxes with a margin around the nodes seen so far.
 
 use crate::design::power_of_two;
 
-/// A box around `[low, high]` with some room whose half-width is a power of 2 and whose centre is a
-/// multiple of an eighth of it, so that mapping it to [-1, 1] is exact.
+/// Returns a box around `[low, high]` with some margin whose half-width is a power of 2 and whose
+/// centre is a multiple of an eighth of it, so that mapping it to [-1, 1] is exact.
 pub(super) fn roomy([low, high]: [f64; 2]) -> [f64; 2] {
     /// Half-width around a lone 0.
     const LONE: f64 = 1.0 / 1_048_576.0;

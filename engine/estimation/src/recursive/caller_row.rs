@@ -13,7 +13,7 @@ pub(super) struct CallerRow {
 }
 
 impl CallerRow {
-    /// Room for the functions of `design`.
+    /// Allocates the functions of `design`.
     pub(super) fn new(design: &Design) -> Self {
         let zeros = |axis: &Axis| [vec![0.0; axis.size()], vec![0.0; axis.size()]];
         match &design.basis {

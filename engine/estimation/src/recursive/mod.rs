@@ -92,13 +92,12 @@ impl Recursive {
         Ok(Recursive { spec: spec.clone(), forgetting, sums: None })
     }
 
-    /// Which kinds of nodes an estimate of `spec` takes, as far as that can be told before the
-    /// first.
+    /// Kinds of nodes that an estimate of `spec` takes, as far as that is known before the first.
     pub fn takes(spec: &FitSpec) -> Taken {
         opening::taken(spec)
     }
 
-    /// What is fitted.
+    /// Specification of the fit.
     pub fn spec(&self) -> &FitSpec {
         &self.spec
     }
@@ -179,8 +178,8 @@ impl Recursive {
         Ok(Some(result))
     }
 
-    /// Everything that [`Recursive::restore`] needs beside spec and forgetting factor; `None`
-    /// before the first block.
+    /// Everything that [`Recursive::restore`] needs in addition to spec and forgetting factor;
+    /// `None` before the first block.
     pub fn state(&self) -> Option<State> {
         self.sums.as_ref().map(Sums::state)
     }

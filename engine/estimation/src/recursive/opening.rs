@@ -100,7 +100,7 @@ pub(super) fn begin(nodes: &Nodes, sample: &Sample, spec: &FitSpec) -> Result<(F
     Ok((form, design, boxes))
 }
 
-/// Whether the spec is of a surface, where that can be told.
+/// True if the spec is of a surface, false if of a curve; `None` if it may be either.
 fn is_surface(spec: &FitSpec) -> Option<bool> {
     let domain = spec.domain.unwrap_or_default();
     match &spec.model {
@@ -166,14 +166,14 @@ fn check_domain(spec: &FitSpec, faults: &mut Faults) {
     }
 }
 
-/// What a fit of this design would refuse whatever the heights are.
+/// Checks of a fit of this design that do not depend on the heights.
 fn check_fit(design: &Design, spec: &FitSpec) -> Result<(), Faults> {
     check_admissible(design, spec)?;
     check_predictions(design, spec)
 }
 
-/// Degrees, knots, limits, and a regularisation for so many coefficients. Where the first block is
-/// to tell a curve from a surface, one of them must be possible.
+/// Checks degrees, knots, limits, and a regularisation for so many coefficients. If the first block
+/// decides between a curve and a surface, one of them must be possible.
 fn check_model(spec: &FitSpec) -> Result<(), Faults> {
     // the boxes only have to be some
     let domain = spec.domain.unwrap_or_default();
@@ -197,8 +197,8 @@ fn check_model(spec: &FitSpec) -> Result<(), Faults> {
     }
 }
 
-/// Faults of the stream's own model, met when its first block tells what the nodes are: at the
-/// `place` that told it.
+/// Errors of the stream's own model, found when its first block shows the kind of its nodes; they
+/// are reported at the `place` of that block.
 pub(super) fn met_at<T>(result: Result<T, Faults>, place: &str) -> Result<T, Faults> {
     let told = |Fault { path, message }: Fault| {
         // as the request was sent under

@@ -15,7 +15,7 @@ use crate::{
 use flankfit_numerics::{Dd, Real, check::Faults, triangular};
 
 impl Sums {
-    /// The design with what only the nodes could tell.
+    /// Returns the design completed by properties of the nodes.
     pub(super) fn caller_design(&self, spec: &FitSpec) -> Design {
         match &self.form {
             Form::Matrix { names, .. } => {

@@ -10,12 +10,12 @@ use crate::{
 };
 use flankfit_numerics::{Dd, Triangle, cancel::Asking};
 
-/// What is kept of the nodes.
+/// Sums that are kept of the nodes.
 #[derive(Clone)]
 pub(super) struct Sums {
     pub form: Form,
     pub design: Design,
-    /// Where the working functions live.
+    /// Domain of the working functions.
     pub boxes: Boxes,
     pub triangle: Triangle<Dd>,
     /// `Σ w W`, by column.
@@ -99,7 +99,7 @@ impl Sums {
         self.summary.rss = self.triangle.rss();
     }
 
-    /// What the estimate of correct digits and the report want to know of a node.
+    /// Updates the quantities that the estimate of correct digits and the report need of each node.
     fn look_at(&mut self, sample: &Sample, k: usize, root: f64) {
         let summary = &mut self.summary;
         summary.count += 1;

@@ -65,7 +65,7 @@ fn check_target(target: &[f64], design: &Design) -> Result<(), Faults> {
     ))
 }
 
-/// What acts on all directions alike has no parameter of least condition.
+/// Refuses the criterion of least condition for regularisations that act on all directions alike.
 fn has_least(parameter: Parameter) -> Result<(), Faults> {
     match parameter {
         Parameter::Criterion(Criterion::MinCondition) => Err(no_minimiser(Criterion::MinCondition)),

@@ -1,8 +1,8 @@
 //! Least squares under constraints on the shape.
 //!
-//! The estimate is no linear map of the heights. What follows from one is told with the active
-//! places held: standard errors are those of least squares among the functions whose derivative is
-//! 0 there. Intervals are about least squares and know nothing of the constraints.
+//! The estimate is no linear map of the heights. Derived results hold the active places fixed:
+//! standard errors are those of least squares among the functions whose derivative is 0 there.
+//! Intervals are about least squares and do not depend on the constraints.
 //!
 //! Where the true function meets the constraints, its image `x` lies in a convex cone that least
 //! squares b is projected on: the estimate lies no further from x than b does, node by node summed,

@@ -41,8 +41,8 @@ impl Context<'_> {
         usize::from(self.columns.constant.is_some())
     }
 
-    /// What criteria are computed from, of the coordinates `a` along eigenvectors with eigenvalues
-    /// `lambda`.
+    /// Problem from which criteria are computed, for the coordinates `a` along eigenvectors with
+    /// eigenvalues `lambda`.
     pub(crate) fn spectral_problem<'l>(&self, lambda: &'l [f64], a: &[f64]) -> Spectral<'l> {
         Spectral::new(lambda, a, self.variance, self.least_squares.rss, self.count(), self.unpenalised())
             .with_sigma(self.spec.noise_sigma)
@@ -80,8 +80,7 @@ impl Context<'_> {
         scaled.map(|a| a * a).sum::<f64>().sqrt()
     }
 
-    /// Whether what the estimate has along the small directions may be held against the choice that
-    /// stands.
+    /// Warns about the choice if the size of the coefficients is estimated from the same heights.
     pub(crate) fn judge(&self, choices: &[Choice], chosen: &Choice, warnings: &mut Vec<Warning>) {
         if self.spec.expected_size == ExpectedSize::Estimated {
             warn_about(choices, chosen, warnings);
@@ -128,7 +127,7 @@ impl Context<'_> {
     }
 }
 
-/// What stands after regularisation.
+/// Results of the regularisation.
 pub(crate) struct Applied {
     pub estimate: Estimate,
     pub residuals: Residuals,
@@ -143,7 +142,7 @@ pub(crate) struct Applied {
     pub trace: Option<Vec<RidgeTracePoint>>,
     pub matrix_b: Option<Vec<Vec<f64>>>,
     pub matrix_b_factors: Option<MatrixBFactors>,
-    /// What perturbation bounds need; `None` where the estimate is not that of one matrix `X + B`.
+    /// Input of the perturbation bounds; `None` if the estimate is not that of one matrix `X + B`.
     pub after: Option<perturbation::Estimate>,
     /// How the estimate follows from least squares.
     pub map: LinearMap,
@@ -151,12 +150,12 @@ pub(crate) struct Applied {
     pub prior: Option<PriorApplied>,
     /// Present when the function was constrained.
     pub constraints: Option<ConstraintsReport>,
-    /// What of the fit is used for others, where it was included.
+    /// Part of the fit that others can use as representative piece, if it was included.
     pub representative: Option<Piece>,
 }
 
 impl Applied {
-    /// What intervals of a posterior are made of, where moves were estimated.
+    /// Parts of the intervals of a posterior, if moves were estimated.
     pub(crate) fn posterior_intervals(&self) -> Option<&FormIntervals> {
         self.prior.as_ref()?.intervals.as_deref()
     }

@@ -65,7 +65,7 @@ const LEAST_OF_STEIN: f64 = 0.01;
 /// The step of its derivatives in standard errors: λ* may jump, which is an error too.
 const STEP: f64 = 0.3;
 
-/// What is drawn of σ: the variance, and the residual sum of squares that goes with it.
+/// Noise from which σ is drawn: its variance, and its degrees of freedom.
 #[derive(Clone, Copy)]
 struct Noise {
     variance: f64,
@@ -146,7 +146,7 @@ fn hypercube(first: usize, size: usize, draws: usize) -> Vec<Vec<f64>> {
     rows
 }
 
-/// What of an estimate with this squared length is not its noise.
+/// Share of an estimate with this squared length that exceeds its noise, from 0 to 1.
 fn beyond_noise(variance: f64, square: f64) -> f64 {
     if square > variance { 1.0 - variance / square } else { 0.0 }
 }
@@ -156,9 +156,9 @@ fn along(a: f64, z: f64) -> f64 {
     if a < 0.0 { -z } else { z }
 }
 
-/// `predicted` times the mean of `Σ errors / Σ predictions` over the noises, at least `least`. The
-/// sums are over draws of `again`, which answers both from one normal number for each of `size`
-/// directions, the variance that they are drawn with, σ*² and RSS*.
+/// Returns `predicted` times the mean of `Σ errors / Σ predictions` over the noises, at least
+/// `least`. The sums are over draws of `again`, which computes both from one normal number for each
+/// of `size` directions, the variance that they are drawn with, σ*² and RSS*.
 fn corrected(
     [predicted, least]: [f64; 2],
     noise: &Noise,
@@ -193,7 +193,7 @@ fn parameter(criterion: Option<Criterion>, fixed: bool, value: f64) -> Option<Pa
     }
 }
 
-/// Of a filter on the eigenvectors, `rule` at the parameter that was selected.
+/// Corrects the prediction of a filter on the eigenvectors, `rule` at the selected parameter.
 pub(super) fn of_filter(context: &Context, problem: &Spectral, rule: Rule, selected: &SelectedFilter) -> Option<f64> {
     let (lambda, a) = (problem.lambda, &context.spectrum.a);
     let (noise, value) = (Noise::of(context)?, selected.parameter());
@@ -249,7 +249,8 @@ pub(super) fn of_filter(context: &Context, problem: &Spectral, rule: Rule, selec
 /// Coefficients at most for which λ of a penalty is chosen again so many times.
 const MOST_OBLIQUE: usize = 200;
 
-/// Of a penalty along oblique directions at `lambda`, which `choose` finds anew for other heights.
+/// Corrects the prediction of a penalty along oblique directions at `lambda`, which `choose` finds
+/// anew for other heights.
 pub(super) fn of_penalty(
     context: &Context,
     oblique: &Oblique,

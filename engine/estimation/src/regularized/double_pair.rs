@@ -30,7 +30,7 @@ use flankfit_numerics::{Dd, cancel, matvec, symmetric, triangular as solve};
 
 /// Fewer coefficients cost little in twice the precision.
 const LEAST: usize = 25;
-/// Roundings of the largest eigenvalue that may stand where there is no penalty.
+/// Units of rounding of the largest eigenvalue below which one counts as free of the penalty.
 const QUIET: f64 = 64.0 * f64::EPSILON;
 /// No eigenvalue may lie between these roundings and this many times as much.
 const GAP: f64 = 1e4;
@@ -57,7 +57,7 @@ struct Side {
     rough: Vec<[DMatrix<f64>; 2]>,
 }
 
-/// What a side is made of.
+/// Matrices of one axis.
 struct Axis<'a> {
     r: &'a DMatrix<Dd>,
     change: &'a DMatrix<Dd>,
@@ -205,7 +205,7 @@ fn decomposed([u, v]: [&Side; 2], weights: &[f64]) -> Option<Decomposed> {
     Some(Decomposed { values, delta, vectors })
 }
 
-/// Whether the noise stands far enough above rounding.
+/// True if the noise is far enough above rounding.
 fn is_noisy(context: &Context) -> bool {
     let length = context.linear.factor.qty.iter().map(|b| b.to_f64().powi(2)).sum::<f64>();
     let left = context.least_squares.rss / context.degrees_of_freedom as f64;

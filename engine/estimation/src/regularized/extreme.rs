@@ -117,7 +117,7 @@ pub(super) fn largest_of_blocks(blocks: &Blocks, d: &[f64]) -> (f64, Vec<f64>) {
     (value, image)
 }
 
-/// Scales to length 1, and answers the length before.
+/// Scales to length 1, and returns the length before.
 fn scale(x: &mut [f64]) -> f64 {
     let length = dot(x, x).sqrt();
     if length > 0.0 {
@@ -171,7 +171,7 @@ mod tests {
 
     #[test]
     fn the_top_of_a_tridiagonal_matrix() {
-        // 2 on the diagonal, 1 beside it: 2 + 2 cos(π/(n+1)), vector sin(πi/(n+1))
+        // 2 on the diagonal, 1 next to it: 2 + 2 cos(π/(n+1)), vector sin(πi/(n+1))
         let n = 7;
         let (value, vector) = top(&[2.0; 7], &[1.0; 6]);
         let angle = std::f64::consts::PI / (n as f64 + 1.0);

@@ -1,8 +1,8 @@
 //! The regularised estimate as a linear map of what the heights have in Q's coordinates.
 //!
 //! A linear form of the coefficients (one of them, a height of the surface, a slope) is a vector q:
-//! least squares answers `qᵀb`, `b = Qᵀ√Ωz`, with variance `σ²‖q‖²`. A regularised estimate answers
-//! `ρ(q)ᵀb` with another vector ρ(q), so its variance is `σ²‖ρ(q)‖²`.
+//! least squares estimates it by `qᵀb`, `b = Qᵀ√Ωz`, with variance `σ²‖q‖²`. A regularised estimate
+//! is `ρ(q)ᵀb` with another vector ρ(q), so its variance is `σ²‖ρ(q)‖²`.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -14,7 +14,7 @@ use crate::{
 };
 use flankfit_numerics::{Dd, dot};
 
-/// What regularisation makes of least squares.
+/// Map from least squares to the regularised estimate.
 pub(crate) enum LinearMap {
     /// Filters along the eigenvectors of the scaled columns: 1 − fᵢ.
     Eigenvectors { removed: Vec<f64> },
@@ -33,7 +33,7 @@ pub(crate) enum LinearMap {
     Directions {
         /// Column i is what direction i does to the heights.
         images: DMatrix<f64>,
-        /// Column i is the form that tells the coefficient along direction i.
+        /// Column i is the form that gives the coefficient along direction i.
         forms: DMatrix<f64>,
         /// 1 − fᵢ.
         removed: Vec<f64>,
@@ -44,7 +44,7 @@ pub(crate) enum LinearMap {
     },
     /// A uniform shrinkage to a target.
     Toward {
-        /// What is left of the distance to the target.
+        /// Remaining share of the distance to the target.
         factor: f64,
         /// The direction that is not shrunk, in Q's coordinates, of length 1.
         kept: Option<Vec<f64>>,
@@ -67,16 +67,16 @@ pub(crate) enum LinearMap {
         root: DMatrix<f64>,
         /// 1 less what of the heights arrives in the estimate.
         removal: DMatrix<f64>,
-        /// A form q has a bias of at most the length of this times q, beside what the offset adds.
+        /// A form q has a bias of at most the length of this times q, plus the offset's.
         reach: DMatrix<f64>,
-        /// What the bias has beyond that of a single prior.
+        /// Bias in addition to that of a single prior.
         offset: DVector<f64>,
         /// The estimate in the working basis.
         working: Vec<Dd>,
     },
 }
 
-/// What bounds the bias of an estimate that is drawn to a target.
+/// Quantities that bound the bias of an estimate that is shrunk to a target.
 pub(crate) struct TargetBias {
     /// `Vᵢᵀ T̃`.
     pub target: Vec<f64>,
@@ -214,7 +214,7 @@ impl LinearMap {
         row
     }
 
-    /// The fitted heights in Q's coordinates: a form answers `qᵀ` times this.
+    /// Returns the fitted heights in Q's coordinates: the value of a form is `qᵀ` times this.
     pub(crate) fn fitted(&self, linear: &LinearProblem, spectrum: &Spectrum) -> Vec<Dd> {
         match self {
             LinearMap::Eigenvectors { removed } => {

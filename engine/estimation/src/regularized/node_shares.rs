@@ -19,7 +19,7 @@ const MOST_CUBES: usize = 200_000_000;
 /// Nodes times squared coefficients at most, to find them.
 const MOST_PRODUCTS: usize = 1_000_000_000;
 
-/// Where the criterion of `spec` stands.
+/// Path of the criterion in `spec`.
 pub(crate) fn criterion_path(spec: &FitSpec) -> &'static str {
     match spec.regularization {
         Regularization::Spectral { .. } => "regularization.lambda_star.criterion",
@@ -77,8 +77,8 @@ fn partition(context: &Context) -> Result<Option<Partition>, Faults> {
     Partition::new(nodes, sample, context.spec.folds.as_ref().unwrap_or(&by_default)).map(Some)
 }
 
-/// What the nodes have along `images`, orthonormal in Q's coordinates; `heights` is what Qᵀ√Ωz has
-/// along them. `None` where the nodes are gone.
+/// Coordinates of the nodes along `images`, orthonormal in Q's coordinates; `heights` are those of
+/// Qᵀ√Ωz. `None` if the nodes are not kept.
 pub(super) fn left_out(context: &Context, images: &DMatrix<f64>, heights: Vec<f64>) -> Option<LeftOut> {
     match context.spec.cross_validates() {
         true => in_blocks(context, images, heights),

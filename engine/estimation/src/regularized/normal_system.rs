@@ -77,7 +77,7 @@ impl<'a> NormalSystem<'a> {
         NormalSystem { form, rhs }
     }
 
-    /// What is left of the right-hand side at `c`.
+    /// Remainder of the right-hand side at `c`.
     fn residual(&self, c: &[Dd], lambda: f64) -> Vec<Dd> {
         let mut left = self.rhs.clone();
         let mut subtract = |x: Vec<Dd>, factor: f64| left.iter_mut().zip(x).for_each(|(to, x)| *to -= x * factor);

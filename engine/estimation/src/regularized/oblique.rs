@@ -98,7 +98,7 @@ const SMALL: f64 = 1e-5;
 /// Relative error that eigenvalues in double precision may have.
 const EIGENVALUE: f64 = 1e-10;
 
-/// What variances are made of: the directions, or `Σ (fᵢ zⱼᵢ)²` for each scaled column j.
+/// Terms of the variances: the directions, or `Σ (fᵢ zⱼᵢ)²` for each scaled column j.
 pub(super) enum Spread<'a> {
     Directions(&'a DMatrix<f64>),
     Squares(Vec<f64>),
@@ -195,7 +195,7 @@ impl Oblique {
         }
     }
 
-    /// What variances are made of.
+    /// Returns the terms of the variances.
     pub(super) fn spread(&self, lambda: f64) -> Spread<'_> {
         let double = match &self.form {
             Form::Exact(exact) => return Spread::Directions(&exact.plain),

@@ -17,8 +17,8 @@ use flankfit_numerics::{
     svd_dd, triangular as solve,
 };
 
-/// Condition of the stacked factor from which on the penalised problem has no unique answer that
-/// could be told.
+/// Condition of the stacked factor from which on the penalised problem has no unique solution
+/// within the arithmetic.
 const MOST_CONDITION: f64 = 1e22;
 /// A direction in which the penalty is this small against the matrix, times what rounding may have
 /// put there, has none.

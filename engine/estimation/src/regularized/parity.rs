@@ -73,7 +73,8 @@ pub(crate) struct Parity {
 }
 
 impl Parity {
-    /// Of axes that each are symmetric where all of `forms` are.
+    /// Splits each axis into its symmetric and antisymmetric functions if all of `forms` are
+    /// symmetric.
     pub(super) fn new(forms: [&[DMatrix<f64>]; 2]) -> Self {
         let sizes = forms.map(|forms| forms[0].nrows());
         let axes = forms.map(|forms| match forms[0].nrows() {

@@ -156,7 +156,7 @@ struct Posterior<'a> {
     removal: DMatrix<f64>,
     /// `√n σ C (1 − Gᵧ)ᵀ`, σ²CᵀC being the covariance of the prior.
     reach: DMatrix<f64>,
-    /// What the bias has beyond that of a single prior.
+    /// Bias in addition to that of a single prior.
     offset: DVector<f64>,
 }
 

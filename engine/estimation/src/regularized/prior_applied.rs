@@ -7,11 +7,11 @@ use crate::{
     result::PriorReport,
 };
 
-/// What a prior adds to a fit.
+/// Results of a prior in a fit.
 pub(crate) struct PriorApplied {
     pub report: PriorReport,
     /// The noise by which the posterior was weighed; `None` where there is no posterior.
     pub noise: Option<PooledNoise>,
-    /// What intervals are made of, where moves were estimated, whether or not the prior was let go.
+    /// Parts of the intervals, if moves were estimated, also if the prior was dropped.
     pub intervals: Option<Arc<FormIntervals>>,
 }

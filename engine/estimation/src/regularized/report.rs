@@ -19,7 +19,7 @@ pub(super) fn check_b(rows: usize, columns: usize) -> Result<(), Faults> {
     Err(Faults::one("include", message))
 }
 
-/// A report of `kind` in which nothing stands yet.
+/// Makes an empty report of `kind`.
 pub(super) fn report(kind: RegularizationKind) -> RegularizationReport {
     RegularizationReport {
         kind,
@@ -53,7 +53,7 @@ pub(super) fn log10_determinant(values: impl Iterator<Item = f64>) -> Option<f64
     Some(values.map(f64::log10).sum::<f64>()).filter(|sum| sum.is_finite())
 }
 
-/// The report on eigenvalues that stand in the order of their directions.
+/// Report on eigenvalues in the order of their directions.
 pub(crate) fn regularized_spectrum(eigenvalues: Vec<f64>) -> RegularizedSpectrum {
     RegularizedSpectrum {
         condition: condition(eigenvalues.iter().copied()),

@@ -1,10 +1,10 @@
 //! B made from a representative piece (section 6.3).
 //!
-//! With V and c of the piece, S its scales and X of the nodes of now, the regularised matrix is `X̄
-//! = X (1 + S⁻¹ V diag(c) Vᵀ S)`, and so the estimate (Eq. 29) is `(1 + S⁻¹ V diag(c) Vᵀ S)⁻¹ Â =
-//! Â − S⁻¹ V diag(1 − f) Vᵀ S Â` with f = 1/(1 + c): a filter along the directions of the piece.
-//! Where these are the nodes' own it is the spectral one of the piece's λ*; where they are not,
-//! part of the error along the smallest eigenvalues stays, which `alignment` tells.
+//! With V and c of the piece, S its scales and X of the present nodes, the regularised matrix is
+//! `X̄ = X (1 + S⁻¹ V diag(c) Vᵀ S)`, and so the estimate (Eq. 29) is `(1 + S⁻¹ V diag(c) Vᵀ S)⁻¹ Â
+//! = Â − S⁻¹ V diag(1 − f) Vᵀ S Â` with f = 1/(1 + c): a filter along the directions of the piece.
+//! If these are the nodes' own it is the spectral one of the piece's λ*; otherwise part of the
+//! error along the smallest eigenvalues remains (`alignment`).
 
 use nalgebra::DMatrix;
 
@@ -280,7 +280,7 @@ impl<'a> Filter<'a> {
         (caller.iter().map(|x| x.to_f64()).collect(), working)
     }
 
-    /// What is removed of the coefficients, in columns divided by `scale`.
+    /// Removed part of the coefficients as a matrix, in columns divided by `scale`.
     fn removal(&self, scale: Vec<f64>) -> DMatrix<f64> {
         let piece = self.piece;
         let ratio: Vec<f64> = scale.iter().zip(&piece.scale).map(|(own, of_piece)| own / of_piece).collect();

@@ -3,8 +3,8 @@
 //!
 //! Attraction: `Â_k = (Â + kT)/(1+k)`, so c = 1/(1+k). Its predicted mean squared error in the
 //! scaled columns is `(1−c)² S + c² N` with `S = Σ max((aᵢ−tᵢ)² − σ²/λᵢ, 0)` and `N = Σ σ²/λᵢ`; the
-//! derivative by c vanishes at `c = S/(S+N)`, that is at **k = N/S**. With S = 0 nothing of Â − T
-//! stands out of the noise: k is infinite and T itself the answer.
+//! derivative by c vanishes at `c = S/(S+N)`, that is at **k = N/S**. With S = 0 no part of Â − T
+//! exceeds the noise: k is infinite and the estimate is T itself.
 
 use super::{
     context::{Applied, Context},

@@ -93,7 +93,7 @@ pub(super) fn apply(context: &Context, warnings: &mut Vec<Warning>) -> Result<Ap
     })
 }
 
-/// The filter that stands, on its way into the answer.
+/// The chosen filter, from which the results are made.
 struct AppliedFilter<'a> {
     context: &'a Context<'a>,
     selected: &'a SelectedFilter,
@@ -150,7 +150,7 @@ impl AppliedFilter<'_> {
         }
     }
 
-    /// What of the fit is used for others, where it was included.
+    /// Part of the fit that others can use as representative piece, if it was included.
     fn piece(&self, warnings: &mut Vec<Warning>) -> Option<Piece> {
         let Context { spec, linear, columns, spectrum, .. } = *self.context;
         if !spec.include.representative {

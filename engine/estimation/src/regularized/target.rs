@@ -122,7 +122,7 @@ impl<'a> AttractionTarget<'a> {
         })
     }
 
-    /// The figures of factor `c` beside those of the criteria.
+    /// Results of factor `c`, to be listed with those of the criteria.
     pub(super) fn choice(&self, c: f64) -> Choice {
         let context = self.context;
         let distance = self.away.iter().map(|d| d * d).sum::<f64>().sqrt();
@@ -164,7 +164,7 @@ impl<'a> AttractionTarget<'a> {
         (whole, each.collect())
     }
 
-    /// What bounds the bias.
+    /// Quantities that bound the bias.
     fn bias(&self) -> TargetBias {
         let h = |kappa: &[f64]| {
             let entries = kappa.iter().zip(&self.context.spectrum.lambda);

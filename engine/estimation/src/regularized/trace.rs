@@ -1,5 +1,4 @@
-//! The ridge trace: the coefficients along k (Hoerl and Kennard), by which an eye tells where they
-//! settle.
+//! The ridge trace: the coefficients along k (Hoerl and Kennard), which shows where they settle.
 
 use super::context::Context;
 use crate::{

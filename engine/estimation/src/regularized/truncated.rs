@@ -1,9 +1,9 @@
 //! Truncated singular value decomposition: the directions of the k largest singular values are kept
 //! as they are, the others are left out, `f = 1` or 0.
 //!
-//! It needs no λ₁ > 0, so it answers where columns depend on each other. The matrix that it stands
-//! for, `U Σ_k Vᵀ`, has eigenvalue 0 along what was left out; its condition is that of the kept
-//! directions, and it has no determinant.
+//! It needs no λ₁ > 0, so it exists for dependent columns too. Its matrix, `U Σ_k Vᵀ`, has
+//! eigenvalue 0 along what was left out; its condition is that of the kept directions, and it has
+//! no determinant.
 
 use super::{
     bias, chosen_rank,

@@ -118,7 +118,7 @@ pub struct NearDependency {
     pub weight_ratio: Option<f64>,
     /// R² of the leading term on the others, where there are more than two.
     pub r_squared: Option<f64>,
-    /// Whether it would disappear in another basis.
+    /// Cause of the dependency: the nodes, or a basis in place of which another would remove it.
     pub cause: Cause,
     /// The same in words.
     pub sentence: String,

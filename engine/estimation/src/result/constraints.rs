@@ -38,11 +38,11 @@ pub struct ConstraintsReport {
     schema(as = ConstraintResult)
 )]
 pub struct ConstraintReport {
-    /// What the function has to do.
+    /// Property that the constraint imposes.
     pub kind: ConstraintKind,
     /// Along which axis.
     pub along: FilterAxis,
-    /// Where.
+    /// Part of the domain in which the constraint applies.
     pub domain: Domain,
     /// The derivative (its negative for `decreasing` and `concave`) is nowhere in `domain`
     /// below this number, which is not below 0: proved by Bernstein coefficients, over all

@@ -40,7 +40,7 @@ pub struct FitResult {
     pub domain: Option<Domain>,
     /// Eigenvalues of the Fisher information matrix before and after regularisation.
     pub spectrum: SpectrumReport,
-    /// What regularisation did, and what other criteria would have chosen.
+    /// Regularisation that was applied, and the choices of the other criteria.
     pub regularization: RegularizationReport,
     /// How far regularisation has moved the estimate, and how far it can have.
     pub bias: BiasReport,
@@ -49,7 +49,7 @@ pub struct FitResult {
     pub collinearity: Arc<CollinearityReport>,
     /// Present when `node_uncertainty` was given.
     pub perturbation: Option<PerturbationReport>,
-    /// What the fitted function leaves of the heights.
+    /// Residuals of the fitted function.
     pub residuals: ResidualReport,
     /// Present for every estimator but `least_squares`.
     pub robust: Option<RobustReport>,
@@ -104,7 +104,7 @@ pub struct FitResult {
     pub without_suspected: Option<Box<FitResult>>,
     /// Arithmetic and correct digits.
     pub numerics: Numerics,
-    /// What to know about the answer; empty where there is nothing to say.
+    /// Warnings about the fit; may be empty.
     #[cfg_attr(feature = "contract", serde(skip))]
     pub warnings: Vec<Warning>,
 }

@@ -13,8 +13,8 @@ pub struct PriorReport {
     /// The earlier iterations, oldest first; absent with `mean`. If the list is empty, the
     /// nodes alone are used.
     pub iterations: Option<Vec<u32>>,
-    /// The fit of each that stood when this one was made. What they measured is fitted by this
-    /// fit's own spec.
+    /// The chosen fit of each iteration when this one was made. The nodes of the iteration are
+    /// fitted by this fit's own spec.
     pub fit_ids: Option<Vec<String>>,
     /// Corrections whose predicted changes were added to the prior, in their order.
     pub corrections: Vec<UsedCorrection>,

@@ -147,7 +147,7 @@ pub enum NormLimitSource {
     Request,
     /// The norm of the least-squares estimate.
     Estimate,
-    /// What the heights speak for in every direction alike: √n τ with τ² = ‖P y‖²/Σλᵢ, or the
+    /// Norm that the heights suggest if all directions are alike: √n τ with τ² = ‖P y‖²/Σλᵢ, or the
     /// norm of the regularised estimate, if greater.
     Heights,
     /// The limits of the coefficients, or the norm of the regularised estimate, if greater.
@@ -187,7 +187,7 @@ pub struct BiasReport {
     /// r, the norm of the coefficients that the bounds allow for, in the scaled columns; with a
     /// prior the root mean square distance from its mean.
     pub coefficient_norm_limit: f64,
-    /// Where r came from.
+    /// Source of r.
     pub coefficient_norm_limit_source: NormLimitSource,
     /// Upper confidence limit of the norm of the true coefficients, by least squares and its
     /// errors. A first-order expansion, with a coverage below `level` (at 0.95 at worst 86 % of

@@ -19,7 +19,7 @@ pub struct ResidualReport {
     pub sigma: Option<f64>,
     /// √(Σ w r² / Σ w), in the unit of the heights.
     pub rms: f64,
-    /// Largest |residual|; absent in the answers of a stream, which keeps no nodes.
+    /// Largest |residual|; absent for a stream, which keeps no nodes.
     pub max_abs: Option<f64>,
     /// About the mean when the constant lies in the span of the columns, about 0 otherwise.
     pub r_squared: Option<f64>,

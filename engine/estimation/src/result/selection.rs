@@ -67,7 +67,7 @@ impl Selection {
 }
 
 impl Candidate {
-    /// What `criterion` makes least.
+    /// Value of `criterion`, which the choice minimises; `None` if it does not exist.
     pub fn figure(&self, criterion: ModelCriterion) -> Option<f64> {
         match criterion {
             ModelCriterion::Aicc => self.aicc,

@@ -317,7 +317,7 @@ pub enum Warning {
         /// Degrees of freedom in effect.
         freedom: f64,
     },
-    /// A power that too few residuals tell.
+    /// Power that too few residuals determine.
     #[error(
         "{freedom} degrees of freedom do not fix a power of the standard deviation: intervals and bands hold less \
          often than they say; give the power, or measure at {more} nodes more"
@@ -446,7 +446,7 @@ pub enum Warning {
         correlation: f64,
         /// The probability that residuals of independent errors are so correlated.
         p: f64,
-        /// What the standard errors are too small by.
+        /// Factor by which the standard errors are too small.
         factor: f64,
     },
     /// Nodes that are suspected of gross errors.

@@ -38,7 +38,7 @@ impl fmt::Display for Regularized {
     }
 }
 
-/// What cannot be had without σ.
+/// Quantity that cannot be computed without σ.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NeedsSigma {
     /// A criterion.
@@ -73,7 +73,7 @@ impl fmt::Display for Times {
 /// Residuals that are not as large as the uncertainties of positions and heights make them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contradiction {
-    /// σ of the residuals over the uncertainty of heights that was told.
+    /// σ of the residuals over the given uncertainty of heights.
     pub ratio: f64,
     /// Degrees of freedom of σ.
     pub freedom: usize,

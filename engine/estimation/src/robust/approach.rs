@@ -17,7 +17,7 @@ const SAFETY: f64 = 3.0;
 
 /// A convex piecewise linear function of n variables.
 pub(super) trait Pieces {
-    /// What is known at a place.
+    /// Value and derivatives at a place.
     type Evaluated: At;
 
     /// n.

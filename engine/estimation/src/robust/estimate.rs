@@ -45,7 +45,7 @@ pub(crate) struct RobustEstimate {
     /// Factor of `√(wω) X` (or `√w X`); `working` is the estimate, `rss` its weighted sum of
     /// squares.
     pub factor: Factor,
-    /// wω by posted node; `None` where node weights stand.
+    /// wω by posted node; `None` if the node weights are unchanged.
     pub weights: Option<Vec<f64>>,
     /// σ of a height of weight 1 in that problem.
     pub sigma: Option<f64>,

@@ -22,7 +22,7 @@ pub(super) fn warning(on: usize, m: usize) -> Warning {
 
 /// A scale with what hangs on it, as it is answered.
 pub(super) struct Settled {
-    /// `None` where there is none to be told.
+    /// Scale of the residuals; `None` if it is not determined.
     pub scale: Option<f64>,
     /// τ.
     pub dispersion: Option<f64>,

@@ -11,7 +11,7 @@ use flankfit_numerics::cancel::Asking;
 
 /// Nodes that are tried on either side: so many, and this often the number of coefficients.
 const TRIED: [usize; 2] = [60, 4];
-/// What an exchange must gain, in variances: less moves no coefficient by a thousandth of its
+/// Least gain of an exchange, in variances: less moves no coefficient by a thousandth of its
 /// standard error.
 const GAIN: f64 = 1e-6;
 

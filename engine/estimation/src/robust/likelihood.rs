@@ -8,7 +8,7 @@
 //! | Laplace | p = 1 | b = Σ abs(r)/m |
 //!
 //! A shape that is not given has the greatest profile likelihood: a scan of its range, then the
-//! root of the derivative beside the best place. (By the envelope theorem that is the derivative at
+//! root of the derivative near the best place. (By the envelope theorem that is the derivative at
 //! fixed coefficients and scale.) Its standard error is from the Fisher information of scale and
 //! shape (Lange, Little and Taylor 1989; for the generalised normal from the moments of T =
 //! (|r|/a)^p, which has the gamma distribution of shape 1/p); at an end of the range there is none.
@@ -122,7 +122,7 @@ fn at_bound(distribution: Distribution, shape: f64) -> Option<ShapeBound> {
     }
 }
 
-/// What is left of each node's weight.
+/// Final factor of each node's weight.
 fn weights(distribution: Distribution, shape: f64, found: &AtShape) -> Vec<f64> {
     let r = &found.residuals;
     if let Distribution::Student { .. } = distribution {

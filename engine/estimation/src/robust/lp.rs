@@ -23,10 +23,9 @@ use flankfit_numerics::cancel::{self, Asking};
 
 /// Newton steps for one ε.
 const STEPS: usize = 60;
-/// Share of the sum below which it cannot tell whether a step was good.
+/// Share of the sum below which its rounding hides whether a step was good.
 const FINE: f64 = 1e-10;
-/// A last step that moves no residual by more than this share of the largest is one that stands
-/// still.
+/// A last step that moves no residual by more than this share of the largest counts as none.
 const STILL: f64 = 1e-10;
 /// From here on residuals do not follow ε all the way down: one value need not be settled before
 /// the next.
@@ -80,8 +79,8 @@ pub(super) fn minimise(p: f64, rows: &Rows, highest: f64) -> Walk {
                 cancel::checkpoint();
                 iterations += 1;
                 let Some((step, decrement)) = here.newton(rows, &r) else { break };
-                // near the answer the sum has no digits left to tell steps by: Newton's own measure
-                // goes on falling
+                // near the solution the sum has no digits left to compare steps: Newton's own
+                // measure continues to fall
                 let fine = decrement <= FINE * here.sum;
                 if decrement <= 1e-30 * here.sum || fine && decrement > 0.25 * last {
                     converged = fine;

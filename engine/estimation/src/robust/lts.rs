@@ -223,7 +223,7 @@ fn smallest(rows: &Rows, among: &[usize], h: usize, x: &[f64]) -> Vec<usize> {
 /// A sum that no concentration lowers, its step and the nodes in it.
 type Local = (f64, Vec<f64>, Vec<usize>);
 
-/// Concentrates from `x` until the subset stands, at most `limit` times.
+/// Concentrates from `x` until the subset is constant, at most `limit` times.
 fn concentrate(
     rows: &Rows,
     among: &[usize],

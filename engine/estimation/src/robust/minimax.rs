@@ -50,7 +50,7 @@ pub(super) fn likeliest_k(u: &[f64]) -> f64 {
     root(ends, |k| 2.0 * f64::EPSILON * k, slope).unwrap_or_else(|| place(best))
 }
 
-/// What is answered of the loss.
+/// Report on the loss.
 pub(super) fn report(contamination: Contamination, loss: Loss) -> Option<MinimaxReport> {
     let Loss::Huber { k } = loss else { return None };
     let (share, estimated) = match contamination {

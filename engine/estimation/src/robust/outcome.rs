@@ -30,7 +30,7 @@ impl Measured<'_> {
     }
 }
 
-/// What an estimator found.
+/// Result of an estimator.
 pub(super) struct Outcome {
     pub solved: Solved,
     pub converged: bool,

@@ -150,7 +150,7 @@ impl<'a> Free<'a> {
         Free { n, longest: squares.fold(0.0, f64::max).sqrt(), a, b, mirror }
     }
 
-    /// Where some of the rows have their least dispersion.
+    /// Place of least dispersion of some of the rows.
     fn by_sample(&self, few: usize) -> Vec<f64> {
         let (m, size) = (self.count(), SAMPLE.max(40 * self.n).min(self.count()));
         // places that no period of the nodes can share; columns of about length 1 again

@@ -79,7 +79,7 @@ impl Bracket<'_> {
         self.high.0 - self.low.0
     }
 
-    /// Where the chord of the counts reaches the wanted one.
+    /// Place at which the chord of the counts reaches the wanted one.
     fn chord(&self) -> f64 {
         let share = (self.wanted - self.low.1) as f64 / (self.high.1 - self.low.1) as f64;
         self.low.0 + share * self.width()

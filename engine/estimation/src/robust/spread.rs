@@ -16,7 +16,7 @@ use crate::{
 };
 use flankfit_numerics::{cancel::Asking, triangular};
 
-/// What standard errors are made of.
+/// Parts of the standard errors.
 pub(crate) struct Spread {
     dispersion: Option<f64>,
     along: Option<Along>,

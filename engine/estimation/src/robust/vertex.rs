@@ -7,10 +7,10 @@
 //! residual i leaves 0 leads down; F is followed along it through all kinks to its least value,
 //! where another residual reaches 0 and takes the place of i.
 //!
-//! Residuals that are 0 without being in the basis (repeated measurements, round numbers) are told
-//! apart as if every height had been moved by an infinitely small amount of its own: each residual
-//! is a pair, compared in order. So no walk goes in a circle, and the signs that the moved problem
-//! gives to such residuals serve in the certificate.
+//! Residuals that are 0 without being in the basis (repeated measurements, round numbers) are
+//! distinguished as if every height had been moved by an infinitely small amount of its own: each
+//! residual is a pair, compared in order. So no walk goes in a circle, and the signs that the moved
+//! problem gives to such residuals serve in the certificate.
 
 use nalgebra::DMatrix;
 
@@ -35,7 +35,7 @@ pub(super) struct Lines<'a> {
     pub g: &'a [f64],
 }
 
-/// Where the walk ended.
+/// Final vertex of the walk.
 pub(super) struct Vertex {
     /// The rows of residual 0 that determine `x`.
     pub basis: Vec<usize>,
@@ -307,7 +307,7 @@ fn residuals(lines: &Lines, x: &[f64]) -> Vec<f64> {
     lines.b.iter().zip(lines.rows.chunks_exact(lines.n)).asking(lines.n).map(|(b, a)| b - dot(a, x)).collect()
 }
 
-/// Where a residual reaches 0 on an edge, and by how much F then turns.
+/// Place on an edge at which a residual reaches 0, and the change of F's slope there.
 #[derive(Clone, Copy)]
 struct Kink {
     at: f64,
@@ -316,7 +316,7 @@ struct Kink {
     turn: f64,
 }
 
-/// Puts the kinks that are passed first and answers the place of the one at which F stops falling.
+/// Puts the kinks that are passed first and returns the index of the one at which F stops falling.
 fn stop(kinks: &mut [Kink], slope: f64) -> Option<usize> {
     let order = |a: &Kink, b: &Kink| a.at.total_cmp(&b.at).then(a.then.total_cmp(&b.then)).then(a.row.cmp(&b.row));
     let (mut low, mut high, mut slope) = (0, kinks.len(), slope);
@@ -344,7 +344,7 @@ fn nearest_basis(lines: &Lines, r: &[f64]) -> Option<Vec<usize>> {
     order.sort_by(cancel::comparing(|&a: &usize, &b: &usize| r[a].abs().total_cmp(&r[b].abs()).then(a.cmp(&b))));
     let mut basis: Vec<usize> = Vec::with_capacity(n);
     let mut directions: Vec<Vec<f64>> = Vec::with_capacity(n);
-    // first only rows that stand well apart, then whatever is independent at all
+    // first only rows that are well separated, then whatever is independent at all
     for apart in [0.1, 1e-3, 1e-6, 1e-10] {
         for &k in &order {
             if basis.len() == n {

@@ -19,7 +19,7 @@ use flankfit_numerics::{
     words::{Shown, counted},
 };
 
-/// What is fitted, and what spoke for it.
+/// The model to be fitted, and the candidates it was chosen from.
 pub(crate) struct Chosen {
     pub spec: FitSpec,
     /// Those of the columns of a measurement matrix, where they were chosen.
@@ -104,7 +104,7 @@ fn path_of(asked: &Select) -> &'static str {
     }
 }
 
-/// What does not depend on the nodes.
+/// Checks that do not depend on the nodes.
 fn check(spec: &FitSpec, asked: &Select) -> Result<(), Faults> {
     let mut faults = Faults::default();
     match (&spec.model, asked.candidates) {

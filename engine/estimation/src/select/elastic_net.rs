@@ -10,8 +10,8 @@ const RATIO: f64 = 1e-4;
 /// A round that moves no coefficient by more than the root of this against the largest correlation
 /// is the last.
 const STILL: f64 = 1e-20;
-/// Rounds for one λ at most: correlated columns take many, and what is left then is below what
-/// tells a term from none.
+/// Rounds for one λ at most: correlated columns take many, and the remainder is then too small to
+/// decide on a term.
 const MOST_ROUNDS: usize = 2_000;
 
 /// Sums over nodes: `XᵀΩX`, `XᵀΩz` and `Σw`.

@@ -44,7 +44,7 @@ pub(super) struct Problem {
     /// Σw and Σ ln w.
     pub weight: f64,
     logarithms: f64,
-    /// What the constant alone leaves, or nothing at all.
+    /// Residual sum of squares of the constant alone, or of no term at all.
     whole: f64,
     /// A residual sum of squares up to which is rounding.
     rounding: f64,
@@ -100,7 +100,7 @@ impl Problem {
         Some(problem)
     }
 
-    /// What the heights have beyond a subspace.
+    /// Component of the heights orthogonal to a subspace.
     fn beyond(&self, subspace: &Subspace) -> DVector<f64> {
         &self.b - &subspace.q * subspace.q.tr_mul(&self.b)
     }

@@ -1,9 +1,9 @@
-//! Which terms may stand together.
+//! Sets of terms that may be used together.
 
 /// The products of powers of a polynomial, or columns that know no order.
 pub(super) struct Hierarchy<'a> {
     terms: &'a [(usize, usize)],
-    /// Whether a term stands only with all that divide it.
+    /// True if a term requires all terms that divide it.
     ordered: bool,
     /// A column that always stays.
     constant: Option<usize>,
@@ -27,7 +27,7 @@ impl<'a> Hierarchy<'a> {
         !self.ordered || !columns.iter().any(divides)
     }
 
-    /// Those of `kept` with all that must stand beside them, ascending.
+    /// Terms of `kept` with all that they require, ascending.
     pub(super) fn closed(&self, kept: &[bool]) -> Vec<usize> {
         let stands = |k: &usize| {
             let (i, j) = self.terms[*k];

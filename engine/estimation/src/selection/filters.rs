@@ -37,7 +37,7 @@ pub(crate) fn rule(
     lambda: &[f64],
 ) -> Result<(RegularizationKind, Rule, Option<Parameter>), FitError> {
     match regularization {
-        // the other kinds decide beside their own mathematics, in `regularized`
+        // the other kinds choose with their own mathematics, in `regularized`
         Regularization::None
         | Regularization::Tikhonov(_)
         | Regularization::TruncatedSvd { .. }
@@ -71,7 +71,7 @@ pub(crate) fn checked_count(count: usize, all: usize) -> Result<usize, Faults> {
     ))
 }
 
-/// What is asked of a choice.
+/// Input of a choice.
 pub(crate) struct FilterRequest<'a> {
     pub regularization: &'a Regularization,
     /// Σw, for the root mean squares.
@@ -80,7 +80,7 @@ pub(crate) struct FilterRequest<'a> {
     pub curve: bool,
 }
 
-/// What `criterion` makes of a rule, without the criteria beside it; `None` where it has no answer.
+/// Choice of `criterion` for a rule, without the other criteria; `None` if it has none.
 pub(crate) fn choose(problem: &Spectral, rule: Rule, a: &[f64], parameter: Parameter) -> Option<f64> {
     let nodewise = || None;
     let filters = Filters { problem, rule, a, weight: 1.0, nodewise: &nodewise, search: Search::new(problem, rule) };
@@ -107,7 +107,7 @@ pub(crate) fn decide(
         return Ok(SelectedFilter { kind, rule: Rule::None, selection });
     };
     if let Rule::Spectral { count: 0, .. } = rule {
-        // nothing to regularise: every criterion answers least squares
+        // nothing to regularise: every criterion chooses least squares
         let least_squares = figures(problem, rule, weight, None, None);
         let same = Criterion::ALL
             .map(|criterion| Choice { criterion: ChosenBy::Criterion(criterion), ..least_squares.clone() });

@@ -1,8 +1,8 @@
 //! The marginal likelihood of a model whose coefficients have Zellner's prior `N(0, g σ² (XᵀX)⁻¹)`.
 //!
-//! With `whole` the sum of squares of the heights (about their mean where a constant stands
-//! beside, with a flat prior), `rss` what the model leaves of it, p coefficients and m degrees of
-//! freedom of `whole`, −2 ln L is, less what is common to all models,
+//! With `whole` the sum of squares of the heights (about their mean if there is a constant with a
+//! flat prior), `rss` what the model leaves of it, p coefficients and m degrees of freedom of
+//! `whole`, −2 ln L is, less what is common to all models,
 //!
 //! `m ln(rss + S/(1 + g)) + p ln(1 + g)`, `S = whole − rss`, σ² at its maximum,
 //!

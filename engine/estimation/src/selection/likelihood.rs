@@ -26,7 +26,7 @@ pub(super) struct Likelihood<'a> {
 }
 
 impl<'a> Likelihood<'a> {
-    /// `None` where nothing is left beside the flat directions.
+    /// Makes the likelihood; `None` if there are only flat directions.
     pub(super) fn new(problem: &'a Spectral<'a>, rule: Rule, penalised: Range<usize>) -> Option<Self> {
         let positive = problem.lambda.iter().filter(|l| **l > 0.0).count();
         let flat = positive - penalised.len() + problem.unpenalised;

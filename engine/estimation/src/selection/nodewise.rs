@@ -26,7 +26,7 @@ impl LeftOut {
 pub(crate) struct Nodewise {
     /// For each node what it has along each direction, of length 1 over all nodes: rows end to end.
     pub along: Vec<f64>,
-    /// What the heights have along each direction.
+    /// Coordinates of the heights along each direction.
     pub heights: Vec<f64>,
     /// √w times the residuals of least squares.
     pub residuals: Vec<f64>,

@@ -41,8 +41,8 @@ pub(crate) fn least([low, high]: [f64; 2], at: impl Fn(f64) -> (f64, f64)) -> (f
     (place, Place::of(best, [grid[0].1, grid[cells].1]))
 }
 
-/// Where a slope that changes its sign once turns positive; `None` where it does not within `[low,
-/// high]`.
+/// Place at which a slope that changes its sign once turns positive; `None` if there is none within
+/// `[low, high]`.
 pub(crate) fn turning([low, high]: [f64; 2], slope: impl Fn(f64) -> f64) -> Option<f64> {
     let ends = [low, high].map(|x| (x, slope(x)));
     if ends[0].1 >= 0.0 {

@@ -30,7 +30,7 @@ const LEVEL: f64 = 1e-12;
 /// largest.
 const WORTH_REFINING: f64 = 0.25;
 
-/// What a criterion answers.
+/// Choice of a criterion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Chosen {
     pub lambda_star: f64,
@@ -61,13 +61,13 @@ impl Place {
 /// Why a criterion has no answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Unavailable {
-    /// There is no σ: as many coefficients as nodes and no `noise_sigma`.
+    /// No σ: as many coefficients as nodes and no `noise_sigma`.
     NoSigma,
     /// Least condition has no minimiser for ridge: the condition falls for ever.
     NoMinimiser,
 }
 
-/// Where λ* is searched: [λ₁, λₙ], and for ridge [1e-8 λ₁, 1e4 λₙ].
+/// Range in which λ* is searched: [λ₁, λₙ], and for ridge [1e-8 λ₁, 1e4 λₙ].
 pub(crate) fn range(problem: &Spectral, rule: Rule) -> [f64; 2] {
     let low = problem.lambda.iter().copied().find(|l| *l > 0.0).unwrap_or(1.0);
     let high = problem.lambda.last().copied().unwrap_or(1.0).max(low);
@@ -230,7 +230,7 @@ impl<'a> Search<'a> {
         (at, ends.place(best))
     }
 
-    /// The place of greatest restricted likelihood; `None` where nothing tells one from another.
+    /// Place of greatest restricted likelihood; `None` if the likelihood is constant.
     fn likeliest(&self) -> Option<(f64, Place)> {
         let stretch = self.stretches.last()?;
         let likelihood = Likelihood::new(self.problem, self.rule, stretch.touched.clone())?;
@@ -350,7 +350,7 @@ fn peaks(heights: &[f64], good: impl Fn(f64, f64) -> bool) -> impl Iterator<Item
     })
 }
 
-/// Curvature of the L-curve, positive at its corner; −∞ where the curve stands still.
+/// Curvature of the L-curve, positive at its corner; −∞ where the curve has no velocity.
 fn curvature(sums: &Sums) -> f64 {
     let half_log = |y: &[f64; 3]| {
         let (first, second) = (y[1] / y[0], y[2] / y[0]);
@@ -362,8 +362,8 @@ fn curvature(sums: &Sums) -> f64 {
     if curvature.is_finite() { curvature } else { f64::NEG_INFINITY }
 }
 
-/// Where `f` turns from negative to positive between the ends (places with their values), if it
-/// does.
+/// Place at which `f` turns from negative to positive between the ends (places with their values),
+/// if it does.
 fn sign_change(falls: (f64, f64), rises: (f64, f64), f: impl Fn(f64) -> f64) -> Option<f64> {
     if !(falls.1 < 0.0 && rises.1 > 0.0) {
         return None;

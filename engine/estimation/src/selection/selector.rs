@@ -1,5 +1,5 @@
-//! One selector of a parameter of regularisation: from what was asked for to the parameter that is
-//! used, with every criterion's choice beside it.
+//! One selector of a parameter of regularisation: from the request to the parameter that is used,
+//! with the choices of all criteria.
 //!
 //! A kind of regularisation says how its criteria are answered and what a parameter gives; which
 //! criteria are walked, what is refused, which warnings follow and where the curve is evaluated is
@@ -25,7 +25,7 @@ pub(crate) trait ParameterProblem {
 
     /// The parameter of a caller.
     fn fixed(&self, parameter: f64) -> Result<Self::Answer, Self::Refusal>;
-    /// What `criterion` chooses.
+    /// Choice of `criterion`.
     fn choose(&self, criterion: Criterion) -> Result<Self::Answer, Self::Refusal>;
 
     /// The answer to what was asked for.
@@ -37,9 +37,9 @@ pub(crate) trait ParameterProblem {
     }
 }
 
-/// A problem cheap enough for every criterion to be answered beside the one asked for.
+/// A problem cheap enough for evaluating every criterion in addition to the requested one.
 pub(crate) trait Comparison: ParameterProblem<Refusal = Unavailable> {
-    /// What messages call the parameter.
+    /// Name of the parameter in messages.
     const PARAMETER: &'static str;
 
     /// The criteria whose choices are reported, in this order.
@@ -141,7 +141,7 @@ pub(crate) fn no_minimiser(wanted: Criterion) -> Faults {
     Faults::one("regularization.parameter.criterion", message)
 }
 
-/// Warnings about the choice that stands.
+/// Adds the warnings about the choice.
 pub(crate) fn warn_about(choices: &[Choice], chosen: &Choice, warnings: &mut Vec<Warning>) {
     let [least_squares, ..] = choices else { return };
     if let (Some(here), Some(there)) = (chosen.predicted_mse, least_squares.predicted_mse)

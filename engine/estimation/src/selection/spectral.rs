@@ -10,7 +10,7 @@ use flankfit_numerics::{
     with_fma,
 };
 
-/// What every criterion needs to know of a fit, laid out for repeated summation.
+/// Quantities of a fit that every criterion needs, laid out for repeated summation.
 pub(crate) struct Spectral<'a> {
     /// λᵢ ascending, 0 where numerically zero.
     pub lambda: &'a [f64],
@@ -166,8 +166,8 @@ impl<'a> Spectral<'a> {
         self.sums_touching(rule, parameter, self.touched(rule, parameter))
     }
 
-    /// Where the set of touched directions changes, and with it the slope of every sum: stretches
-    /// of ln λ* between the eigenvalues, with what is touched inside.
+    /// Stretches of ln λ* between the eigenvalues, with the directions that are touched inside: at
+    /// their ends the slope of every sum changes.
     pub(crate) fn stretches(&self, rule: Rule, [low, high]: [f64; 2]) -> Vec<([f64; 2], Range<usize>)> {
         let mut stretches = Vec::new();
         let mut from = low;
@@ -271,7 +271,7 @@ fn carried(rule: Rule, blocks: impl Iterator<Item = Block>, p: F64x4) -> [F64x4;
     }
 }
 
-/// The sums over blocks of directions; `filter` answers (f, 1 − f, f′, f″) for four eigenvalues.
+/// Sums over blocks of directions; `filter` returns (f, 1 − f, f′, f″) for four eigenvalues.
 #[inline(always)]
 fn gather(
     blocks: impl Iterator<Item = Block>,

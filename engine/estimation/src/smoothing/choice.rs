@@ -20,7 +20,7 @@ use crate::{
 };
 use flankfit_numerics::{cancel, check::Faults, minimize, root, words::Shown};
 
-/// What one λ gives.
+/// Results of one λ.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Figures {
     /// `Σ w r²`, over all coordinates.
@@ -42,7 +42,7 @@ pub enum Smoothing {
     EffectiveDegrees(f64),
 }
 
-/// What the criteria need to know of the problem.
+/// Quantities of the problem that the criteria need.
 #[derive(Clone, Copy, Debug)]
 pub struct Problem {
     /// m.
@@ -218,7 +218,7 @@ fn minimum(grid: &Grid, at: &impl Fn(f64) -> Option<Figures>, score: impl Fn(f64
     (place, Place::of(best, ends) == Place::Inside)
 }
 
-/// Where the rising `value` passes 0: its place, and whether it does within the grid.
+/// Place at which the rising `value` passes 0, and whether it does within the grid.
 fn root(grid: &Grid, at: &impl Fn(f64) -> Option<Figures>, value: impl Fn(&Figures) -> f64) -> (f64, bool) {
     let (first, last) = (&grid[0], &grid[grid.len() - 1]);
     if value(&first.1) >= 0.0 {
@@ -237,7 +237,7 @@ fn root(grid: &Grid, at: &impl Fn(f64) -> Option<Figures>, value: impl Fn(&Figur
 mod tests {
     use super::*;
 
-    /// One direction with eigenvalue 1 of the penalty beside a null space of 2, RSS of its own 3,
+    /// One direction with eigenvalue 1 of the penalty next to a null space of 2, RSS of its own 3,
     /// signal a = 2.
     fn one(lambda: f64) -> Option<Figures> {
         let f = 1.0 / (1.0 + lambda);

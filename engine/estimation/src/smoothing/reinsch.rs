@@ -18,7 +18,7 @@ pub(super) struct Equations {
     spread: Vec<Dd>,
     /// Q: the three entries of each column.
     q: Vec<[Dd; 3]>,
-    /// R and K = QᵀΩ⁻¹Q: diagonal, and beside it once and twice.
+    /// R and K = QᵀΩ⁻¹Q: diagonal, first and second off-diagonal.
     r: Vec<[Dd; 2]>,
     k: Vec<[Dd; 3]>,
     pub steps: Vec<Dd>,
@@ -122,8 +122,8 @@ impl Equations {
         y
     }
 
-    /// What λ gives for `heights`, by coordinate; `apart` is added to RSS (what repeated abscissae
-    /// leave).
+    /// Results of λ for `heights`, by coordinate; `apart` is added to RSS (the part of repeated
+    /// abscissae).
     pub(super) fn figures(&self, heights: &[Vec<Dd>], lambda: f64, apart: f64) -> Figures {
         let factor = self.factor(lambda);
         let (a, b) = (factor.a, factor.b);
@@ -221,7 +221,7 @@ impl Factor {
         }
     }
 
-    /// The inverse on the diagonal and beside it once and twice.
+    /// Diagonal, first and second off-diagonal of the inverse.
     fn inverse(&self) -> Vec<[Dd; 3]> {
         let n = self.d.len();
         let mut z = vec![[Dd::ZERO; 3]; n];

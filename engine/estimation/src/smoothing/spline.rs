@@ -35,7 +35,7 @@ pub struct Points<'a> {
     pub weight: Option<&'a [f64]>,
 }
 
-/// What is asked for.
+/// Specification of a smoothing spline.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SmoothingSpec {
     /// How λ is found.

@@ -59,8 +59,8 @@ pub struct Constraint {
     /// only `u`, its x.
     #[cfg_attr(feature = "contract", serde(skip_serializing_if = "Option::is_none"))]
     pub along: Option<FilterAxis>,
-    /// Where the constraint applies, within the domain of the fit; default the whole domain.
-    /// Opposite constraints along an axis must not touch.
+    /// Range in which the constraint applies, within the domain of the fit; default the whole
+    /// domain. Opposite constraints along an axis must not touch.
     #[cfg_attr(feature = "contract", serde(skip_serializing_if = "Option::is_none"))]
     pub domain: Option<Domain>,
 }

@@ -158,8 +158,8 @@ impl From<Parameter> for ChosenBy {
 }
 
 impl Criterion {
-    /// Those that every regularisation with a parameter may be asked for, and whose choices stand
-    /// beside the one asked for.
+    /// Criteria that every regularisation with a parameter accepts, and whose choices are reported
+    /// with the requested one.
     pub const ALL: [Criterion; 5] =
         [Criterion::MinMse, Criterion::MinCondition, Criterion::Gcv, Criterion::Discrepancy, Criterion::LCurve];
 
@@ -200,7 +200,7 @@ impl Criterion {
         Err(format!("`{name}` is for another regularisation (hkb, hkb_1975, lawless_wang: ridge; optimal: attraction)"))
     }
 
-    /// Whether it looks at every node.
+    /// True if the criterion uses single nodes.
     pub fn is_nodewise(self) -> bool {
         matches!(self, Criterion::Press | Criterion::BlockedCv)
     }

@@ -110,7 +110,7 @@ pub struct Matern {
     pub nugget: f64,
 }
 
-/// Variances of the errors beside what weights say.
+/// Variances of the errors in addition to the weights.
 #[derive(Clone, Debug, PartialEq, Default)]
 #[cfg_attr(
     feature = "contract",

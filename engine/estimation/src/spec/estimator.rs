@@ -133,9 +133,9 @@ pub struct MEstimator {
     pub tolerance: f64,
     /// Iterations at most.
     pub max_iterations: usize,
-    /// Where the iteration starts.
+    /// Start of the iteration.
     pub start: Start,
-    /// What `loss` is the minimax one against; an estimated share takes its place.
+    /// Contamination for which `loss` is minimax; an estimated share takes its place.
     pub contamination: Option<Contamination>,
 }
 

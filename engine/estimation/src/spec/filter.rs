@@ -77,7 +77,7 @@ pub struct Hampel {
     pub window: usize,
     /// Not negative; in robust standard deviations.
     pub threshold: f64,
-    /// What becomes of a peak.
+    /// Treatment of a peak.
     pub action: Action,
     /// On a grid, the axis along which windows lie; a square of both when not given.
     pub axis: Option<FilterAxis>,

@@ -59,7 +59,7 @@ pub struct FitSpec {
     pub domain: Option<Domain>,
     /// `r ≥ ‖A‖` of Ineq. 51, in the scaled columns.
     pub coefficient_norm_limit: Option<f64>,
-    /// What r is without it.
+    /// Value of r if no limit is given.
     pub expected_size: ExpectedSize,
     /// Standard deviation of a height of weight 1; by default estimated from the residuals.
     pub noise_sigma: Option<f64>,
@@ -67,11 +67,11 @@ pub struct FitSpec {
     pub node_uncertainty: Option<NodeUncertainty>,
     /// Correlations of the errors; `None` where they are independent.
     pub errors: Option<Errors>,
-    /// Variances of the errors beside what weights say.
+    /// Variances of the errors in addition to the weights.
     pub variance: Variance,
     /// Level of confidence intervals, between 0.5 and 1.
     pub level: f64,
-    /// What was known of the coefficients before.
+    /// Prior knowledge of the coefficients.
     pub prior: Option<Prior>,
     /// How the fitted function has to rise, fall or bend.
     pub constraints: Vec<Constraint>,
@@ -85,7 +85,7 @@ pub struct FitSpec {
     pub folds: Option<Folds>,
     /// Parts of the answer beyond the default.
     pub include: Include,
-    /// What is done to the nodes before, in this order.
+    /// Filters applied to the nodes before the fit, in this order.
     pub filters: Vec<Filter>,
     /// Nodes excluded from the fit, as if they were missing.
     pub exclude: Vec<NodeAt>,
@@ -242,7 +242,7 @@ pub enum PositionKind {
     Nominal,
 }
 
-/// What is answered only when asked for.
+/// Parts of the response that are included only on request.
 ///
 /// ```
 /// use flankfit_estimation::{
@@ -289,7 +289,7 @@ pub struct Include {
     pub influence: bool,
     /// The fitted polynomial as a curve or surface.
     pub shape: bool,
-    /// What of the fit is used for others, as a representative piece.
+    /// Part of the fit that others can use as representative piece.
     pub representative: bool,
     /// The predicted squared error of the regularised estimate, corrected by simulation for λ*
     /// having been chosen by the same nodes.

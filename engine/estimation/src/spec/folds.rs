@@ -4,8 +4,8 @@
 use super::form;
 
 /// Nodes that are left out together. Errors of neighbours are alike (one scan line, one setting of
-/// the probe), so that single nodes left out are foretold too well by those beside them; rows that
-/// lie beside each other are left out as one block.
+/// the probe), so single nodes are predicted too well by their neighbours; adjacent rows are left
+/// out as one block.
 ///
 /// ```
 /// use flankfit_estimation::{
@@ -34,14 +34,14 @@ use super::form;
     serde(try_from = "form::Folds", into = "form::Folds")
 )]
 pub struct Folds {
-    /// What is never torn apart.
+    /// Unit of nodes that stays together.
     pub by: FoldsBy,
     /// Number of blocks, each of neighbouring rows; by default ten, or one for each row where there
     /// are fewer.
     pub count: Option<usize>,
 }
 
-/// What is never torn apart.
+/// Unit of nodes that stays together.
 #[derive(Clone, Debug, PartialEq, Eq, Default)]
 pub enum FoldsBy {
     /// Nodes of one u (of one x on a curve), or single rows of a measurement matrix.

@@ -17,7 +17,7 @@ pub struct Predict {
     pub level: Option<f64>,
     /// Which bands.
     pub kinds: Kinds,
-    /// Slopes with their confidence intervals beside the heights.
+    /// Slopes with their confidence intervals in addition to the heights.
     pub slopes: bool,
 }
 

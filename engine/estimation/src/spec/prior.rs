@@ -9,8 +9,8 @@ use flankfit_numerics::contract::{list, name, number, whole};
 use super::form;
 use crate::data::Nodes;
 
-/// What was known of the coefficients before the nodes were measured. The estimate is then the mean
-/// of the posterior, and nothing is regularised beside.
+/// Prior knowledge of the coefficients before the nodes were measured. The estimate is then the
+/// mean of the posterior, without other regularisation.
 ///
 /// ```
 /// use flankfit_estimation::{
@@ -55,7 +55,7 @@ pub enum Prior {
         /// How far the coefficients may lie from it.
         spread: PriorSpread,
     },
-    /// What the same flank was measured like before.
+    /// Earlier iterations of the same flank.
     Iterations(Chain),
 }
 
@@ -139,7 +139,8 @@ impl Which {
     pub const MOST: usize = 100;
 }
 
-/// How far a flank moves between two iterations, beside what corrections predict.
+/// Size of the moves of a flank between two iterations, in addition to those that corrections
+/// predict.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize), serde(untagged))]
 pub enum Moves {
@@ -155,11 +156,11 @@ pub enum Moves {
 pub struct Earlier {
     /// Its number.
     pub number: u32,
-    /// The fit of it that stood.
+    /// The chosen fit of the iteration.
     pub fit_id: String,
-    /// What was measured.
+    /// Measured nodes.
     pub nodes: Arc<Nodes>,
-    /// What was corrected between it and the next one, in order.
+    /// Corrections between it and the next iteration, in order.
     pub corrections: Vec<Corrected>,
 }
 

@@ -13,7 +13,7 @@ use super::{
     tikhonov::Tikhonov,
 };
 
-/// What is done against small eigenvalues.
+/// Treatment of small eigenvalues.
 ///
 /// ```
 /// use flankfit_estimation::{

@@ -48,7 +48,7 @@ use super::{
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Representative {
-    /// Where the piece is from.
+    /// Source of the piece.
     pub of: PieceOf,
     /// The piece itself; `None` before it is looked up, and then there is no fit.
     pub piece: Option<Box<Piece>>,

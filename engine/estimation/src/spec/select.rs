@@ -41,8 +41,8 @@ pub struct Select {
     pub candidates: Candidates,
     /// By what one is chosen.
     pub criterion: ModelCriterion,
-    /// Whether a product of powers never stands without those that divide it. Only the columns of
-    /// a linear model can do without.
+    /// True if a product of powers requires those that divide it. Only the columns of a linear
+    /// model can do without.
     pub hierarchical: bool,
 }
 

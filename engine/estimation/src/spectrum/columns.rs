@@ -25,7 +25,7 @@ pub(crate) struct ScaledColumns {
     pub matrix: DMatrix<Dd>,
     /// Which coefficient each scaled column belongs to.
     pub kept: Vec<usize>,
-    /// What each scaled column was divided by.
+    /// Divisor of each scaled column.
     pub scale: Vec<Dd>,
     /// The unpenalised constant of `standardized`.
     pub constant: Option<Constant>,
@@ -87,8 +87,8 @@ fn positive(length: Dd) -> Dd {
     if length > Dd::ZERO { length } else { Dd::ONE }
 }
 
-/// How many scaled columns there will be. Refuses what a model with its number of columns rules
-/// out; whether a posted column is constant, the nodes have to tell.
+/// Number of scaled columns. Refuses models with an inadmissible number of columns; whether a
+/// posted column is constant depends on the nodes.
 pub(crate) fn scaled_size(design: &Design, scaling: Scaling) -> Result<usize, Faults> {
     let n = design.size();
     match scaling {

@@ -26,7 +26,7 @@ const NOT_CONVERGED: FitError = FitError::NotConverged(Unconverged::SingularValu
 /// of eigenvalue.
 #[derive(Clone)]
 pub(crate) struct Directions {
-    /// λᵢ; 0 where the arithmetic cannot tell it from 0.
+    /// Eigenvalues λᵢ; 0 where the arithmetic cannot distinguish them from 0.
     pub lambda: Vec<f64>,
     /// Column i is Vᵢ, in the scaled columns.
     pub v: DMatrix<f64>,
@@ -67,8 +67,8 @@ impl Deref for Spectrum {
     }
 }
 
-/// Singular values ascending, right singular vectors and `R̃ V`, with what the arithmetic cannot
-/// tell from 0.
+/// Singular values ascending, right singular vectors and `R̃ V`, with the level below which the
+/// arithmetic cannot distinguish them from 0.
 struct Decomposition {
     sigma: Vec<Dd>,
     v: DMatrix<Dd>,
@@ -93,7 +93,7 @@ fn decompose(matrix: &DMatrix<Dd>, floor: f64) -> Result<Decomposition, FitError
     Ok(Decomposition { sigma: exact.sigma, v: exact.v, image: exact.us, floor })
 }
 
-/// What rounding in double-double can put into a singular value of `R T P`.
+/// Bound on the effect of rounding in double-double on a singular value of `R T P`.
 fn rounding_floor(r: &DMatrix<Dd>, change: &DMatrix<Dd>, scale: impl Fn(usize) -> f64) -> f64 {
     let n = r.ncols();
     let mut sum = 0.0;
@@ -110,8 +110,8 @@ fn rounding_floor(r: &DMatrix<Dd>, change: &DMatrix<Dd>, scale: impl Fn(usize) -
 }
 
 impl Directions {
-    /// Analyses the scaled columns. Rank does not depend on how columns are scaled, but is told
-    /// best on columns of unit length: where it is known from there, `rank` says so.
+    /// Analyses the scaled columns. Rank does not depend on how columns are scaled, but is
+    /// determined best on columns of unit length: if it is known from there, it is given as `rank`.
     pub(crate) fn new(
         factor: &Factor,
         columns: &ScaledColumns,
@@ -217,7 +217,7 @@ impl Directions {
 }
 
 impl Spectrum {
-    /// What the heights, seen as `b = Qᵀ√Ωz`, have along `directions`.
+    /// Coordinates of the heights, seen as `b = Qᵀ√Ωz`, along `directions`.
     pub(crate) fn new(directions: Directions, qty: &[Dd], level: Dd) -> Self {
         let (a, scaled) = match &*directions.exact {
             Exact::Whole(parts) => along_whole(parts, &directions.lambda, qty),

@@ -57,8 +57,8 @@ pub(super) fn lengths(matrix: &DMatrix<f64>) -> Vec<f64> {
 /// Centred columns in Q's coordinates.
 pub(super) struct Centred {
     pub matrix: DMatrix<f64>,
-    /// Where the constant lies outside the span of the columns: its coefficients on them, and what
-    /// is left of it.
+    /// If the constant lies outside the span of the columns: its coefficients on them, and its
+    /// remainder.
     pub beyond: Option<(Vec<f64>, f64)>,
 }
 

@@ -30,7 +30,7 @@ pub(super) fn explained(unit: &[F64x4], stride: usize, terms: &[usize], room: &m
     for &j in terms[1..].iter().chain(&terms[..1]) {
         room.extend_from_slice(&unit[j * stride..(j + 1) * stride]);
     }
-    // columns are taken four at a time: behind the last one stand some of zeros
+    // columns are taken four at a time: the last one is followed by columns of zeros
     room.resize((terms.len() + 3) * stride, F64x4::ZERO);
     let mut rest = &mut room[..];
     for _ in (1..terms.len()).asking(terms.len() * terms.len()) {

@@ -18,14 +18,14 @@ use crate::{
 
 /// A weight this large against the largest one takes part in a dependency.
 const LARGE: f64 = 0.3;
-/// How many near dependencies are told at most.
+/// Greatest number of near dependencies in a report.
 const MOST_TOLD: usize = 100;
 
 /// Terms that take part in a direction, the leading one first: those with large weights, and those
 /// of which `owes` says so.
 fn partners(weights: &[f64], owes: impl Fn(usize) -> bool) -> Vec<usize> {
     let largest = weights.iter().map(|w| w.abs()).fold(0.0, f64::max);
-    // moduli stand in the order of their bits
+    // moduli have the order of their bits
     let mut terms: Vec<(Reverse<u64>, usize)> = weights
         .iter()
         .map(|w| w.abs())

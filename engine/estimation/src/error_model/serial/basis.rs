@@ -8,7 +8,7 @@ use flankfit_numerics::{cancel::Asking, distribution::pearson::Moments};
 /// Rows of an orthonormal basis of the columns, line after line.
 ///
 /// On a full grid the basis is a product of those of its axes and every line is like the others:
-/// then the basis of the axis along which lines run stands for all, `lines` times among the nodes
+/// then the basis of the axis along which lines run serves for all, `lines` times among the nodes
 /// and `columns` times among the columns.
 pub(crate) struct LineBasis {
     /// Row by row, a column of this for each node.
@@ -25,7 +25,8 @@ impl LineBasis {
         LineBasis { q, linked, lines: 1.0, columns: 1.0 }
     }
 
-    /// Of one line that stands for `lines` with `columns` products of its columns.
+    /// Makes the basis of one line, which is repeated for `lines` lines and `columns` products of
+    /// its columns.
     pub(crate) fn of_axis(q: DMatrix<f64>, lines: usize, columns: usize) -> Self {
         let linked = (0..q.ncols()).map(|i| i > 0).collect();
         LineBasis { q, linked, lines: lines as f64, columns: columns as f64 }

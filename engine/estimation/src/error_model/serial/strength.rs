@@ -13,7 +13,7 @@ pub(crate) struct Strength {
     pub factor: f64,
 }
 
-/// The strongest correlation that is told: a random walk has none.
+/// Greatest correlation that is reported: a random walk has none.
 const MOST: f64 = 0.98;
 
 impl Strength {
@@ -36,7 +36,8 @@ impl Strength {
         Strength { rho, factor: (estimates / residuals).sqrt() }
     }
 
-    /// Of so many nodes that the columns change little from one to the next.
+    /// Strength of correlation `c` for nodes so many that the columns change little from one to the
+    /// next.
     pub(crate) fn of_many(c: f64) -> Self {
         let rho = c.clamp(0.0, MOST);
         Strength { rho, factor: ((1.0 + rho) / (1.0 - rho)).sqrt() }

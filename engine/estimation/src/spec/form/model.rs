@@ -126,7 +126,7 @@ impl From<super::super::Model> for Model {
     }
 }
 
-/// Returns the number of functions along v, where the knots tell that there is a v.
+/// Returns the number of functions along v, if the knots show that there is a v.
 fn columns(degree: Degree, knots: &Knots) -> Option<usize> {
     let (Degree::Both(q) | Degree::Each(_, q)) = degree;
     match knots {
