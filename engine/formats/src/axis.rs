@@ -63,12 +63,12 @@ impl Axis {
         self.knots[1..self.knots.len() - 1].windows(self.degree).map(mean)
     }
 
-    /// Each knot once, and how often it stands.
+    /// Each knot once, and its multiplicity.
     pub(super) fn multiplicities(&self) -> (Vec<f64>, Vec<usize>) {
         self.knots.chunk_by(|a, b| a == b).map(|run| (run[0], run.len())).unzip()
     }
 
-    /// First places of inner knots that stand degree + 1 times: the spline may jump there.
+    /// First indices of inner knots of multiplicity degree + 1: the spline may jump there.
     pub(super) fn jumps(&self) -> Vec<usize> {
         let p = self.degree;
         (p + 1..self.size()).filter(|&i| self.knots[i] == self.knots[i + p]).collect()

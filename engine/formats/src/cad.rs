@@ -7,7 +7,7 @@
 //!   spline gives its own parameter. Where there are weights the product of parameter and
 //!   denominator is a spline of one degree more, and the whole is raised to it.
 //! - Loose ends are clamped by inserting knots.
-//! - At an inner knot that stands degree + 1 times the shape is cut in two, unless both sides meet
+//! - At an inner knot of multiplicity degree + 1 the shape is cut in two, unless both sides meet
 //!   there.
 
 use super::{
@@ -69,18 +69,17 @@ pub(super) enum Piece {
 }
 
 impl CadCurve {
-    /// Whether it ends where it begins.
+    /// True if the curve ends where it begins.
     pub(super) fn is_closed(&self) -> bool {
         self.points.first() == self.points.last()
     }
 
-    /// Whether it has no extent at all.
+    /// True if the curve has no extent.
     pub(super) fn is_point(&self) -> bool {
         self.points.iter().all(|p| *p == self.points[0])
     }
 
-    /// The axis that stands upright on the plane of the curve, if that plane is parallel to two
-    /// axes.
+    /// Axis perpendicular to the plane of the curve, if that plane is parallel to two axes.
     pub(super) fn normal(&self) -> Option<Vector> {
         let flat = |k: &usize| self.points.iter().all(|p| p[*k] == self.points[0][*k]);
         [2, 1, 0].iter().find(|k| flat(k)).map(|k| Vector::ith(*k, 1.0))
@@ -103,7 +102,7 @@ impl CadSurface {
         ]
     }
 
-    /// The border where parameter `along` runs and the other one stands at its low or high end.
+    /// Border along parameter `along`, the other one being at its low or high end.
     pub(super) fn border(&self, along: usize, high: bool) -> CadCurve {
         let fixed = if high { self.axes[1 - along].size() - 1 } else { 0 };
         let (points, weights): (Vec<_>, Vec<_>) = (0..self.axes[along].size())

@@ -39,26 +39,26 @@ pub enum FileError {
          {found}"
     )]
     Unrecognised {
-        /// Where it begins.
+        /// Beginning of the file.
         place: FilePosition,
-        /// What it begins with.
+        /// First characters of the file.
         found: String,
     },
-    /// Something else stands where the format has one thing.
+    /// Something other than what the format requires.
     #[error("{place}: expected {expected}, found {found}")]
     Expected {
-        /// Where it stands.
+        /// Place of what was found.
         place: FilePosition,
-        /// What the format has there.
+        /// Content that the format requires.
         expected: &'static str,
-        /// What stands there.
+        /// Content that was found.
         found: String,
     },
     /// A trace has more or fewer values than its head says.
     #[error("{place}: {trace} announces {announced} values, found {found}{}",
         if *.found > *.announced { " or more" } else { "" })]
     ValueCount {
-        /// Where the values of the trace begin or end.
+        /// Place at which the values of the trace begin or end.
         place: FilePosition,
         /// Name of the trace.
         trace: String,
@@ -70,9 +70,9 @@ pub enum FileError {
     /// More entries than are read.
     #[error("{place}: more than {most} {what}")]
     TooMany {
-        /// Where it stands.
+        /// Place of the first one too many.
         place: FilePosition,
-        /// What there are too many of, as a plural.
+        /// Name of what is too many, as a plural.
         what: &'static str,
         /// The most that are read.
         most: usize,
@@ -81,17 +81,17 @@ pub enum FileError {
     /// a compressed file.
     #[error("{place}: {what}")]
     Unsupported {
-        /// Where it stands.
+        /// Place of what is not understood.
         place: FilePosition,
-        /// What is not understood.
+        /// Name of what is not understood.
         what: String,
     },
     /// A fault of the XML grammar.
     #[error("{place}: {detail}")]
     Xml {
-        /// Where it stands.
+        /// Place of the error.
         place: FilePosition,
-        /// What is wrong.
+        /// Description of the error.
         detail: String,
     },
     /// A table of nodes or points that cannot be read.
@@ -117,7 +117,7 @@ pub enum FileError {
 }
 
 impl FileError {
-    /// Where the fault is, if it is anywhere.
+    /// Place of the error, if it has one.
     pub fn place(&self) -> Option<FilePosition> {
         match self {
             FileError::Unrecognised { place, .. }

@@ -63,14 +63,13 @@ pub struct Difference {
     pub file: String,
     /// Its value of the gear, as text.
     pub gear: String,
-    /// Whether it makes another gear of it, and no rounding or convention explains it.
+    /// True if the difference is one of another gear, which no rounding or convention explains.
     pub another: bool,
 }
 
 impl GearFacts {
-    /// Where a file and a gear disagree, as far as both say anything and by more than a file's last
-    /// digits: a thousandth of lengths and of the profile shift coefficient's unit, a fiftieth of a
-    /// degree.
+    /// Differences between a file and a gear in what both have, by more than a file's last digits:
+    /// a thousandth of lengths and of the profile shift coefficient's unit, a fiftieth of a degree.
     pub fn differences(&self, gear: &GearData) -> Vec<Difference> {
         let mut found = Vec::new();
         let mut differ = |datum, file: String, gear: String, another| {
@@ -130,7 +129,7 @@ impl GearFacts {
         self.internal.unwrap_or(inwards)
     }
 
-    /// What is missing for a gear. The hand is asked for only where the helix has an angle.
+    /// Data missing for a gear. The hand is required only if the helix has an angle.
     pub fn missing(&self) -> Vec<Datum> {
         let helical = self.helix_angle.is_some_and(|angle| angle > 0.0);
         let present = [

@@ -9,7 +9,7 @@ use super::{
     table::{self, Mapping, Table},
 };
 
-/// What a file held.
+/// Content of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub enum GearFile {
     /// `.mka`

@@ -58,7 +58,7 @@ impl Unit {
         }
     }
 
-    /// What is shown.
+    /// Displayed name of the unit.
     pub fn display_name(&self) -> &str {
         match self {
             Unit::Micrometre => "µm",
@@ -129,8 +129,7 @@ pub struct Correction {
     pub program: Option<String>,
 }
 
-/// Columns, in the order of the standard's table; units stand where a variable has them as its
-/// property.
+/// Columns, in the order of the standard's table; variables with a unit have it as a property.
 pub const COLUMNS: [&str; 10] = [
     "Identifier",
     "CharacteristicIdentifier",

@@ -52,8 +52,8 @@ impl UtcTime {
     }
 }
 
-/// What a file says about itself. Texts may hold any characters: each format writes them in its own
-/// way.
+/// Description of a file by itself. Texts may hold any characters: each format writes them in its
+/// own way.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Label {
     /// Name of the product or mesh, for instance the name of the gear.

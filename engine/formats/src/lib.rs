@@ -7,7 +7,7 @@
 //! piece by piece ([`Pieces`]): no clock, no file system, the same bytes for the same input.
 //! Lengths are millimetres where a format has a unit. A double is written with the digits that
 //! bring back its very bits, and a number that is not finite is never written.
-//! docs/reference/export.md tells users what to expect of each format.
+//! docs/reference/export.md describes each format.
 
 #![warn(missing_docs, unnameable_types, unreachable_pub)]
 

@@ -4,14 +4,14 @@ use thiserror::Error;
 
 use flankfit_numerics::words::Shown;
 
-/// Why a note stands there.
+/// Reason of a note.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum NoteCode {
     /// Lines of a block that is not known; they are not among the data.
     UnknownBlock,
-    /// A header code that stands there twice; both lines are kept, the first one counts.
+    /// A header code that occurs twice; both lines are kept, the first one counts.
     RepeatedCode,
-    /// A result code that stands there twice; both are kept.
+    /// A result code that occurs twice; both are kept.
     RepeatedResult,
     /// Angles are not decimal degrees, so none is taken from the header.
     AnglesNotDecimal,
@@ -63,7 +63,7 @@ impl NoteCode {
     }
 }
 
-/// What there is to say of a line.
+/// Remark on a line.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum Remark {
@@ -96,7 +96,7 @@ pub enum Remark {
     /// The mark of undefined points is no number; this one is taken.
     #[error("undefined points are marked by “{mark}”, no number; {taken} is taken")]
     UndefinedMark {
-        /// As it stands there.
+        /// Text as it is in the file.
         mark: String,
         /// The number that is taken.
         taken: f64,
@@ -146,7 +146,7 @@ pub enum Remark {
     FlanksDiffer {
         /// The gear's name, shortened.
         gear: String,
-        /// What differs, in the plural.
+        /// Differing quantities, in the plural.
         figures: &'static str,
     },
     /// The order of a grid's values.
@@ -202,7 +202,7 @@ impl Remark {
 pub struct Note {
     /// From 1.
     pub line: usize,
-    /// What there is to say of it.
+    /// Remark on the line.
     pub remark: Remark,
 }
 

@@ -13,7 +13,7 @@ pub(super) fn real(x: f64) -> String {
     }
 }
 
-/// A real constant of IGES: without `D` it would be of single precision, so `D` stands wherever
+/// A real constant of IGES: without `D` it would be of single precision, so `D` is written wherever
 /// seven digits do not suffice.
 pub(super) fn iges_real(x: f64) -> String {
     let plain = real(x);

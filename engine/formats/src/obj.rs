@@ -98,7 +98,7 @@ pub fn write(meshes: &[NamedMesh], lines: &[NamedLine], label: &Label) -> Result
 struct Numbers {
     first: usize,
     count: usize,
-    /// Of each node from `first` on; empty where every node has a normal.
+    /// Number of the normal of each node from `first` on; empty if every node has a normal.
     some: Vec<Option<std::num::NonZeroU32>>,
 }
 

@@ -50,8 +50,8 @@ impl Face {
         self.corners
     }
 
-    /// What is left of a face when some of its corners are the same node; `None` if it has no area
-    /// any more.
+    /// Remainder of a face when some of its corners are the same node; `None` if it has no area any
+    /// more.
     fn of(corners: [u32; 4]) -> Option<Face> {
         let [a, b, c, d] = corners;
         match [a == b, b == c, c == d, d == a] {
@@ -120,7 +120,7 @@ impl Apart {
         })
     }
 
-    /// Where each node went, with the nodes that are left moved together.
+    /// Joins near nodes and returns the new number of each node.
     fn join(&mut self, tolerance: f64) -> Vec<u32> {
         let mut number = leaders(&self.nodes, &self.sizes, tolerance);
         let with_normals = !self.normals.is_empty();
@@ -159,13 +159,13 @@ impl QuadMesh {
         QuadMesh { nodes, normals, faces }
     }
 
-    /// The same with nodes joined that stand on borders of patches no farther apart than
-    /// `tolerance` (mm, ≥ 0).
+    /// Makes the mesh of [`QuadMesh::of`] with nodes joined that lie on borders of patches no
+    /// farther apart than `tolerance` (mm, ≥ 0).
     ///
     /// A node joins the first one in the order of nodes that is near enough and has not itself
     /// joined another. A quadrilateral on a side without length so becomes a triangle; a face
     /// without area is left out. Neighbours must be sampled alike along their common border, else
-    /// nodes of one stand between those of the other.
+    /// nodes of one lie between those of the other.
     pub fn joined(samples: &[SurfaceSample], tolerance: f64) -> Result<Self, Faults> {
         check_tolerance(tolerance)?;
         Ok(Self::join(Apart::of(samples), tolerance))
@@ -223,7 +223,7 @@ fn check_tolerance(tolerance: f64) -> Result<(), Faults> {
     if tolerance >= 0.0 && tolerance.is_finite() { Ok(()) } else { Err(no_tolerance(tolerance)) }
 }
 
-/// The nodes that stand on the border of their sample.
+/// Indices of the nodes on the border of their sample.
 fn on_borders(sizes: &[[usize; 2]]) -> impl Iterator<Item = usize> {
     let mut first = 0;
     sizes.iter().flat_map(move |[m, n]| {

@@ -82,8 +82,8 @@ pub(super) struct Line<'a> {
 }
 
 impl<'a> Line<'a> {
-    /// Where a part of this line begins. Only a slice of the line has a place; anything else is put
-    /// at its end.
+    /// Place at which a part of this line begins. Only a slice of the line has a place; anything
+    /// else is put at its end.
     pub(crate) fn place(&self, part: &str) -> FilePosition {
         let offset = (part.as_ptr() as usize).wrapping_sub(self.text.as_ptr() as usize).min(self.text.len());
         let before = self.text.get(..offset).unwrap_or(self.text);
@@ -304,7 +304,7 @@ mod tests {
             prop_assume!(!text.ends_with('\r'));
             let own: Vec<_> = Lines::new(&text).map(|line| line.text.to_owned()).collect();
             let std: Vec<_> = text.lines().map(str::to_owned).collect();
-            // an empty text has no line for the standard library, one for a place to stand
+            // an empty text has no line for the standard library, here one, so that it has a place
             prop_assert!(own == std || (text.is_empty() && own == [""]) , "{own:?} {std:?}");
         }
     }

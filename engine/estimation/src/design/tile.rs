@@ -50,7 +50,7 @@ pub(crate) struct Chebyshev<'a> {
 }
 
 impl<'a> Chebyshev<'a> {
-    /// Returns the axes of the working basis of `design` if it is a product of Chebyshev polynomials.
+    /// Returns the axes of `design` if its working basis is a product of Chebyshev polynomials.
     pub(crate) fn of(design: &'a Design) -> Option<Self> {
         match &design.basis {
             Basis::Product {

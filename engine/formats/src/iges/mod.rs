@@ -24,7 +24,7 @@ use flankfit_numerics::{cancel, check::Faults};
 /// Card numbers have seven digits.
 const MOST_CARDS: usize = 9_999_999;
 
-/// What CAD should take for one and the same place, mm.
+/// Distance up to which CAD should take places for the same, mm.
 const RESOLUTION: f64 = 1e-6;
 
 /// The file of `shapes`: parameters as they are, lengths in mm, each name as the property 406:15 of

@@ -18,7 +18,7 @@ pub use super::trace_head::Section;
 /// Marks an undefined point where the preamble says nothing else.
 const UNDEFINED: f64 = -2_147_483.648;
 
-/// The block that a trace stands in.
+/// Block of the file that a trace belongs to.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Block {
     /// Leads of the measured teeth.
@@ -56,7 +56,7 @@ impl Block {
 /// A trace as it is stored.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curve {
-    /// Block of the file that it stands in.
+    /// Block of the file that the trace belongs to.
     pub block: Block,
     /// `44`, `1k`
     pub tooth: String,
@@ -85,7 +85,7 @@ pub struct Curves {
     pub curves: Vec<Curve>,
     /// Pitch and run-out by tooth, one table for each flank.
     pub pitch: Vec<PitchTable>,
-    /// Where the pitch measurement touched the flanks.
+    /// Places at which the pitch measurement touched the flanks.
     pub contacts: Vec<Contact>,
     /// Root and tip diameters of the measured teeth.
     pub diameters: Vec<Diameters>,
@@ -125,8 +125,8 @@ impl Curves {
     }
 }
 
-/// The number that stands for an undefined point. Big ones are met as far as they were rounded when
-/// written.
+/// The number that marks an undefined point. Large ones are recognised to the digits with which
+/// they were written.
 #[derive(Clone, Copy, Debug)]
 struct Undefined {
     marker: f64,
@@ -150,7 +150,7 @@ impl Undefined {
     }
 }
 
-/// What has been read behind the header.
+/// Content read after the header.
 struct Body {
     file: Curves,
     undefined: Undefined,

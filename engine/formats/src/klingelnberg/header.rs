@@ -10,7 +10,7 @@ use super::{
 /// Most header lines that are kept; real files have about 130.
 const MOST_LINES: usize = 10_000;
 
-/// What a file holds after its header.
+/// Content of a file after its header.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FileKind {
     /// `KS.MK.FILE`
@@ -24,7 +24,7 @@ pub enum FileKind {
 pub struct Setting {
     /// `UNITS`, `FILTER LEAD`
     pub key: String,
-    /// What stands after the key.
+    /// Text after the key.
     pub value: String,
     /// Line in the file, from 1.
     pub line: usize,
@@ -37,7 +37,7 @@ pub struct HeaderLine {
     pub code: u32,
     /// Without leaders: `Normalmodul mn [mm]`.
     pub label: String,
-    /// What follows the label, split where the file's separator stands, trimmed.
+    /// Text after the label, split at the file's separator, trimmed.
     pub fields: Vec<String>,
     /// Line in the file, from 1.
     pub line: usize,
@@ -79,7 +79,7 @@ impl HeaderLine {
         &self.fields[start..]
     }
 
-    /// What stands in fields and label, in small letters: for words such as the hand of a helix.
+    /// Text of fields and label in lower case, for words such as the hand of a helix.
     pub(super) fn words(&self) -> String {
         self.fields.join(" ").to_lowercase()
     }
@@ -190,7 +190,7 @@ impl Header {
     }
 }
 
-/// What a first line says its file holds.
+/// Kind of content that a first line declares.
 pub(super) fn kind_of(line: &str) -> Option<FileKind> {
     let mut words = line.split_ascii_whitespace();
     if !words.next()?.eq_ignore_ascii_case("HEADER") {

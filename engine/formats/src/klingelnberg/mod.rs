@@ -1,10 +1,10 @@
 //! Gear measurements of Klingelnberg's instruments: curves (`.mka`) and values (`.mew`).
 //!
 //! Both begin with a line `HEADER KS.MK.FILE` or `HEADER KS.MW.FILE`, a preamble `KEY value !
-//! comment`, and numbered header lines. What a header line means is told by its number alone, since
-//! its label follows the language of the instrument; so do curves by the letter of their section
-//! (`x=`, `d=`, `z=`). Curves come in blocks of traces, each with its tooth, flank and number of
-//! values; values as numbered results.
+//! comment`, and numbered header lines. The number of a header line alone determines its meaning,
+//! since its label follows the language of the instrument; that of a curve is the letter of its
+//! section (`x=`, `d=`, `z=`). Curves come in blocks of traces, each with its tooth, flank and
+//! number of values; values as numbered results.
 //!
 //! Conventions. Deviations are µm with the sign that is stored; [`Signs`] turns it. An undefined
 //! point is NaN and counted, never left out. Positions are found with a gear's base circle

@@ -12,7 +12,7 @@ use flankfit_numerics::words::Shown;
 pub struct PositionedTrace {
     /// Deviations with the sign stored.
     pub trace: Trace,
-    /// Block of the file that it stands in.
+    /// Block of the file that the trace belongs to.
     pub block: Block,
     /// Number within its group.
     pub index: Option<u32>,
@@ -72,7 +72,7 @@ impl Curves {
         placed
     }
 
-    /// What turns the stored signs, for this file's settings.
+    /// Factors for the stored signs by this file's settings.
     pub fn signs(&self) -> Signs {
         Signs::of(&self.header.rules())
     }

@@ -7,7 +7,7 @@
 
 use flankfit_gear::Side;
 
-/// What a result is about.
+/// Quantity of a result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Characteristic {
     /// f_Hβ.
@@ -71,7 +71,7 @@ impl Characteristic {
     }
 }
 
-/// Where on the flank it was measured.
+/// Place on the flank of a measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum MeasuringPosition {
     /// In the middle of the flank.

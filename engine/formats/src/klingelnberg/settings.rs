@@ -37,13 +37,13 @@ impl<T> Sides<T> {
 /// A stretch as the file gives it, start first.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Range {
-    /// Where it starts.
+    /// Start of the range.
     pub start: f64,
-    /// Where it ends.
+    /// End of the range.
     pub end: f64,
 }
 
-/// What a profile's places are given in (the key `PROFILE`).
+/// Quantity in which the places of a profile are given (the key `PROFILE`).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ProfileAxis {
     /// mm.
@@ -112,8 +112,8 @@ pub struct Probe {
     pub pitch: Option<f64>,
 }
 
-/// A reference length: the instrument's choice, its word for it, and the length that the tolerances
-/// stand beside.
+/// A reference length: the instrument's choice, its word for it, and the length to which the
+/// tolerances refer.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Length {
     /// Number of the instrument's choice.
@@ -257,8 +257,8 @@ impl Header {
         Sides { left: range(start.left, end.left), right: range(start.right, end.right) }
     }
 
-    /// What profile places are given in. Without a word for it they are diameters, which every
-    /// known file has.
+    /// Quantity of profile places. Without a word for it they are diameters, which every known file
+    /// has.
     pub fn profile_axis(&self) -> ProfileAxis {
         let Some(word) = self.preamble("PROFILE") else { return ProfileAxis::Diameter };
         let small = word.to_lowercase();

@@ -14,17 +14,17 @@
 use super::{Rules, Sides};
 use flankfit_gear::{Kind, Side};
 
-/// What a positive deviation is to mean.
+/// Meaning of a positive deviation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum SignConvention {
-    /// Material stands out of the nominal flank, as everywhere in [`flankfit_gear`].
+    /// Excess of material on the nominal flank, as everywhere in [`flankfit_gear`].
     Material,
     /// Slopes get the sign of DIN: profiles as [`SignConvention::Material`], leads positive where a
     /// positive slope turns the helix to the right.
     Din,
 }
 
-/// What turns stored deviations into either sense, for the settings of a file.
+/// Factors from stored deviations to either convention, for the settings of a file.
 ///
 /// The factors are known for a file with code 164 = 0 (flank names by DIN), 165 = 1 with `L: + : R:
 /// -`, and 178 = 1 (sign of leads by DIN). For other settings the same factors are used as an

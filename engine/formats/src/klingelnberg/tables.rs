@@ -57,7 +57,7 @@ impl PitchTable {
     }
 }
 
-/// Where a flank was touched when the pitch was measured.
+/// Place at which a flank was touched when the pitch was measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contact {
     /// Number of the tooth, from 1.

@@ -10,7 +10,7 @@ use super::{
 };
 use flankfit_gear::{Kind, Side};
 
-/// What a trace stays constant in.
+/// Coordinate that is constant along a trace.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Section {
     /// Roll length of a lead's cylinder, mm.
@@ -132,7 +132,7 @@ fn count_of<'a>(line: Line<'a>, behind: &'a str) -> Result<(Option<usize>, &'a s
     Ok((Some(count), &text[word.len()..]))
 }
 
-/// `x= 8.742`, wherever it stands in the rest of a head.
+/// Section of a trace, `x= 8.742`, anywhere in the rest of a head.
 fn section_of<'a>(line: Line<'a>, rest: &'a str) -> Result<Section, FileError> {
     let Some((letter, value)) = rest.split_once('=') else { return Ok(Section::NotGiven) };
     let letter = letter.trim_end();

@@ -17,7 +17,7 @@ const NOT_MEASURED: f64 = -9999.0;
 /// Stored instead of a statistic that could not be formed.
 const NOT_AVAILABLE: f64 = 8999.0;
 
-/// What stands for a result.
+/// Value of a result, or the reason why it has none.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ResultValue {
     /// µm for deviations, mm for diameters and spans.
@@ -47,15 +47,15 @@ pub struct ResultLine {
     pub name: String,
     /// `None` for a code of no known meaning.
     pub characteristic: Option<Characteristic>,
-    /// Where on the flank it was measured.
+    /// Place on the flank of the measurement.
     pub place: MeasuringPosition,
-    /// Whether it is of one tooth, or of all.
+    /// Statistic of the result: of one tooth, or over all.
     pub statistic: Statistic,
     /// Flank, for a characteristic of one side.
     pub side: Option<Side>,
     /// Tooth that the label names.
     pub tooth: Option<String>,
-    /// The result, or what stands for it.
+    /// The result, or the reason why it has none.
     pub reading: ResultValue,
     /// Line in the file, from 1.
     pub line: usize,

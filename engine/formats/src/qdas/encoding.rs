@@ -1,7 +1,7 @@
 //! The characters of a file: Windows-1252, which every reader takes for granted, where it has them
 //! all, else UTF-8 behind a byte order mark.
 
-/// How the bytes of a file stand for characters.
+/// Encoding of a file's characters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Charset {
     /// The code page of Western Europe.
@@ -10,7 +10,7 @@ pub enum Charset {
     Utf8,
 }
 
-/// What UTF-8 begins with.
+/// First bytes of a file in UTF-8.
 const BYTE_ORDER_MARK: &[u8] = "\u{feff}".as_bytes();
 
 /// Characters of Windows-1252 from 0x80 to 0x9F; U+FFFD where it has none.

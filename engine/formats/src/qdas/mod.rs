@@ -2,11 +2,12 @@
 //! characteristics with limits, and a value of each, as programs for statistical process control
 //! read them.
 //!
-//! A file is made of lines, a key field and its content: `K2002/3 f_Halpha`. `/3` says the
-//! characteristic. First comes the number of characteristics (K0100), then the part (K1…), then
-//! each characteristic (K2…), and last the values (K0001) with what belongs to each. Values stand
-//! under their keys and not in the compact form, whose separators are control characters. Texts
-//! lose control characters and are cut to the length of their field, so none can break a line.
+//! A file is made of lines, a key field and its content: `K2002/3 f_Halpha`. `/3` is the number of
+//! the characteristic. First comes the number of characteristics (K0100), then the part (K1…), then
+//! each characteristic (K2…), and last the values (K0001) with what belongs to each. Values are
+//! written under their keys and not in the compact form, whose separators are control characters.
+//! Texts lose control characters and are cut to the length of their field, so none can break a
+//! line.
 //!
 //! Limits are absolute (K2110, K2111). Their kinds (K2120, K2121) are not written: a limit without
 //! a kind is a limit.
@@ -28,7 +29,7 @@ pub const DECIMALS: usize = 3;
 /// Characters of a number (K0001, K2110, K2111).
 const LONGEST_NUMBER: usize = 22;
 
-/// What was measured.
+/// Measured part.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Part {
     /// K1001, by which a database knows the part; up to 30 characters.
@@ -60,7 +61,7 @@ pub struct Characteristic {
     pub value: Option<f64>,
 }
 
-/// What belongs to every value.
+/// Data that belong to every value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Measurement {
     /// K0004, in UTC.
@@ -205,7 +206,7 @@ pub fn one_line(text: &str, longest: usize) -> String {
     plain.trim().chars().take(longest).collect::<String>().trim_end().to_owned()
 }
 
-/// With [`DECIMALS`] digits behind the point, and with an exponent where that takes too much room.
+/// Number with [`DECIMALS`] digits after the point, or with an exponent if that is too long.
 fn number(x: f64) -> String {
     let rounded = format!("{x:.DECIMALS$}");
     if rounded.len() > LONGEST_NUMBER {

@@ -5,7 +5,7 @@
 
 use flankfit_numerics::cancel::Asking;
 
-/// What the bytes of a list are.
+/// Type of the numbers in the bytes of a list.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Code {
     Int32,

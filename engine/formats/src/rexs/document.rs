@@ -67,7 +67,7 @@ pub(super) struct Attribute {
     pub id: String,
     pub unit: String,
     pub value: Value,
-    /// Where its element begins.
+    /// Offset at which its element begins.
     pub offset: usize,
 }
 
@@ -216,7 +216,7 @@ impl Document {
     }
 }
 
-/// What is open at the moment.
+/// State of parsing: the open elements.
 struct Parser<'a> {
     text: &'a str,
     document: Document,

@@ -107,7 +107,7 @@ pub struct RexsModel {
     pub notes: Notes,
 }
 
-/// What an attribute measures.
+/// Quantity of an attribute.
 #[derive(Clone, Copy)]
 enum Quantity {
     Number,
@@ -339,8 +339,8 @@ impl Reader<'_> {
         Ok(Some(value * self.scale(attribute, quantity)?))
     }
 
-    /// What turns a unit into mm or rad. Attributes without unit are in those of the specification,
-    /// mm and degrees.
+    /// Factor from the attribute's unit to mm or rad. Attributes without unit are in those of the
+    /// specification, mm and degrees.
     fn scale(&self, attribute: &Attribute, quantity: Quantity) -> Result<f64, FileError> {
         let unit = attribute.unit.trim();
         let scale = match (quantity, unit) {

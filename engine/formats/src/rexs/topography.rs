@@ -3,7 +3,7 @@
 use super::{super::topography::ascending, document::Value};
 use flankfit_numerics::cancel;
 
-/// What the lists are.
+/// Shape of the lists.
 #[derive(Debug, PartialEq)]
 pub(super) enum Shape {
     /// Diameters, coordinates, amounts row by row of diameters; whether the order of the amounts

@@ -1,7 +1,7 @@
 //! Hexahedra of a [`HexMesh`] for finite elements: Abaqus and CalculiX, ADINA, Gmsh.
 //!
-//! Nodes and elements are numbered from 1 in the order of the mesh; named sets of faces stand in
-//! each file as far as its program has them. Lengths are mm. Material and loads are the user's.
+//! Nodes and elements are numbered from 1 in the order of the mesh; each file has those named sets
+//! of faces that its program supports. Lengths are mm. Material and loads are the user's.
 
 mod abaqus;
 mod adina;

@@ -1,5 +1,5 @@
-//! What the columns of a table hold: as a mapping says, as the header names them, or by their
-//! number; and what they make together.
+//! Contents of a table's columns: by a mapping, by the names in the header, or by their number; and
+//! the nodes or points that they form.
 
 use std::{borrow::Cow, collections::BTreeSet};
 
@@ -12,7 +12,7 @@ use super::{
 use crate::file_error::FileError;
 use flankfit_numerics::words::counted;
 
-/// What columns make together, by their numbers from 0.
+/// Nodes or points that columns form, by their numbers from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Roles {
     Surface { along: usize, across: usize, height: usize },
@@ -210,7 +210,7 @@ impl Guess {
         columns
     }
 
-    /// Of several columns with one meaning takes one, and says what `z` is.
+    /// Chooses one of several columns with the same meaning, and decides what `z` is.
     fn settle_names(&mut self) {
         // a deviation as DIN counts it goes before one as the instrument printed it
         let din = |name: &String| name.to_lowercase().contains("din");
@@ -229,7 +229,7 @@ impl Guess {
         for other in along.iter().skip(1) {
             self.meanings[*other] = Some(Meaning::Ignore);
         }
-        // beside a deviation z is a place
+        // with a deviation, z is a place
         if let (Some(z), true) = (self.position(Meaning::Z), self.has(Meaning::Deviation))
             && !(self.has(Meaning::X) && self.has(Meaning::Y))
         {
@@ -238,7 +238,8 @@ impl Guess {
         }
     }
 
-    /// Columns that no word names: the heights beside two places, or all by their number.
+    /// Assigns columns without a known name: the heights next to two places, or all by their
+    /// number.
     fn settle_others(&mut self, layout: Option<Layout>, notes: &mut Vec<TableNote>) {
         let free: Vec<usize> =
             (0..self.names.len()).filter(|k| self.meanings[*k].is_none() && self.numeric[*k]).collect();

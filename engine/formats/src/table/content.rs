@@ -1,4 +1,4 @@
-//! What a table holds: nodes of flanks, or points.
+//! Content of a table: nodes of flanks, or points.
 
 use std::collections::BTreeMap;
 
@@ -44,8 +44,8 @@ pub struct NodeSet {
     /// How its traces meet, where the table says which of them are profiles and helices and they
     /// cross. Helix traces that count the other way are turned in `nodes`.
     pub crossings: Option<Crossings>,
-    /// The traces, where the table tells them apart and they do not share one zero: they do not
-    /// cross, or differ where they do.
+    /// Traces, if the table distinguishes them and they do not share one zero: they do not cross,
+    /// or differ at crossings.
     pub own_zeros: Option<OwnZeros>,
 }
 

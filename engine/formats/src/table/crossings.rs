@@ -25,7 +25,7 @@ const REPEATABLE: f64 = 0.015;
 const FALSE_ALARM: f64 = 0.01;
 /// Probability that noise alone decides on the sign.
 const WRONG_SIGN: f64 = 0.001;
-/// Degrees of freedom of the noise, which neighbouring samples tell well.
+/// Degrees of freedom of the noise, which neighbouring samples determine well.
 const KNOWN: f64 = 100.0;
 /// Sweeps in which the zeros of traces are estimated; one does where all of them cross.
 const SWEEPS: usize = 50;

@@ -50,9 +50,9 @@ pub(super) fn detect(
     best.map_or((Separator::Comma, Decimal::Point), |(_, found)| found)
 }
 
-/// Of rows of equal length with two numbers at least: how many there are, their numbers, and the
-/// bytes of their texts. Fewer are better: a wrong separator leaves digits in texts. Lines of text
-/// before a table have other lengths.
+/// Score of a separator over rows of equal length with at least two numbers: the number of rows,
+/// their numbers, and the bytes of their texts. Fewer bytes are better: a wrong separator leaves
+/// digits in texts. Lines of text before a table have other lengths.
 type Score = (usize, usize, Reverse<usize>);
 
 fn score(sample: &[Row<'_>], separator: Separator, decimal: Decimal) -> Score {

@@ -13,18 +13,18 @@ pub struct TableFault {
     pub path: Option<String>,
     /// The fault in words, and how to mend it.
     pub message: String,
-    /// The fault in the columns that tell flanks apart, where it is one.
+    /// Error in the columns that distinguish flanks, if it is one.
     pub flanks: Option<FlankFault>,
     /// The first places, where there are any.
     pub places: Vec<TablePlace>,
 }
 
-/// A fault in the columns that tell flanks apart.
+/// An error in the columns that distinguish flanks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FlankFault {
     /// A word for a flank is neither left nor right.
     Unknown,
-    /// There are more flanks than are read.
+    /// More flanks than are read.
     TooMany,
 }
 
@@ -89,12 +89,12 @@ impl fmt::Display for TableFault {
     }
 }
 
-/// What was assumed of a table, or left out.
+/// Assumption about a table, or a part that was left out.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum TableNote {
     /// No header names the columns; they are taken by their number.
     MeaningAssumed {
-        /// What they are taken for.
+        /// Meanings assigned to the columns.
         meanings: Vec<Meaning>,
     },
     /// The header names no unit.

@@ -27,7 +27,7 @@ pub(super) struct Head<'a> {
     pub names: Option<Vec<String>>,
     /// Units in a line of their own.
     pub units: Option<Vec<Option<Unit>>>,
-    /// Where the numbers begin.
+    /// First line with numbers.
     pub first_line: usize,
     /// Lines before the table.
     pub left_out: usize,
@@ -36,7 +36,7 @@ pub(super) struct Head<'a> {
     header: Option<&'a str>,
 }
 
-/// What the cells of a line are.
+/// Numbers of cells of a line by kind.
 #[derive(Clone, Copy)]
 struct Counts {
     cells: usize,
@@ -79,7 +79,7 @@ impl<'a> Head<'a> {
             match kind {
                 Kind::Comment(row) if comments.len() < SAMPLE => comments.push(row),
                 Kind::Cells(row) => {
-                    // how Excel is told the separator
+                    // line with which Excel is given the separator
                     let told = row.text.trim().strip_prefix("sep=").filter(|_| sample.is_empty());
                     match told.and_then(|told| told.chars().next()) {
                         Some(';') => separator = separator.or(Some(Separator::Semicolon)),

@@ -21,19 +21,19 @@ use flankfit_numerics::{
 /// A table, read.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Table {
-    /// What separates cells.
+    /// Separator of cells.
     pub separator: Separator,
     /// The decimal sign.
     pub decimal: Decimal,
     /// Whether there is a header.
     pub header: bool,
-    /// Whether it is a matrix.
+    /// True if the table is a matrix.
     pub matrix: bool,
     /// The columns in their order; of a matrix first column, first row and heights.
     pub columns: Vec<ColumnSpec>,
-    /// What was assumed or left out.
+    /// Assumptions, and parts that were left out.
     pub notes: Vec<TableNote>,
-    /// What the columns make together.
+    /// Nodes or points that the columns form.
     pub(super) roles: Result<Roles, Missing>,
     /// As the mapping has it.
     pub(super) given_layout: Option<Layout>,

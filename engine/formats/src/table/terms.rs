@@ -4,7 +4,7 @@ use std::fmt;
 
 use super::words::{Meaning, Unit};
 
-/// What separates cells.
+/// Separator of cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Separator {
     /// `,`
@@ -56,22 +56,23 @@ pub enum Layout {
 pub struct ColumnSpec {
     /// As the header has it; empty without a header.
     pub name: String,
-    /// What it holds.
+    /// Meaning of the column.
     pub meaning: Meaning,
     /// Its unit, where it has one.
     pub unit: Option<Unit>,
 }
 
-/// What is known of a table; everything else is found from its content.
+/// Known properties of a table; everything else is found from its content.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Mapping {
-    /// What separates cells.
+    /// Separator of cells.
     pub separator: Option<Separator>,
     /// The decimal sign.
     pub decimal: Option<Decimal>,
     /// Whether a line with names comes before the numbers.
     pub header: Option<bool>,
-    /// Whether it is a matrix: v in the first row, u in the first column, heights in between.
+    /// True if the table is a matrix: v in the first row, u in the first column, heights in
+    /// between.
     pub matrix: Option<bool>,
     /// The columns in their order; of a matrix first column, first row and heights.
     pub columns: Option<Vec<ColumnSpec>>,
@@ -83,7 +84,7 @@ pub struct Mapping {
 /// alike.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Shape {
-    /// What separates cells.
+    /// Separator of cells.
     pub separator: Separator,
     /// The decimal sign.
     pub decimal: Decimal,
@@ -93,7 +94,7 @@ pub struct Shape {
     pub names: Vec<String>,
 }
 
-/// What columns lack to be nodes or points.
+/// Columns that are missing for nodes or points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Missing {
     /// None is known.

@@ -3,7 +3,7 @@
 
 use flankfit_gear::{Kind, Side};
 
-/// What a column holds.
+/// Meaning of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Meaning {
     /// Place along the profile by its roll length.
