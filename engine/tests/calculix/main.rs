@@ -34,7 +34,7 @@ fn solve(folder: &Path, name: &str, gear: &Gear, spec: &SolidSpec) -> Answer {
     let set = |name: &str| mesh.nodes_of(mesh.sets().iter().find(|set| set.name == name).unwrap());
     let tip = set("TIP");
     let rim = if gear.data().internal { "RIM" } else { "BORE" };
-    // a node that stands in a set twice would be counted twice
+    // a node that is in a set twice would be counted twice
     let fixed: BTreeSet<u32> = [rim, "CUT_LEFT", "CUT_RIGHT"].into_iter().flat_map(set).collect();
     deck += "*NSET, NSET=FIXED\n";
     fixed.iter().for_each(|node| deck += &format!("{},\n", node + 1));

@@ -1,5 +1,5 @@
-//! One door for all files, and what comes through it damaged: no panic, no more memory than the
-//! input allows, faults within the file.
+//! One entry point for all files, and damaged files: no panic, no more memory than the input
+//! allows, errors with a place within the file.
 
 use flankfit_engine::formats::{
     FileError, FilePosition, GearFile,

@@ -1,7 +1,7 @@
 //! A writer of curve and value files in every shape that instruments give them. It shares nothing
 //! with the reader.
 
-/// Where the titles of traces stand.
+/// Layout of the titles of traces.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Layout {
     /// A line `Profil:` before its traces; twist traces with their own title.

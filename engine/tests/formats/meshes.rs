@@ -26,7 +26,7 @@ fn samples() -> Vec<SurfaceSample> {
         .to_vec()
 }
 
-/// What a cone of that radius and height has around a quarter.
+/// Area of a quarter of the cone of that radius and height.
 fn cone_area() -> f64 {
     PI * 3.0 * 5.0 / 4.0
 }

@@ -2,9 +2,10 @@
 
 use std::collections::BTreeMap;
 
-/// What a reader makes of a file: `K2002/3 text` under ("K2002", 3), in the order of the lines.
+/// Fields of a file as a reader sees them: `K2002/3 text` under ("K2002", 3), in the order of the
+/// lines.
 pub struct File {
-    /// What K0100 says.
+    /// Number of characteristics in K0100.
     pub declared: usize,
     fields: BTreeMap<(String, usize), Vec<String>>,
 }
@@ -32,7 +33,7 @@ impl File {
         File { declared: declared.unwrap(), fields }
     }
 
-    /// The content of a field that stands once, or not at all.
+    /// Content of a field that occurs once, or not at all.
     pub fn one(&self, key: &str, index: usize) -> Option<&str> {
         let all = self.fields.get(&(key.to_owned(), index))?;
         assert_eq!(all.len(), 1, "{key}/{index}");

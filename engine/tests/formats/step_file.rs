@@ -204,7 +204,7 @@ impl Reader<'_> {
     fn number(&mut self) -> Value {
         let word = self.while_in(|c| c.is_ascii_digit() || matches!(c, '+' | '-' | '.' | 'E'));
         let Some(point) = word.find('.') else { return Value::Integer(word.parse().expect("an integer")) };
-        // digits before the point are obligatory, E may only stand behind it
+        // digits before the point are obligatory, E may only follow it
         assert!(word[..point].ends_with(|c: char| c.is_ascii_digit()) && !word[..point].contains('E'), "{word}");
         Value::Real(word.parse().expect("a real"))
     }

@@ -109,7 +109,7 @@ fn dialects() -> impl Strategy<Value = Dialect> {
         flags,
     )
         .prop_map(|(separator, decimal, encoding, line_end, header, (quoted, matrix, trailing, comments))| {
-            // without quotes nothing tells a comma from a comma
+            // without quotes a decimal comma cannot be distinguished from a separator
             let quoted = quoted || (separator, decimal) == (Separator::Comma, Decimal::Comma);
             Dialect { separator, decimal, quoted, encoding, line_end, header, matrix, trailing, comments }
         })
@@ -136,7 +136,7 @@ proptest! {
         dialect in dialects(), u in ascending(), v in ascending(),
         heights in prop::collection::vec(prop::option::weighted(0.85, -300.0f64..300.0), 36),
     ) {
-        // blanks cannot tell that a cell is missing
+        // with blanks a missing cell cannot be recognised
         let blanks = dialect.separator == Separator::Spaces && !dialect.quoted;
         let mut z: Vec<f64> = heights.iter().take(u.len() * v.len())
             .map(|height| height.unwrap_or(if blanks { 1.25 } else { f64::NAN })).collect();
@@ -152,8 +152,8 @@ proptest! {
         prop_assert_eq!((bits(grid.u()), bits(grid.v()), bits(grid.z())), (bits(&u), bits(&v), bits(&z)));
     }
 
-    /// Columns of words, as many as there may be beside two numbers, do not hide how a table is
-    /// written.
+    /// Columns of words, as many as there may be next to two numbers, do not hide the format of a
+    /// table.
     #[test]
     fn words_beside_numbers(
         (separator, decimal) in (

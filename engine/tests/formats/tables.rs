@@ -310,7 +310,7 @@ proptest! {
         )
     ) {
         let points: Vec<ListedPoint> = rows.iter().map(|(id, at, direction)| {
-            // blanks at the ends and no name at all are what a file cannot tell
+            // blanks at the ends and an empty name are lost in a file
             point(id.as_deref().map(str::trim).filter(|id| !id.is_empty()), *at, *direction, 0)
         }).collect();
         let text = write_points(&points).unwrap();

@@ -34,8 +34,8 @@ fn found(gear: &Gear, band: Band) -> Found {
     found.traces[0].bands[0].1
 }
 
-/// In a band whose lines are as straight over diameters the profile has the room that is between
-/// them; over roll lengths, with the same corners, it leaves it.
+/// In a band whose lines are straight over diameters the profile fits between them; over roll
+/// lengths, with the same corners, it leaves the band.
 #[test]
 fn lines_over_diameters_are_straight_over_diameters() {
     let gear = Gear::new(GearData::spur(52, 1.0)).expect("it exists");

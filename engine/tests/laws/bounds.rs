@@ -1,4 +1,4 @@
-//! Ineq. 51 and the bounds beside it: each as defined, each in its order, each truly a bound.
+//! Ineq. 51 and the other bounds: each as defined, each in its order, each truly a bound.
 
 use crate::oracle::matrix::doubles;
 use crate::oracle::spectral::Sums;

@@ -108,7 +108,7 @@ proptest! {
 
 #[test]
 fn two_parallel_columns_are_named() {
-    // Eq. 26: with two terms, cos(X₁, X₂) and −v₁/v₂ stand side by side and nearly agree.
+    // Eq. 26: with two terms, cos(X₁, X₂) and −v₁/v₂ are reported together and nearly agree.
     let mut random = Random::new(8);
     let x: Vec<Vec<f64>> = (0..20)
         .map(|_| {
@@ -130,8 +130,8 @@ fn two_parallel_columns_are_named() {
     assert!(near.terms.iter().all(|t| near.sentence.contains(t.as_str())), "{}", near.sentence);
 }
 
-/// A partner of small weight without which the others would be told far better: all three are
-/// named, with figures of the pair of its own.
+/// A partner of small weight without which the others would be determined far better: all three are
+/// named, with results of the pair of its own.
 #[test]
 fn every_partner_of_a_dependency_is_named() {
     let mut random = Random::new(21);

@@ -119,7 +119,7 @@ proptest! {
         }
     }
 
-    /// Where the truth meets the constraints, the constrained estimate is nearer to it at the nodes
+    /// If the truth meets the constraints, the constrained estimate is nearer to it at the nodes
     /// than least squares is: for every draw, not on average.
     #[test]
     fn no_draw_is_further_from_a_truth_that_meets_them(seed in 0u64..1000, power in 1i32..4) {
@@ -186,8 +186,8 @@ fn multipliers_are_what_the_constraint_costs() {
     assert!((fall / total - 1.0).abs() < 1e-4, "{fall} {total}");
 }
 
-/// Beside the active places held, the estimate is one of least squares: of a straight line through
-/// a mean, where a tilt is not allowed.
+/// With the active places held, the estimate is one of least squares: of a straight line through a
+/// mean, where a tilt is not allowed.
 #[test]
 fn errors_are_those_with_the_active_places_held() {
     let y = vec![5.0, 3.5, 4.0, 2.5, 2.0, 1.0];
@@ -237,8 +237,8 @@ fn intervals_hold_where_the_constraint_binds() {
     assert!(error < 0.5 * plain_error, "{error} {plain_error}");
 }
 
-/// A told limit of the norm shortens intervals as without constraints: they are about least squares
-/// that nothing constrains, filtered.
+/// A given limit of the norm shortens intervals as without constraints: they are about least
+/// squares that nothing constrains, filtered.
 #[test]
 fn a_told_limit_shortens_intervals_as_without_constraints() {
     let mut random = Random::new(9);

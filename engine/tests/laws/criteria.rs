@@ -1,5 +1,5 @@
-//! Every criterion for λ*: what it chooses is what a brute-force search over its definition finds,
-//! and the figures that stand beside each choice are those of that λ*.
+//! Every criterion for λ*: it chooses what a brute-force search over its definition finds, and the
+//! results listed with each choice are those of that λ*.
 
 use crate::oracle::spectral::{Filter, Sums, brute_force_minimum, logarithmic};
 use crate::problems::{Problem, assert_close, by, columns, config, filter, fit, linear, spectral, warned};
@@ -94,7 +94,7 @@ impl Trial<'_> {
             }
             // closed forms of single kinds, with laws of their own
             Criterion::Hkb | Criterion::Hkb1975 | Criterion::LawlessWang | Criterion::Optimal => {}
-            // not among those that stand beside every fit
+            // not among those that are listed with every fit
             Criterion::Reml | Criterion::Press | Criterion::BlockedCv | Criterion::Sure => {}
         }
     }

@@ -1,4 +1,4 @@
-//! Criteria beyond those that stand beside every fit, against their definitions by dense matrices;
+//! Criteria other than those listed with every fit, against their definitions by dense matrices;
 //! and predicted errors corrected for λ* having been chosen.
 
 use crate::oracle::coverage::{Truth, designs};
@@ -11,7 +11,7 @@ use flankfit_engine::estimation::{
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
 
-/// Least squares with the penalty `k P`, as `X`, `y` and P stand.
+/// Least squares with the penalty `k P`, for `X`, `y` and P without scaling.
 struct Dense {
     x: DMatrix<f64>,
     y: DVector<f64>,
@@ -138,7 +138,7 @@ proptest! {
 }
 
 /// Mean corrected prediction over mean true error, of the cases in which it lies farthest off:
-/// where the truth is as large along the worst direction as the noise, where nothing is told from
+/// where the truth is as large along the worst direction as the noise, where nothing exceeds the
 /// noise, and with three degrees of freedom. A prediction scatters by once to twice itself, half of
 /// it as the uncorrected one does: 1,500 draws leave its mean uncertain by 1 to 2 %, ten times as
 /// many that of the error by 2 %.

@@ -14,7 +14,7 @@ use flankfit_engine::estimation::{
 const COUNT: usize = 40;
 const RHO: f64 = 0.7;
 
-/// Rows 1, t, t², t³ and t³ with a little beside, and heights that swing slowly.
+/// Rows 1, t, t², t³ and t³ with a small addition, and heights that oscillate slowly.
 fn problem(seed: u64) -> (Vec<Vec<f64>>, Vec<f64>) {
     let mut random = Random::new(seed);
     let rows: Vec<Vec<f64>> = (0..COUNT)
@@ -88,8 +88,8 @@ fn same(a: &FitResult, b: &FitResult) {
     left.iter().zip(&right).for_each(|(x, y)| near(*x, *y, "lists"));
 }
 
-/// With a told correlation everything is that of a plain fit to differences of neighbours: what is
-/// regularised, bias-aware, weighed against a prior.
+/// With a given correlation everything is that of a plain fit to differences of neighbours:
+/// regularised, bias-aware, combined with a prior.
 #[test]
 fn told_correlations_are_a_plain_fit_of_white_rows() {
     let (rows, y) = problem(71);

@@ -107,8 +107,7 @@ fn residuals_come_back_in_heights() {
     assert!(found.warnings.iter().all(|w| !matches!(w, Warning::CorrelatedResiduals { .. })));
 }
 
-/// Lines may come in any order and direction: of two lines that are told apart neither knows of the
-/// other.
+/// Lines may come in any order and direction: lines with different names are independent.
 #[test]
 fn lines_of_scattered_nodes_are_those_of_a_grid() {
     let mut random = Random::new(33);
@@ -129,7 +128,7 @@ fn lines_of_scattered_nodes_are_those_of_a_grid() {
     }
 }
 
-/// Of 250 draws with four coefficients: a coverage is uncertain by 0.01.
+/// From 250 draws with four coefficients; a coverage is uncertain by 0.01.
 #[test]
 fn intervals_hold_for_correlated_errors() {
     let asked = correlated(Correlation::Ar1 { rho: None }, Along::Order);
@@ -248,8 +247,8 @@ fn correlations_beyond_what_is_searched_are_warned_of() {
     }
 }
 
-/// With correlation and noise told nothing is estimated: as many coefficients as nodes will do, and
-/// a height at a node has the error of that node.
+/// With correlation and noise given nothing is estimated: as many coefficients as nodes suffice,
+/// and a height at a node has the error of that node.
 #[test]
 fn told_errors_need_no_residuals() {
     let nodes = Nodes::curve(axis(3), vec![0.8, 1.5, 1.3], None).unwrap();
@@ -340,12 +339,12 @@ fn what_nothing_tells_is_refused() {
         assert!(fit(&pairs, &of(correlation, Along::U, None)).errors.is_some());
     }
     assert!(fit(&pairs, &of(Correlation::Ar1 { rho: None }, Along::V, None)).errors.is_some());
-    // pairs at several distances tell a length
+    // pairs at several distances determine a length
     let spread: Vec<f64> = (0..30).map(|k| f64::from(k) + if k % 2 == 1 { 0.02 * f64::from(k) } else { 0.0 }).collect();
     let uneven = Nodes::scattered(spread, vec![0.0; 30], random.normals(30), None).unwrap();
     let twos = Some((0..30).map(|k| k / 2).collect());
     assert!(fit(&uneven, &of(Correlation::Matern { parameters: None }, Along::Order, twos)).errors.is_some());
-    // what is told needs no neighbours
+    // given parameters need no neighbours
     let known = fit(&column, &of(Correlation::Ar1 { rho: Some(0.5) }, Along::V, None)).errors.unwrap();
     assert_eq!((known.durbin_watson, known.ljung_box_lags), (None, 0));
     // the same place but for rounding

@@ -89,8 +89,8 @@ fn intervals_of_small_groups_hold() {
     }
 }
 
-/// Eight groups of three nodes, of which none tells its variance: coefficients of a quadratic and
-/// heights, 400 draws.
+/// Eight groups of three nodes, of which none determines its variance: coefficients of a quadratic
+/// and heights, 400 draws.
 #[test]
 fn intervals_of_many_small_groups_hold() {
     let (count, draws, sigma) = (24, 400, [1.0, 0.3, 1.0, 2.0, 1.0, 0.3, 1.0, 1.0]);
@@ -183,9 +183,9 @@ fn intervals_of_three_groups_hold() {
     assert!(found.intervals[0] >= 0.91 && found.heights[0] >= 0.91 && found.band >= 0.92, "{found:?}");
 }
 
-/// A power that few nodes tell is uncertain, and heights where it matters most are to know of it:
-/// with known weights and m − n degrees of freedom they would hold in 0.86 (20 nodes) to 0.92 (60).
-/// 500 draws each: a coverage is uncertain by 0.01, the least of some by more.
+/// A power that few nodes determine is uncertain, and so are heights where it matters most: with
+/// known weights and m − n degrees of freedom they would hold in 0.86 (20 nodes) to 0.92 (60). 500
+/// draws each: a coverage is uncertain by 0.01, the least of some by more.
 #[test]
 fn intervals_of_an_estimated_power_hold() {
     for count in [20, 30, 60] {
@@ -209,8 +209,8 @@ fn intervals_of_an_estimated_power_hold() {
     }
 }
 
-/// So few nodes tell a power that intervals hold less often than they say: it is warned of. Just
-/// above, at eight degrees of freedom, the least of fourteen holds in 0.92 of 2,000 draws.
+/// With so few nodes intervals of an estimated power hold less often than stated, with a warning.
+/// Just above, at eight degrees of freedom, the least of fourteen holds in 0.92 of 2,000 draws.
 #[test]
 fn a_power_that_too_few_nodes_tell_is_warned_of() {
     for (count, warned, draws, least) in [(8, true, 500, 0.0), (12, false, 2000, 0.92)] {
@@ -227,7 +227,7 @@ fn a_power_that_too_few_nodes_tell_is_warned_of() {
                 let y = x.iter().map(|x| x.powf(power) * random.normal()).collect();
                 try_fit(&Nodes::curve(x.clone(), y, None).unwrap(), &asked).ok()
             };
-            // where no power is likelier than those beside it the fit is refused
+            // if no power is likelier than its neighbours the fit is refused
             let found = held(draws, || std::iter::repeat_with(&mut draw).flatten().next().unwrap());
             println!("{count} {power}: {found:?}");
             let worst = found.intervals[0].min(found.heights[0]).min(found.band);
@@ -271,7 +271,7 @@ fn an_estimated_power_is_reproducible() {
     }
 }
 
-/// A power that is told leaves nothing to be estimated: the fit is the weighted one.
+/// A given power leaves nothing to be estimated: the fit is the weighted one.
 #[test]
 fn a_told_power_is_a_weighted_fit() {
     let x: Vec<f64> = (1..=20).map(f64::from).collect();

@@ -71,7 +71,7 @@ fn near(value: f64, want: f64, within: f64) {
     assert!((value - want).abs() <= within, "{value} is not {want}");
 }
 
-/// Of a surface of second order they are those of the flank surface, with everything about them.
+/// Figures of a surface of second order are those of the flank surface, with all their members.
 #[test]
 fn of_second_order_they_are_those_of_the_flank_surface() {
     let internal = Gear::new(GearData { teeth: 70, internal: true, ..data() }).unwrap();

@@ -196,7 +196,7 @@ proptest! {
     }
 }
 
-/// What is wanted need not be 0: a target is reached, and the rest is told about it.
+/// The target need not be 0: it is reached, and the remainder is reported.
 #[test]
 fn targets_are_reached() {
     let j: Vec<f64> = (0..9).flat_map(|k| [1.0, f64::from(k) - 4.0]).collect();
@@ -284,7 +284,7 @@ fn bounds_are_of_the_size_of_settings_and_the_default_does_not_warn_against_itse
         assert_eq!(bias.coefficient_norm_limit_source, NormLimitSource::Limits);
         let want = (0..6).map(|j| (300.0 * length(j)).powi(2)).sum::<f64>().sqrt();
         assert!((bias.coefficient_norm_limit - want).abs() < 1e-9 * want);
-        // who chooses the damping is told how it compares
+        // a given damping is compared with the service's own
         let lambda_star = Parameter::Fixed(own.trust.unwrap().lambda_star);
         let scheme = Regularization::Spectral {
             scheme: Scheme::Exact,

@@ -1,4 +1,4 @@
-//! Predicted beside measured: whether the machine answered as predicted.
+//! Prediction and measurement: whether the machine responded as predicted.
 
 use flankfit_engine::estimation::FitError;
 use flankfit_engine::gear::correction::{
@@ -108,8 +108,7 @@ fn what_cannot_be_told_is_undecided_and_has_no_ratio() {
     let far = one_setting(8.0, 0.0, 3.5);
     assert!(far.chi_squared < far.chi_squared_limit);
     assert_eq!(far.verdict, Verdict::Undecided, "{}", far.sentence);
-    // what could be told is: no answer at all is not as predicted, though each node alone would
-    // allow it
+    // a missing response is recognised, though each node alone would allow it
     let none = one_setting(5.0, 0.0, 0.0);
     assert!(none.chi_squared < none.chi_squared_limit);
     assert_eq!(none.verdict, Verdict::Weaker, "{}", none.sentence);

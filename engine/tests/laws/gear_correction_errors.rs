@@ -1,6 +1,6 @@
-//! What a correction says of its own errors, by simulation: standard errors cover 0.60 to 0.76 of
-//! the draws they should cover 0.683 of. Over 1,000 draws a coverage has itself a standard
-//! deviation of 0.015, so that the bounds lie five of them away; seeds are fixed.
+//! Errors that a correction reports, by simulation: standard errors cover 0.60 to 0.76 of the draws
+//! for a nominal 0.683. Over 1,000 draws a coverage has itself a standard deviation of 0.015, so
+//! that the bounds lie five of them away; seeds are fixed.
 
 use crate::machines::{Machine, Plant, each, times};
 use crate::oracle::random::Random;
@@ -12,8 +12,8 @@ use nalgebra::{DMatrix, DVector};
 const DRAWS: u64 = 1000;
 const BASE: Plant = Plant { grid: [5, 9], settings: 6, apart: 1.0, off: 10.0, sigma: 0.3, eta: 0.0, whole: false };
 
-/// What the settings should have been changed by: the least squares of the machine's true response
-/// over `free` settings, the others being changed as they were.
+/// Changes that the settings should have had: least squares of the machine's true response over
+/// `free` settings, the others being changed as they were.
 fn wanted(machine: &Machine, form: &[f64], solution: &Solution) -> Vec<Option<f64>> {
     let n = machine.off.len();
     let free: Vec<usize> = (0..n).filter(|&j| solution.settings[j].limited.is_none()).collect();
@@ -75,7 +75,7 @@ fn coverage(way: &Way) -> Vec<f64> {
     (0..way.plant.settings)
         .filter_map(|j| {
             let there: Vec<bool> = draws.iter().filter_map(|draw| draw[j]).collect();
-            // a setting that is nearly always at its limit tells nothing
+            // a setting that is nearly always at its limit is no evidence
             (there.len() > 300).then(|| there.iter().filter(|within| **within).count() as f64 / there.len() as f64)
         })
         .collect()

@@ -59,9 +59,9 @@ fn figures(deviation: &[f64]) -> Option<FlankFigures<EstimatedFigure>> {
     estimated_figures(&gear(), &nodes, &settings)
 }
 
-/// Of 600 draws a coverage is uncertain by 0.009. The machine does what is predicted; both
-/// measurements share a wave that no figure speaks of, which is in the residuals of either, and not
-/// in those of the change. What was corrected is the slope of the helix as it was measured.
+/// From 600 draws; a coverage is uncertain by 0.009. The machine does what is predicted. Both
+/// measurements share a wave that no figure describes; it is in the residuals of either, and not in
+/// those of the change. The slope of the helix is corrected as it was measured.
 #[test]
 fn intervals_of_figures_and_of_their_changes_hold() {
     let mut random = Random::new(91);

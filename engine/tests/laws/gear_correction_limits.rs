@@ -165,8 +165,8 @@ fn multiples_have_the_digits_of_their_step() {
     assert_eq!((changes(&limited)[0], limited.settings[0].limited), (0.3, Some(Limit::Max)));
 }
 
-/// A bound that comes from limits is not beyond them: two settings that can hardly be told apart,
-/// one of which may go far and the other may not.
+/// A bound from limits does not exceed them: two settings that are nearly indistinguishable, one of
+/// which may go far and the other may not.
 #[test]
 fn a_bound_that_comes_from_limits_does_not_lie_beyond_them() {
     let j: Vec<f64> = (0..12).flat_map(|k| [f64::from(k), f64::from(k) + 1e-4 * f64::from(k * k % 7)]).collect();

@@ -101,8 +101,8 @@ fn other_ill_conditioned_machines_are_brought_down() {
         for (probe_noise, response_noise) in [(0.3, 0.01), (0.05, 0.02), (1.0, 0.03)] {
             let machine = |seed| MachineSpec { probe_noise, response_noise, ..two_mixtures(apart)(seed) };
             let runs = runs(machine, &Strategy::uncertainty(), DEFAULT_RESPONSE_UNCERTAINTY, 4, 25);
-            // what noise leaves of eight settings on 65 nodes, what the response leaves of what
-            // cannot be told, and a margin
+            // effect of noise on eight settings with 65 nodes, of errors of the response on what is
+            // not determined, and a margin
             let limit = 1.2 * probe_noise * (8.0f64 / 65.0).sqrt() + 2.0 * response_noise * median(&runs, 0);
             for round in 2..=4 {
                 let good = below(&runs, round, limit);
@@ -112,8 +112,8 @@ fn other_ill_conditioned_machines_are_brought_down() {
     }
 }
 
-/// The built-in machine on a helical gear, one flank only: thickness and offset cannot be told
-/// apart at all.
+/// The built-in machine on a helical gear, one flank only: thickness and offset are
+/// indistinguishable.
 #[test]
 fn a_grinding_machine_is_brought_down() {
     let gear = Gear::new(GearData {
@@ -161,8 +161,7 @@ fn a_grinding_machine_is_brought_down() {
     }
 }
 
-/// With an exact response, no noise and settings that can be told apart the first correction is the
-/// last.
+/// With an exact response, no noise and distinguishable settings the first correction is the last.
 #[test]
 fn an_exact_machine_needs_one_correction() {
     for seed in 0..10 {
@@ -196,7 +195,7 @@ fn steps_and_runs_agree() {
     assert_eq!((paths[0], paths[paths.len() - 1]), ("setting_error[0]", "missing"));
 }
 
-/// What no probe or machine is like is refused at its own place, before anything overflows.
+/// Implausible probes and machines are refused at their own field, before anything overflows.
 #[test]
 fn machines_out_of_range_are_refused_by_their_place() {
     let good = case::ill_conditioned(0);
@@ -215,7 +214,7 @@ fn machines_out_of_range_are_refused_by_their_place() {
         let paths: Vec<&str> = faults.list().iter().map(|fault| &*fault.path).collect();
         assert_eq!(paths, [path]);
     }
-    // 45 nodes, of which 39 are missed, tell six settings
+    // 45 nodes, of which 39 are missing, determine six settings
     assert!(Simulation::new(MachineSpec { missing: 39.0 / 45.0, ..good }).is_ok());
 }
 

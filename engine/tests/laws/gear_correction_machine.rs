@@ -259,8 +259,8 @@ fn a_greater_pressure_angle_takes_from_the_tip() {
     assert_eq!(angle[..25], angle[25..]);
 }
 
-/// Where a worm is when it touches a node: turned until its normal meets the pitch line, which it
-/// then reaches at z_t.
+/// Position of a worm when it touches a node: turned until its normal meets the pitch line, which
+/// it then reaches at z_t.
 fn tool_position(gear: &Gear, node: FlankNode) -> f64 {
     let place = Flank::new(gear, node.side).at(node.roll_length, node.z);
     let r = gear.reference_radius();
@@ -299,7 +299,8 @@ fn crowning_has_its_natural_twist_in_generating_grinding_only() {
     }
 }
 
-/// On one flank alone a shifted worm and a thicker tooth are the same; on both they are told apart.
+/// On one flank alone a shifted worm and a thicker tooth are the same; on both they are
+/// distinguished.
 #[test]
 fn one_flank_cannot_tell_offset_from_thickness() {
     for gear in gears() {
@@ -321,8 +322,8 @@ fn one_flank_cannot_tell_offset_from_thickness() {
     }
 }
 
-/// On one flank of a form grinder thickness, infeed and offset undo each other three together: the
-/// pair of them alone is told far better.
+/// On one flank of a form grinder thickness, infeed and offset cancel only all three together: any
+/// two of them are determined far better.
 #[test]
 fn the_sentence_names_every_partner() {
     let gear = &gears()[1];

@@ -220,7 +220,7 @@ fn all_settings_may_be_left_alone() {
     assert!(found.settings.iter().enumerate().all(|(j, setting)| j == 2 || setting.left.is_some()));
 }
 
-/// Of two settings with the same effect only one is changed.
+/// One of two settings with the same effect is changed, the other is not.
 #[test]
 fn of_settings_that_do_the_same_one_is_needed() {
     let sensitivity: Vec<f64> =

@@ -176,7 +176,7 @@ fn traces_are_checked() {
     };
     assert_eq!(paths(asked(vec![0; 7])), ["trace"]);
     assert_eq!(paths(CorrectionSpec { absolute: true, ..asked(vec![0; 8]) }), ["absolute"]);
-    // a zero for each node leaves nothing to tell two settings from
+    // a zero for each node leaves nothing that separates two settings
     assert_eq!(paths(asked((0..8).collect())), ["sensitivity.settings"]);
     assert!(Correction::new(asked(vec![0, 0, 0, 0, 1, 1, 1, 1])).is_ok());
 }

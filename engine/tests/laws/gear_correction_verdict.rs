@@ -12,14 +12,14 @@ use flankfit_engine::gear::correction::{Correction, Damping, Noise, Verdict, com
 
 const PAIRS: u64 = 2000;
 
-/// A way to correct, and what is told of it.
+/// A way to correct, and its expected results.
 #[derive(Clone, Copy)]
 struct Way {
     plain: bool,
     /// Least and greatest change of every other setting.
     limit: Option<f64>,
     sigma_known: bool,
-    /// The machine answers with so much of what it should.
+    /// Factor of the machine's response.
     factor: f64,
 }
 
@@ -94,8 +94,8 @@ fn true_machines_are_hardly_ever_called_anything_else() {
     println!("{told:?}");
 }
 
-/// Half of the change, and half as much again, where signal, noise and the uncertainty of J let it
-/// be told: 0.5 is five standard errors.
+/// Half of the change, and half as much again, where signal, noise and the uncertainty of J allow a
+/// decision: 0.5 is five standard errors.
 #[test]
 fn weak_and_strong_machines_are_found() {
     let pairs = 400;
@@ -114,7 +114,7 @@ fn weak_and_strong_machines_are_found() {
     }
 }
 
-/// Where noise is all there is nothing is called weak or strong, whatever the machine did.
+/// With noise alone nothing is called weak or strong, whatever the machine did.
 #[test]
 fn nothing_is_told_of_noise() {
     let plant = Plant { off: 0.02, eta: 0.0, ..SIX };

@@ -131,7 +131,7 @@ proptest! {
         near(values.form, 0.0, 1e-6);
         prop_assert!(values.total <= slope.abs() + 1e-6);
 
-        // about the mean parabola slope and crowning are told apart wherever samples lie
+        // about the mean parabola slope and crowning are separated wherever samples lie
         for (mean, profile) in [(MeanCurve::Parabola, settings.profile), (MeanCurve::Line, settings.profile)] {
             let profile = profile.map(|p| ProfileSettings { mean, ..p });
             let helix = settings.helix.map(|h| HelixSettings { mean, ..h });
@@ -187,7 +187,7 @@ proptest! {
         prop_assert!(figures(&itself).iter().all(|f| *f == 0.0), "{:?}", itself);
     }
 
-    /// The order of the teeth changes nothing but the order of the answers.
+    /// The order of the teeth changes nothing but the order of the results.
     #[test]
     fn teeth_may_come_in_any_order(slopes in prop::collection::vec(-20.0..20.0f64, 2..12), turn in 0usize..12) {
         let (gear, settings) = (gear(), settings());

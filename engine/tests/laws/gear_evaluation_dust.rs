@@ -74,7 +74,7 @@ fn what_falls_off_to_the_end_is_no_dust() {
     }
 }
 
-/// Reliefs whose knee is beside a hole, or in it: at most three of a thousand.
+/// Reliefs whose knee is next to a hole, or in it: at most three of a thousand.
 #[test]
 fn clean_reliefs_with_holes_are_not_suspected() {
     const RUNS: usize = 2400;
@@ -98,7 +98,7 @@ fn clean_reliefs_with_holes_are_not_suspected() {
     assert!(alarms * 1000 <= 3 * RUNS, "{alarms} of {RUNS}");
 }
 
-/// Dust is found beside holes as at ends: with a step, or a single sample.
+/// Dust is found next to holes as at ends: with a step, or a single sample.
 #[test]
 fn dust_beside_holes_is_suspected() {
     let (mut random, mut missed) = (Random::new(26), 0);

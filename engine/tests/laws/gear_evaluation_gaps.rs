@@ -53,7 +53,7 @@ fn gaps_below_a_hole_count_together() {
     }
 }
 
-/// Less than a quarter of the range is missing: the figures stand, and form may be greater.
+/// With less than a quarter of the range missing there are figures, and form may be greater.
 #[test]
 fn a_form_with_missing_stretches_is_a_lower_bound() {
     let whole = waves(COUNT, |_| true).traces[0].values.expect("figures");

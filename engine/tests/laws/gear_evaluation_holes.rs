@@ -127,8 +127,7 @@ fn standard_errors_over_holes_hold_on_crowned_traces() {
     assert!(found.shares.iter().all(|share| (0.60..=0.76).contains(share)), "{:?} {:?}", found.shares, found.scores);
 }
 
-/// Where waves are left, errors say what they may hide: over many waves at random, as often as they
-/// should.
+/// Standard errors over holes include waves: over many random waves they hold as often as stated.
 #[test]
 fn standard_errors_over_holes_know_of_waves() {
     let waves = |random: &mut Random| -> Box<dyn Fn(f64) -> f64> {
@@ -173,7 +172,7 @@ fn a_hole_does_not_turn_a_crowned_trace() {
     }
 }
 
-/// Where the hole may hide another class, there is none, and the answer says so.
+/// If the hole may hide another class, there is none, and a warning says so.
 #[test]
 fn a_slope_that_the_hole_leaves_open_has_no_class() {
     let gear = gear();

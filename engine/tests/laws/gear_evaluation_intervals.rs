@@ -231,8 +231,8 @@ fn intervals_of_the_surface_of_a_flank_hold() {
     }
 }
 
-/// With a bias the probability has two ends, and a twist at its limit is still told to conform in
-/// one measurement of twenty at most.
+/// With a bias the probability is a range, and a twist at its limit still conforms in at most one
+/// measurement of twenty.
 #[test]
 fn decisions_on_biased_figures_are_no_bolder() {
     let length = |k: usize| grid(|u, v| terms(u, v)[k].powi(2)).deviation.iter().sum::<f64>();

@@ -1,5 +1,5 @@
-//! What an evaluation says about how good its traces are: standard errors that hold, sampling that
-//! does not matter, holes, dust, a range that begins at the base circle.
+//! Quality of traces in an evaluation: standard errors that hold, sampling that does not matter,
+//! holes, dust, a range that begins at the base circle.
 
 use crate::gear_evaluation::{data, gear, near, one, range, settings, trace};
 use crate::oracle::random::Random;
@@ -124,7 +124,7 @@ fn integral_slope(deviation: impl Fn(f64) -> f64) -> f64 {
         top += weight * u * deviation(u);
         bottom += weight * u * u;
     }
-    // over the range, which u = −1 to 1 stands for
+    // over the range, to which u = −1 to 1 corresponds
     2.0 * top / bottom
 }
 
@@ -265,7 +265,7 @@ fn dust_is_suspected_and_left_out_where_asked() {
     }
 }
 
-/// What flanks and rounded numbers look like is not dust.
+/// Flanks and rounded numbers are not taken for dust.
 #[test]
 fn sound_traces_have_no_suspects() {
     let gear = gear();

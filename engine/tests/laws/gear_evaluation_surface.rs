@@ -31,7 +31,7 @@ fn plain() -> FitSpec {
 /// Transverse figures over the fitted range, without conversion.
 pub const AS_FITTED: FigureTerms = FigureTerms { direction: Direction::Transverse, reference: Reference::Evaluated };
 
-/// Of the left flank, trimmed by nothing, deviations as material.
+/// Settings of the left flank, not trimmed, deviations as material.
 pub fn settings_of(spec: FitSpec, limits: ToleranceLimits) -> SurfaceSettings {
     SurfaceSettings {
         side: Side::Left,
@@ -118,7 +118,7 @@ fn second_order(put: [f64; 6]) -> impl Fn(f64, f64) -> f64 {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(32))]
 
-    /// What is put in comes back from grids, from grids with gaps and from scattered nodes.
+    /// Given deviations come back from grids, from grids with gaps and from scattered nodes.
     #[test]
     fn second_order_deviations_come_back(
         put in prop::array::uniform6(-20.0..20.0f64), rows in 4usize..12, columns in 4usize..16, gap in 0usize..1000,
@@ -149,8 +149,8 @@ proptest! {
         }
     }
 
-    /// Regularisation moves a figure by no more than the bound that stands beside it, and reports
-    /// what it would be without.
+    /// Regularisation moves a figure by no more than the bound given with it, and reports the value
+    /// without regularisation.
     #[test]
     fn bias_stays_within_its_bound(put in prop::array::uniform6(-20.0..20.0f64), k in 1e-4..1.0f64) {
         use flankfit_engine::estimation::spec::Parameter;
@@ -299,7 +299,7 @@ fn what_the_nodes_do_not_cover_is_held_against_no_limits() {
     assert_eq!(cut(25.0, 12.5), ([true; 5], vec![]));
 }
 
-/// Lengths that no gear has are faults where they stand, and ones beyond the face are told.
+/// Lengths that no gear has are errors at their field, and those outside the face have a warning.
 #[test]
 fn places_beyond_the_face_are_told() {
     let gear = gear();
@@ -320,8 +320,9 @@ fn places_beyond_the_face_are_told() {
     }
 }
 
-/// The figures by name are those of the surface; a cross of a profile and a lead tells all but the
-/// twist, wherever they cross; one trace tells nothing, and regularisation is not looked at.
+/// Figures by name are those of the surface. A cross of a profile and a helix determines all but
+/// the twist, wherever they cross; one trace determines nothing, and regularisation does not
+/// matter.
 #[test]
 fn figures_are_told_as_far_as_the_nodes_reach() {
     let gear = gear();

@@ -20,7 +20,7 @@ fn of(terms: Terms, u: f64, v: f64) -> f64 {
     [1.0, u, v, u * u, u * v, v * v].iter().zip(terms).map(|(x, c)| x * c).sum()
 }
 
-/// Where a trace runs: profiles at v, helices at u.
+/// Place of a trace: profiles at v, helices at u.
 fn line(gear: &Gear, kind: Kind, at: f64, count: usize, material: impl Fn(f64, f64) -> f64) -> Trace {
     let of = |kind| range(gear, kind);
     let middle = |[low, high]: [f64; 2]| 0.5 * (low + high) + 0.5 * (high - low) * at;
@@ -108,7 +108,7 @@ fn zeroed(traces: &[Trace]) -> Vec<Trace> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
-    /// What is put in comes back, whatever the zeros of the traces are; the mean is not told.
+    /// Given terms come back, whatever the zeros of the traces are; the mean is not determined.
     #[test]
     fn zeros_of_traces_change_nothing(terms in prop::array::uniform6(-20.0..20.0f64), seed in 0u64..1000) {
         let (gear, mut random) = (gear(), Random::new(seed));
@@ -132,7 +132,7 @@ proptest! {
         for (found, want) in exact.into_iter().zip(terms).skip(1) {
             near(found.unwrap(), want, 1e-8);
         }
-        // one zero for all: the mean is told, and zeros of their own would be seen as a flank
+        // one zero for all: the mean is determined, and separate zeros would be taken for a flank
         let shared = Settings { traces_share_zero: true, ..plain() };
         for (found, want) in values(&surface(&gear, &traces, &shared)).into_iter().zip(terms) {
             near(found.unwrap(), want, 1e-8);
@@ -174,13 +174,13 @@ fn centring_is_a_column_for_each_zero() {
     }
 }
 
-/// Three profiles tell nothing across, a cross tells no twist, two pairs tell all; a lone trace has
-/// no surface.
+/// Three profiles determine nothing across, a cross no twist, two pairs everything; a lone trace
+/// has no surface.
 #[test]
 fn figures_are_answered_where_the_traces_tell_them() {
     let gear = gear();
     let (mut random, terms) = (Random::new(11), [3.0, 4.0, -2.0, 6.0, 5.0, -7.0]);
-    // which of u, v, u², uv, v² are told
+    // which of u, v, u², uv, v² are determined
     for (profiles, helices, told) in [
         (&[-0.8, 0.0, 0.8][..], &[][..], [true, false, true, true, false]),
         (&[-0.8, 0.8], &[], [true, false, true, true, false]),
@@ -188,7 +188,7 @@ fn figures_are_answered_where_the_traces_tell_them() {
         (&[-0.8, 0.8], &[0.0], [true; 5]),
         (&[-0.8], &[-0.5, 0.5], [true; 5]),
         (&[0.0], &[0.0], [true, true, true, false, true]),
-        // the same place once more tells no twist
+        // the same place once more determines no twist
         (&[0.0], &[0.0, 1e-5], [true, true, true, false, true]),
         (&[0.4, 0.4], &[], [true, false, true, false, false]),
     ] {
@@ -219,7 +219,7 @@ fn figures_are_answered_where_the_traces_tell_them() {
     near(values(&surface(&gear, &in_section, &plain()))[1].unwrap(), 4.0 + 5.0 * 0.5, 1e-8);
     let lone = answer(&gear, &lines(&gear, &[0.0], &[], 80, terms), &plain());
     assert!(lone.surfaces.is_empty() && codes(&lone).is_empty());
-    // with one zero three profiles tell everything, two all but the square across and the mean
+    // with one zero three profiles determine everything, two all but the square across and the mean
     let shared = Settings { traces_share_zero: true, ..plain() };
     let three = values(&surface(&gear, &lines(&gear, &[-0.8, 0.0, 0.8], &[], 80, terms), &shared));
     assert!(three.iter().all(Option::is_some), "{three:?}");
@@ -238,8 +238,7 @@ fn without_a_range_the_figures_are_over_what_was_measured() {
     near(found.figures.twist.unwrap().value, 4.0 * 3.0 * 0.5, 1e-8);
 }
 
-/// Of 1,000 flanks of zeroed traces one standard error holds the truth of each figure in 0.60 to
-/// 0.76 of them.
+/// Coverage of one standard error by 1,000 flanks of zeroed traces: 0.60 to 0.76 for each figure.
 #[test]
 fn one_standard_error_covers_the_truth_of_zeroed_traces() {
     const RUNS: u32 = 1000;

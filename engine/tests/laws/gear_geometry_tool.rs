@@ -45,7 +45,7 @@ fn tool_points(gear: &Gear, count: usize, top: f64) -> Vec<[f64; 2]> {
     let rho = tool.tip_radius;
     // Normal section about the tool's datum line, the tool's middle at −π m / 2, its tip down.
     let depth = tool.addendum_factor * m;
-    // The centre stands ρ above the tip and ρ − pr behind the flank line through (−π m/4, 0) that
+    // The centre lies ρ above the tip and ρ − pr behind the flank line through (−π m/4, 0) that
     // leans by α.
     let height = rho - depth;
     let centre = -FRAC_PI_4 * m + height * alpha.tan() - (rho - tool.protuberance) / alpha.cos();
@@ -344,7 +344,8 @@ fn roots_of_internal_gears_touch_involute_and_root_circle() {
         assert!((2.0 * end.radius - geometry.root_form_diameter).abs() < 1e-11);
         let half = Flank::new(&gear, Side::Left).half_angle(arc.form_roll);
         assert!((end.half_angle - half).abs() < 1e-12);
-        // No point of the arc lies beyond the root circle, or in the material beside the involute.
+        // No point of the arc lies outside the root circle, or in the material next to the
+        // involute.
         assert!(points.iter().all(|p| p.radius <= gear.root_radius() * (1.0 + 1e-14)));
         let reduced = geometry.warnings.iter().any(|w| w.code() == "root_radius_reduced");
         assert_eq!(reduced, radius > 5.0);

@@ -1,5 +1,5 @@
-//! Registration: motions that were made come back, what cannot be told apart is named,
-//! regularisation and robustness are the service's.
+//! Registration: given motions come back, indistinguishable ones are named, regularisation and
+//! robustness are the service's.
 
 use crate::gear_registration::{above, gear, helical, rolls, side};
 use crate::oracle::random::Random;
@@ -199,7 +199,7 @@ fn a_spur_gear_tells_no_axial_shift() {
 
 #[test]
 fn a_single_flank_has_a_regularised_answer() {
-    // of the six, one flank tells three well; noise of 0.3 µm must not become motions of
+    // one flank determines three of the six well; noise of 0.3 µm must not become motions of
     // millimetres
     let gear = helical(20.0, Hand::Left);
     let reference = Reference::new(&gear);

@@ -100,7 +100,7 @@ proptest! {
         let [low, high] = rolls(&gear);
         for k in 0..6 {
             let (side, tooth) = (side(k), 1 + random.below(gear.data().teeth as usize) as u32);
-            // concave flanks have no room for a ball where they begin
+            // a ball does not fit where concave flanks begin
             let (roll, z) = (random.between(low.max(radius), high), random.between(0.0, 30.0));
             let delta = random.between(-80.0, 80.0);
             let centre = above(&gear, tooth, side, roll, z, radius + 1e-3 * delta);

@@ -1,5 +1,5 @@
-//! Rotation and axial shift together: a rotation stays a rotation, and a modification that changes
-//! along z tells a real axial shift.
+//! Rotation and axial shift together: a rotation remains a rotation, and a modification that
+//! changes along z reveals a real axial shift.
 
 use crate::gear_registration::helical;
 use crate::gear_registration_motion::{moved, places, plain};

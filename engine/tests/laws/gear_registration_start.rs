@@ -15,7 +15,7 @@ use std::f64::consts::PI;
 
 const FIVE: [Motion; 5] = [Motion::XShift, Motion::YShift, Motion::XTilt, Motion::YTilt, Motion::Rotation];
 const BOTH: [Side; 2] = [Side::Left, Side::Right];
-/// What says that an answer is not to be trusted.
+/// Warnings by which a result is not to be trusted.
 const DOUBTS: [&str; 4] = ["poor_fit", "points_misfit", "flanks_ambiguous", "registration_not_converged"];
 
 /// µm of noise in every coordinate.
@@ -30,7 +30,8 @@ fn laid(gear: &Gear, touches: &[MeasuredPoint], motions: &[Motion]) -> Registrat
     register_from(&reference, &deviations, &asked, &begun).expect("a registration")
 }
 
-/// Random points of random flanks all round, moved, with noise; what is not `told` stays open.
+/// Random points of random flanks all round, moved, with noise; teeth and flanks are given as
+/// `told` says.
 fn part(gear: &Gear, random: &mut Random, pose: &Pose, told: [bool; 2]) -> Vec<MeasuredPoint> {
     let clean = places(gear, 5, &BOTH, |_, _, _| 0.0, 0.0);
     let noisy = |touch: &MeasuredPoint| MeasuredPoint {
@@ -89,7 +90,7 @@ proptest! {
         prop_assert!(answer.pose.get(Motion::Rotation).abs() <= 0.51e6 * pitch);
     }
 
-    /// With teeth and flanks told, the rotation is known over the full circle.
+    /// With teeth and flanks given, the rotation is known over the full circle.
     #[test]
     fn told_teeth_and_flanks_leave_no_question(seed: u64, side: bool) {
         let gear = gear(seed);
@@ -152,7 +153,7 @@ fn large_motions_no_longer_end_on_wrong_flanks() {
     }
 }
 
-/// Rotation alone, with flanks told or not: any angle of a pitch, whatever the number of points.
+/// Rotation alone, with flanks given or not: any angle of a pitch, whatever the number of points.
 #[test]
 fn rotations_alone_are_found() {
     let gear = helical(22.0, Hand::Left);
@@ -181,7 +182,7 @@ fn what_does_not_fit_is_said() {
     dusty[7].point.x += 0.3;
     let answer = laid(&gear, &dusty, &FIVE);
     assert!(has(&answer, "points_misfit"), "{:?}", answer.warnings);
-    // one tooth told wrongly by two
+    // one tooth is named wrongly by two
     let mut wrong = part(&gear, &mut random, &still, [true, false]);
     for touch in &mut wrong[50..100] {
         touch.tooth = touch.tooth.map(|tooth| tooth + 2);
@@ -227,8 +228,8 @@ fn motions_that_these_points_do_not_tell_have_no_error() {
     assert!(has(&answer, "motions_indistinguishable"));
 }
 
-/// A single flank that lies a third of a pitch off: what it does not tell stays damped, and damped
-/// towards where it lies.
+/// A single flank that lies a third of a pitch off: what it does not determine stays damped,
+/// towards its position.
 #[test]
 fn regularisation_counts_from_where_the_part_lies() {
     let gear = helical(20.0, Hand::Left);

@@ -13,7 +13,7 @@ use flankfit_engine::geometry::space::Vector;
 use proptest::prelude::*;
 use std::f64::consts::PI;
 
-/// What says that an answer is not to be trusted.
+/// Warnings by which a result is not to be trusted.
 const DOUBTS: [&str; 5] =
     ["poor_fit", "points_misfit", "flanks_ambiguous", "registration_not_converged", "axial_shift_for_rotation"];
 const FIVE: [Motion; 5] = [Motion::XShift, Motion::YShift, Motion::XTilt, Motion::YTilt, Motion::Rotation];
@@ -76,7 +76,7 @@ fn worst(answer: &Registration, pose: &Pose) -> f64 {
 proptest! {
     #![proptest_config(config(16))]
 
-    /// One tooth of four and two of six, with flanks told or not.
+    /// One tooth of four and two of six, with flanks given or not.
     #[test]
     fn a_minority_of_wrong_names_is_put_right(seed: u64, sides: bool, six: bool) {
         let gear = gear(seed);

@@ -51,7 +51,7 @@ fn check(name: &str, result: &FitResult, x: &Rows, y: &[Big], wanted: f64) {
 fn clumped_abscissae() {
     let mut random = Random::new(21);
     for power in [2, 6, 12] {
-        // Most nodes stand within a hair of 30, few reach 34.
+        // Most nodes lie close to 30, few reach 34.
         let x: Vec<f64> = (0..300).map(|_| 30.0 + 4.0 * random.unit().powi(power)).chain([30.0, 34.0]).collect();
         let y: Vec<f64> = x.iter().map(|x| 0.01 * (x - 32.0).powi(2) + 1e-3 * random.normal()).collect();
         let nodes = Nodes::curve(x.clone(), y.clone(), None).expect("checked nodes");

@@ -63,7 +63,7 @@ fn filtered(x: &DMatrix<f64>, y: &DVector<f64>, factors: &[f64]) -> Penalised {
     }
 }
 
-/// Every deletion figure beside refits.
+/// Every deletion result, compared with refits.
 fn compare(what: &str, result: &FitResult, weight: &[f64], oracle: &Penalised, slack: f64) {
     let found = of(result);
     let (m, all) = (oracle.y.len(), oracle.fitted(None));

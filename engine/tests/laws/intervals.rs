@@ -95,8 +95,7 @@ fn students_intervals_of_a_line() {
     }
 }
 
-/// What docs/explanation/intervals.md says of a norm that deviations of size 1 allow, over √m:
-/// 1/√λ₁.
+/// Norm that deviations of size 1 allow, over √m: 1/√λ₁, as in docs/explanation/intervals.md.
 #[test]
 fn safe_norm_limits_of_usual_grids() {
     for (rows, columns) in [(5, 7), (5, 9), (9, 5), (9, 15), (20, 30)] {
@@ -192,7 +191,7 @@ fn a_norm_that_is_not_told_from_noise_is_warned_of_where_it_matters() {
     };
     assert_eq!(warned(Truth::Largest, 3.0, &spec(None)), (true, true));
     assert_eq!(warned(Truth::Smallest, 0.05, &spec(None)), (false, true));
-    // told, or nothing to bound
+    // given, or nothing to bound
     assert_eq!(warned(Truth::Largest, 3.0, &spec(Some(1.0))), (false, false));
     let plain = FitSpec { regularization: Regularization::None, ..spec(None) };
     assert_eq!(warned(Truth::Largest, 3.0, &plain), (false, false));

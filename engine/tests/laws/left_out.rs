@@ -1,4 +1,4 @@
-//! What is asked for and cannot be had is left out, and a warning says so.
+//! Requested results that do not exist are left out, and a warning says so.
 
 use crate::{oracle::random::Random, problems::fit};
 use flankfit_engine::estimation::{
@@ -96,7 +96,7 @@ fn places_beyond_doubles() {
     assert!(fit(&line(0.1), &asked(vec![1.0], false)).predictions.unwrap().place_indices.is_none());
 }
 
-/// What is true of [`line`], with this uncertainty.
+/// Prior of the true coefficients of [`line`], with this uncertainty.
 fn with_prior(std_error: f64) -> FitSpec {
     let spread = PriorSpread::StdError(vec![std_error; 2]);
     FitSpec { prior: Some(Prior::Given { mean: vec![2.0, -0.5], spread }), ..spec(1) }

@@ -4,16 +4,15 @@
 use crate::oracle::random::Random;
 use flankfit_engine::gear::correction::{CorrectionSpec, Setting};
 
-/// What machines are drawn from. Columns are products of Legendre polynomials over the nodes, of
-/// RMS 1/√(2p+1)(2q+1) µm per unit.
+/// Distribution of simulated machines. Columns are products of Legendre polynomials over the nodes,
+/// of RMS 1/√(2p+1)(2q+1) µm per unit.
 #[derive(Clone, Copy, Debug)]
 pub struct Plant {
     pub grid: [usize; 2],
     pub settings: usize,
-    /// What sets the last setting apart from a mixture of the second and the third; 1 where it is
-    /// none.
+    /// Distance of the last setting from a mixture of the second and the third; 1 if it is none.
     pub apart: f64,
-    /// What settings are off by, µm.
+    /// Errors of the settings, µm.
     pub off: f64,
     pub sigma: f64,
     /// Errors of the response: of single entries, or of whole columns.
@@ -24,9 +23,9 @@ pub struct Plant {
 /// A machine.
 pub struct Machine {
     pub sensitivity: Vec<f64>,
-    /// What it answers with.
+    /// True response of the machine.
     pub response: Vec<f64>,
-    /// What its settings are off by.
+    /// Errors of its settings.
     pub off: Vec<f64>,
     sigma: f64,
     random: Random,
@@ -87,7 +86,7 @@ impl Plant {
 }
 
 impl Machine {
-    /// What its settings make of the flank, which no probe sees.
+    /// Returns the deviations that its settings cause, without noise.
     pub fn flank(&self) -> Vec<f64> {
         times(&self.response, &self.off)
     }

@@ -1,6 +1,6 @@
 //! Laws of the mathematics, checked from outside: properties over random and graded problems, and
-//! simulations. The answers are compared with sums and solutions of the tests' own oracle, which
-//! shares no code with the crate.
+//! simulations. Results are compared with sums and solutions of the tests' own oracle, which shares
+//! no code with the crate.
 
 #[expect(dead_code, reason = "the oracle is shared by the test binaries, each of which uses a part")]
 #[path = "../oracle/mod.rs"]

@@ -93,7 +93,8 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(6))]
 
     /// Knots by residuals meet the tolerance on smooth points, and say so. No two neighbours lie
-    /// more than twice their mean distance apart, so that knots have room where the curve is steep.
+    /// more than twice their mean distance apart, so that knots can be placed where the curve is
+    /// steep.
     #[test]
     fn adaptive_knots_meet_the_tolerance(seed: u64, degree in 2usize..5, power in 2i32..4, steep in 5.0f64..20.0) {
         let mut random = Random::new(seed);
@@ -139,8 +140,7 @@ fn adaptive_knots_end_where_they_must() {
     assert!(all.curve.basis().size() <= 60);
 }
 
-/// Tolerances that the points cannot tell of: the curve stays a curve near them, also where no
-/// residual looks.
+/// Tolerances that the points do not resolve: the curve stays near them, also between residuals.
 #[test]
 fn adaptive_knots_leave_no_swings_between_the_points() {
     let x: Vec<f64> = (0..=40).map(|i| f64::from(i) / 4.0).collect();

@@ -86,7 +86,7 @@ proptest! {
         prop_assert_eq!(banded.nodes_per_span.iter().sum::<usize>(), banded.count);
         let (mine, theirs) = (one.residuals.as_ref().unwrap(), dense.residuals.values.as_ref().unwrap());
         prop_assert!(mine.iter().zip(theirs).all(|(a, b)| (a - b).abs() < 1e-12));
-        // and the surface is the one that the service's fit stands for
+        // and the surface is the one of the service's fit
         let Some(Shape::Surface(shape)) = shape_of(&spec, &dense) else { panic!("a surface") };
         for k in 0..20 {
             let (u, v) = (data.u[k], data.v[k]);
@@ -172,7 +172,7 @@ fn criteria_choose_what_the_service_chooses() {
     }
 }
 
-/// Nodes on a ring only: the corners and the middle are not told by the nodes, and a penalty fills
+/// Nodes on a ring only: the nodes do not determine the corners and the middle, and a penalty fills
 /// them in.
 #[test]
 fn starved_cells_are_named_or_smoothed() {

@@ -1,5 +1,5 @@
-//! What a model rules out of a regularisation: a stream refuses it before any node, by the pointer
-//! of the batch fit.
+//! Regularisations that a model excludes: a stream refuses them before any node, by the pointer of
+//! the batch fit.
 
 use crate::oracle::random::Random;
 use crate::problems::polynomial;
@@ -114,8 +114,8 @@ fn a_stream_refuses_at_opening_what_its_fit_would_refuse_in_the_end() {
     assert!(refused > 300 && opened > 100, "{refused} {opened}");
 }
 
-/// Of a measurement matrix the first block tells n, of raw powers without a domain whether there
-/// are one or two axes.
+/// The first block of a measurement matrix determines n, that of raw powers without a domain the
+/// number of axes.
 #[test]
 fn where_the_first_block_decides_it_is_refused_and_changes_nothing() {
     let (u, v, z) = places(6);

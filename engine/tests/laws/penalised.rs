@@ -43,7 +43,7 @@ fn scaled(matrix: &Rows, scales: &[Big]) -> Rows {
     matrix.iter().zip(scales).map(|(row, s)| row.iter().zip(scales).map(|(x, t)| &(x / s) / t).collect()).collect()
 }
 
-/// Everything that is answered at the λ that stands, from normal equations in the oracle's numbers.
+/// Checks all results at the chosen λ from normal equations in the oracle's numbers.
 pub fn check(result: &FitResult, x: &Rows, y: &[f64], penalty: &Rows, unit: bool, digits: f64) {
     let lambda = result.regularization.lambda_star.expect("a λ");
     let (n, m) = (x[0].len(), y.len());

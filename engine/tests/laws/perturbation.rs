@@ -1,4 +1,4 @@
-//! Ineqs. 16–23, mended: nodes moved within their uncertainty never move the coefficients beyond
+//! Ineqs. 16–23, corrected: nodes moved within their uncertainty never move the coefficients beyond
 //! the bounds.
 
 use crate::oracle::random::Random;

@@ -58,7 +58,7 @@ fn classes_bound_what_has_no_limits_of_its_own() {
     assert_eq!(class(5).runout(&runout, None, Rounding::Unrounded, None), None, "outside the standard");
 }
 
-/// Of limits that are not alike on both sides the pitch counts that has the least room, not the
+/// With unequal limits on both sides the pitch counts that is closest to its limit, not the
 /// greatest.
 #[test]
 fn every_single_pitch_must_lie_within() {

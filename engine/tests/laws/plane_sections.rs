@@ -66,7 +66,7 @@ fn cylinder(radius: f64, height: f64) -> SurfaceShape {
     revolved(&[([radius, 0.0], 1.0), ([radius, 0.5 * height], 1.0), ([radius, height], 1.0)], 1)
 }
 
-/// What a section consists of.
+/// Description of a section's parts.
 fn brief(found: &Section) -> String {
     let ends = |curve: &SectionCurve| {
         let [first, .., last] = &curve.points[..] else { panic!() };
@@ -301,7 +301,7 @@ fn sections_of_a_helicoid() {
     let (sin, cos) = 2.5_f64.sin_cos();
     lies(curve, |p| (p.z - 5.0).hypot(p.x * sin - p.y * cos));
     close(curve.length(), 10.0, 1e-10);
-    // upright beside the axis: y = d tan(z / 2)
+    // upright, next to the axis: y = d tan(z / 2)
     let found = cut(plane(v(1., 0., 0.), 1.5));
     assert_eq!(found.curves.len(), 3, "{}", brief(&found));
     for curve in &found.curves {

@@ -257,8 +257,8 @@ fn sides_and_corners() {
     assert!(found.curves.is_empty() && found.unresolved.is_empty());
 }
 
-/// Where the plane touches so flatly that no second derivative tells what it is, the answer says
-/// so, and does not go missing.
+/// If the plane touches so flatly that no second derivative decides on the kind of contact, the
+/// place is reported and does not go missing.
 #[test]
 fn flat_contact_is_told() {
     let cubic = [[0.0], [0.0], [0.0], [1.0]];
@@ -296,7 +296,7 @@ fn a_part_in_the_plane() {
     close(above.curves[0].points[0].point.x, 1.25, 1e-15);
 }
 
-/// Weights that nearly vanish make the parameters stand still at the sides.
+/// Weights that nearly vanish make the parameters nearly constant at the sides.
 #[test]
 fn parameters_that_nearly_stand_still() {
     let basis = BSplineBasis::uniform(2, 1, 0.0, 1.0).unwrap();

@@ -1,5 +1,5 @@
-//! Planes that pass a pole closely. Beside a pole the parameters turn by a quarter within next to
-//! nothing, while the section is as smooth as anywhere.
+//! Planes that pass a pole closely. Near a pole the parameters turn by a quarter within a tiny
+//! distance, while the section is as smooth as anywhere.
 
 use std::f64::consts::PI;
 
@@ -115,7 +115,7 @@ fn sections_of_a_torus_beside_its_tips() {
 }
 
 /// Noise about the plane so small that rounding moves its zeros: the surface lies in the plane, and
-/// that is found soon. Where noise is told from rounding, curves are answered.
+/// that is found soon. Where noise exceeds rounding, curves are returned.
 #[test]
 fn noise_about_the_plane_lies_in_it() {
     let mut random = Random::new(503);

@@ -54,7 +54,7 @@ fn held(spec: &FitSpec, missed: bool, draws: usize) -> f64 {
     hits as f64 / (11 * draws) as f64
 }
 
-/// Of 150 to 600 draws: a coverage of bands, which go together, is uncertain by 0.005 to 0.01.
+/// From 150 to 600 draws; a coverage of bands, which go together, is uncertain by 0.005 to 0.01.
 #[test]
 fn bands_hold_where_positions_are_off() {
     let (measured, nominal) = (Some(PositionKind::Measured), Some(PositionKind::Nominal));
@@ -108,7 +108,7 @@ fn every_coefficient_holds_where_positions_are_read_wrongly() {
     }
 }
 
-/// Of a line the covariance is that of Fuller (Measurement Error Models, 1987, Eq. 1.3.32), in
+/// The covariance of a line is that of Fuller (Measurement Error Models, 1987, Eq. 1.3.32), in
 /// closed form: `V(slope) = [M_xx σ_vv + σ_uu σ_vv − σ_uv²]/(M_xx² m)`, where M_xx is the variance
 /// of the true abscissae, `σ_uv = −slope · σ_uu`.
 #[test]

@@ -1,4 +1,4 @@
-//! What was known before: laws that hold for every chain, and how good it is on average.
+//! Prior knowledge: laws that hold for every chain, and its quality on average.
 
 use std::sync::Arc;
 
@@ -223,8 +223,8 @@ fn the_bias_of_a_posterior_is_bounded_sharply() {
     assert!((0.98..1.0 + 1e-9).contains(&share), "{share}");
 }
 
-/// What of the heights arrives: the trace of `XᵀX Cov/σ²`, and the determinants of the information
-/// of the nodes and of both together.
+/// Share of the heights in the result: the trace of `XᵀX Cov/σ²`, and the determinants of the
+/// information of the nodes and of both together.
 #[test]
 fn filter_factors_are_the_shares_of_the_nodes() {
     let mut random = Random::new(14);

@@ -1,5 +1,5 @@
 //! Intervals with a prior of earlier iterations whose moves are estimated: how often they hold, and
-//! how good the value beside them is.
+//! the error of the value next to them.
 //!
 //! The construction holds 0.95 for a known σ, whatever the flank did. What these laws add is what
 //! it leaves open: σ estimated by the nodes of now, down to one degree of freedom, and another σ
@@ -71,7 +71,7 @@ impl Iteration {
     }
 }
 
-/// What came of sets of iterations.
+/// Results over sets of iterations.
 #[derive(Debug)]
 struct Sets {
     /// Mean squared error over that of least squares, in standard errors.
@@ -186,8 +186,8 @@ fn the_chain_is_better_than_least_squares_whatever_the_flank_does() {
     assert_mean(&cases);
 }
 
-/// One of four coefficients moves while the others stand still: its own interval holds too, and
-/// what is answered is still better than least squares on the whole.
+/// One of four coefficients moves while the others are constant: its own interval holds too, and
+/// the result is still better than least squares on the whole.
 #[test]
 fn the_interval_of_a_coefficient_that_moves_alone_holds() {
     let flank = Flank::same(6, 20);
@@ -201,7 +201,7 @@ fn the_interval_of_a_coefficient_that_moves_alone_holds() {
 }
 
 /// After a quiet history one coefficient, or the whole flank, steps once, at the last move, of
-/// which the moves before tell nothing. With the same size for every move the worst would hold in
+/// which the earlier moves give no sign. With the same size for every move the worst would hold in
 /// 0.2 to 0.8, and the errors be up to six times those of least squares.
 #[test]
 fn intervals_hold_when_the_flank_steps_after_a_quiet_history() {
@@ -282,7 +282,7 @@ fn surfaces(random: &mut Random) -> Vec<Iteration> {
 }
 
 /// A polynomial surface, iterations with unequal numbers of nodes, and one among them (the first,
-/// or one in between) whose nodes lie on a line and tell half of the coefficients.
+/// or one in between) whose nodes lie on a line and determine half of the coefficients.
 #[test]
 fn intervals_hold_for_surfaces_measured_unequally() {
     let model =
@@ -306,6 +306,6 @@ fn intervals_hold_for_surfaces_measured_unequally() {
         }
     }
     assert_mean(&cases);
-    // what is told shortens the intervals where the flank stands still
+    // prior knowledge shortens the intervals where the flank is constant
     assert!(cases.iter().step_by(6).all(|still| still.width < 0.95), "{cases:#?}");
 }

@@ -162,8 +162,8 @@ pub fn assert_all_close(what: &str, a: &[f64], b: &[f64], relative: f64) {
     }
 }
 
-/// Two answers to the same question: every coefficient agrees to a millionth of its standard error,
-/// the spectrum and what hangs on it to `relative`.
+/// Two results of the same request: every coefficient agrees to a millionth of its standard error,
+/// the spectrum and its consequences to `relative`.
 #[track_caller]
 pub fn assert_same_fit(one: &FitResult, two: &FitResult, relative: f64) {
     assert_eq!(one.coefficients.len(), two.coefficients.len());

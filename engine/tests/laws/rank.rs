@@ -1,4 +1,4 @@
-//! Dependent columns: told from independent ones, named, answered by the least solution or refused
+//! Dependent columns: distinguished from independent ones, named, solved by minimum norm or refused
 //! where λ₁ > 0 is needed.
 
 use crate::oracle::matrix::{doubles, least_squares, rows, vector};
@@ -43,8 +43,8 @@ proptest! {
         let exact = least_squares(&rows(&independent), &vector(&y));
         assert_close("rss", result.residuals.rss, exact.rss.to_f64(), 1e-10, 0.0);
         let exact = doubles(&exact.coefficients);
-        // In unit-length columns the copy takes half; in the columns as they are, f / (1 + f²)
-        // beside 1 / (1 + f²).
+        // In unit-length columns the copy takes half; in unscaled columns f / (1 + f²), the
+        // original 1 / (1 + f²).
         let (own, copy) = if none {
             (1.0 / (1.0 + factor * factor), factor / (1.0 + factor * factor))
         } else {
@@ -129,7 +129,7 @@ fn a_column_of_zeros_gets_the_coefficient_0() {
 
 #[test]
 fn nearly_dependent_is_not_dependent() {
-    // Two columns that differ by 1e-12 of their length: double-double tells them apart.
+    // Two columns that differ by 1e-12 of their length: double-double distinguishes them.
     let mut random = Random::new(4);
     let x: Vec<Vec<f64>> = (0..12)
         .map(|_| {

@@ -163,7 +163,7 @@ proptest! {
         prop_assume!(blocks.iter().all(|b| Recursive::new(&specs()[0], 1.0).unwrap().push(b).is_ok()));
         for spec in specs() {
             let batch = fit(&track.faded(forgetting), &spec).unwrap();
-            // weights round once in the batch, the model's condition stands behind it
+            // weights round once in the batch, and the model's condition amplifies that
             same(&batch, &streamed(&spec, &blocks, forgetting).unwrap(), 1e-7);
         }
     }

@@ -188,7 +188,8 @@ fn second_heights(nodes: &Nodes) -> Vec<f64> {
     }
 }
 
-/// A piece whose directions are none of the smallest: what it is for stays undone, and is told.
+/// A piece whose directions are none of the smallest: it does not serve its purpose, and a warning
+/// says so.
 #[test]
 fn a_piece_of_other_directions_is_told() {
     let random = &mut Random::new(4);

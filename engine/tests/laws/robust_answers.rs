@@ -1,4 +1,4 @@
-//! What every robust estimator answers: standard errors, exact fits, and its regularised forms.
+//! Results of every robust estimator: standard errors, exact fits, and its regularised forms.
 
 use crate::{
     oracle::{
@@ -150,8 +150,8 @@ fn intervals_hold_with_errors_as_each_estimator_expects_them() {
     }
 }
 
-/// Where the exponent is estimated its interval must not be narrower than it can hold: it covered
-/// 0.87 when the likeliest exponent was taken as given.
+/// With an estimated exponent the interval must not be too narrow: it covered 0.87 when the
+/// likeliest exponent was taken as given.
 #[test]
 fn an_estimated_exponent_holds_with_normal_errors_too() {
     let estimator = Estimator::Likelihood(Distribution::GeneralizedNormal { exponent: None });

@@ -201,8 +201,8 @@ fn terms_are_found_in_every_basis() {
     }
 }
 
-/// Backward elimination of a surface beside dense least squares of every set of terms that it can
-/// go to.
+/// Backward elimination of a surface, compared with dense least squares of every set of terms that
+/// it can go to.
 #[test]
 fn every_step_loses_least() {
     let surface = Surface::new();

@@ -85,7 +85,7 @@ fn both_ways_of_a_grid_say_the_same() {
     assert!(a.0 == b.0 && (a.1 - b.1).abs() < 1e-6 && (a.2 / b.2 - 1.0).abs() < 1e-6, "{a:?} {b:?}");
 }
 
-/// What rounding leaves is smooth, but nothing that was measured.
+/// Rounding errors are smooth, but not taken for correlated noise.
 #[test]
 fn exact_heights_are_no_alarm() {
     let y = axis(40).iter().map(|x| 3.0 - 0.25 * x * x).collect();

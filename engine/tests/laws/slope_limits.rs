@@ -29,7 +29,7 @@ use super::{
 use crate::problems::fit;
 
 const ROLL: [f64; 2] = [18.0, 26.0];
-/// Of the gear.
+/// Face width of the gear, mm.
 const FACE_WIDTH: f64 = 20.0;
 
 fn spec() -> FitSpec {

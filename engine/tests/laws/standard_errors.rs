@@ -90,7 +90,7 @@ fn robust_errors_are_those_of_their_covariance() {
     }
 }
 
-/// Where the filter lets everything pass the estimate is least squares, and its interval Student's.
+/// With a filter that passes everything the estimate is least squares, and its interval Student's.
 #[test]
 fn a_filter_that_does_nothing_is_not_named() {
     let ridge = |k: f64| Regularization::Ridge { parameter: Parameter::Fixed(k) };

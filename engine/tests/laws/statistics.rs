@@ -125,7 +125,7 @@ proptest! {
         prop_assert!(result.residuals.sigma.is_none());
         prop_assert!(result.coefficients.iter().all(|c| c.std_error.is_none() && c.least_squares_std_error.is_none()));
         prop_assert!(warned(&result, "no_degrees_of_freedom"), "{:?}", result.warnings);
-        // The default criterion needs σ̂; without one it answers least squares.
+        // The default criterion needs σ̂; without one it chooses least squares.
         prop_assert_eq!(values(&result), result.coefficients.iter().map(|c| c.least_squares).collect::<Vec<f64>>());
         let offered = criteria_of(&result);
         // Where nothing is to be regularised they all answer least squares.

@@ -15,7 +15,7 @@ use flankfit_engine::geometry::{
 use proptest::prelude::*;
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
-/// No sample of the surface is closer, and what is told of the point holds.
+/// No sample of the surface is closer, and the reported properties of the point hold.
 fn not_beaten(surface: &(dyn Surface + Sync), node: &Vector, found: &SurfacePoint) -> Result<(), TestCaseError> {
     let [[a, b], [c, d]] = surface.domain();
     let n = 80;
@@ -37,7 +37,7 @@ fn not_beaten(surface: &(dyn Surface + Sync), node: &Vector, found: &SurfacePoin
     Ok(())
 }
 
-/// A wavy surface of heights or of points, with an edge where a knot stands twice.
+/// A wavy surface of heights or of points, with an edge where a knot is double.
 fn wavy() -> impl Strategy<Value = BSplineSurface> {
     (prop::collection::vec(vector(), 7 * 6), any::<bool>()).prop_map(|(noise, graph)| {
         let u = BSplineBasis::new(3, vec![0., 0., 0., 0., 1., 1., 1., 2., 2., 2., 2.]).unwrap();

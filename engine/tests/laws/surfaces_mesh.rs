@@ -1,5 +1,5 @@
 //! Laws of meshes of curves, of the continuity between patches, of conversions to B-splines, and of
-//! the door to all surfaces.
+//! the entry point to all surfaces.
 
 use crate::surfaces::{boundary_curves, revolved, vector};
 use flankfit_engine::geometry::{
@@ -41,8 +41,8 @@ fn mesh_of(f: impl Fn(f64, f64) -> f64, us: &[f64], vs: &[f64]) -> CurveMesh {
     }
 }
 
-/// Curves that are 0.002 apart where they cross: corners stand half-way, off both by 0.001,
-/// whatever the mesh is filled with.
+/// Curves that are 0.002 apart where they cross: corners lie half-way, off both by 0.001, for every
+/// kind of patch.
 #[test]
 fn a_gap_at_the_crossings_is_a_deviation_from_the_curves() {
     let (us, vs) = ([0.0, 0.5, 1.2], [1.0, 1.7, 2.2]);

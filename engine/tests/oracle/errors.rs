@@ -64,11 +64,11 @@ pub fn estimators() -> Vec<(&'static str, Estimator)> {
     ]
 }
 
-/// What intervals came to.
+/// Coverage and width of intervals.
 pub struct Coverage {
     /// Mean over the coefficients.
     pub mean: f64,
-    /// Of the coefficient that is covered least often.
+    /// Coverage of the coefficient that is covered least often.
     pub worst: f64,
     /// Mean width over that of least squares on the same heights.
     pub width: f64,

@@ -4,7 +4,7 @@
 use super::big::Big;
 use super::matrix::{Rows, column, dot, eigen, gram, times};
 
-/// What is done to the columns before the eigen analysis.
+/// Scaling of the columns before the eigen analysis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Columns {
     UnitLength,

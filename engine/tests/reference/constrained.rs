@@ -1,5 +1,5 @@
-//! Curves and a surface under constraints on their shape, beside non-negative least squares on fine
-//! grids.
+//! Curves and a surface under constraints on their shape, compared with non-negative least squares
+//! on fine grids.
 
 use crate::folder::{number, numbers, reference};
 use flankfit_engine::estimation::{

@@ -1,5 +1,5 @@
-//! Traces of a real spur gear (z = 52, m_n = 1 mm), 17 of them, and what the instrument itself
-//! printed for its left flank. The measurement stands in `tests/data/p40`; every 12th of the 480
+//! Traces of a real spur gear (z = 52, m_n = 1 mm), 17 of them, and the values that the instrument
+//! itself printed for its left flank. The measurement is in `tests/data/p40`: every 12th of the 480
 //! samples of a trace, so form and total deviation cannot agree.
 
 use std::{collections::BTreeMap, path::Path};
@@ -141,7 +141,7 @@ fn the_sign_of_the_curve_file_leads_to_the_same_slopes() {
     let din = evaluated(&traces(&text, Column::Din), &settings(DeviationSign::Din));
     let raw = evaluated(&traces(&text, Column::Printed), &settings(DeviationSign::Clockwise));
     for (a, b) in din.traces.iter().zip(&raw.traces) {
-        // lines are told in the sign of what was posted
+        // lines have the sign of the posted deviations
         let turned = match (a.kind, a.side) {
             (Kind::Helix, _) | (Kind::Profile, Side::Left) => -1.0,
             (Kind::Profile, Side::Right) => 1.0,

@@ -1,4 +1,4 @@
-//! Influence of each observation of Hald's cement, beside statsmodels' and R's.
+//! Influence of each observation of Hald's cement, compared with statsmodels' and R's.
 
 use crate::folder::{number, numbers, reference};
 use flankfit_engine::estimation::{

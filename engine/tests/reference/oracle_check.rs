@@ -1,4 +1,5 @@
-//! The tests' own oracle against the reference files: where it stands alone, it may be believed.
+//! The tests' own oracle against the reference files: this justifies its use where it is the only
+//! reference.
 
 use crate::answers::{exact, exact_of};
 use crate::folder::{decimals, number, numbers, reference, table};

@@ -6,7 +6,7 @@ use flankfit_engine::estimation::spec::Model;
 use flankfit_engine::estimation::{FitSpec, Nodes, Recursive};
 use serde_json::Value;
 
-/// Adds the nodes one by one and compares after each that the file tells of.
+/// Adds the nodes one by one and compares after each that is in the file.
 fn prefixes(file: &Value, spec: &FitSpec, nodes: impl Fn(usize) -> Nodes) {
     let name = file["name"].as_str().expect("a name");
     let steps = file["steps"].as_array().expect("steps");

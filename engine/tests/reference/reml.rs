@@ -1,4 +1,4 @@
-//! k of ridge by restricted likelihood, beside scipy's and mgcv's.
+//! k of ridge by restricted likelihood, compared with scipy's and mgcv's.
 
 use crate::folder::{number, numbers, reference};
 use flankfit_engine::estimation::{

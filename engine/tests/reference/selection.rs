@@ -1,4 +1,4 @@
-//! Terms of a linear model, beside R's leaps, step and glmnet.
+//! Terms of a linear model, compared with R's leaps, step and glmnet.
 
 use crate::folder::{number, numbers, reference, table};
 use flankfit_engine::estimation::{

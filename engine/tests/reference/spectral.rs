@@ -15,7 +15,7 @@ fn unscaled(nodes: &Nodes, model: Model) -> FitResult {
     answer(nodes, &FitSpec { scaling: Scaling::None, ..plain(model) })
 }
 
-/// Reference eigenvalues stand largest first.
+/// Reverses reference eigenvalues, which are largest first.
 fn ascending(mut values: Vec<Big>) -> Vec<Big> {
     values.reverse();
     values
