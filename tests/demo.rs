@@ -107,7 +107,7 @@ fn verbose_prints_the_tables_of_every_fit() {
     let first = row(&text, "Spectrum of the scaled Fisher information matrix", "1");
     assert!(number(first[1]) > 0.0 && number(first[2]) >= number(first[1]), "{first:?}");
 
-    // Every criterion stands beside least squares.
+    // Every criterion is listed with least squares.
     for criterion in ["least_squares", "min_mse", "min_condition", "gcv", "discrepancy", "l_curve"] {
         let cells = row(&text, "λ* as each criterion would choose it", criterion);
         let rms = cells.len() - 1 - usize::from(cells.last() == Some(&"← this fit"));
@@ -207,7 +207,7 @@ fn the_closed_loop_converges_where_least_squares_runs_away() {
     );
 }
 
-/// Where it stays up it ends with the page of its job.
+/// If the server stays up, the output ends with the page of its job.
 #[test]
 fn the_last_line_leads_to_the_job_in_the_dashboard() {
     let folder = tempfile::tempdir().unwrap();

@@ -25,7 +25,7 @@ fn the_committed_figures_are_what_the_command_makes() {
         assert!(made == committed, "{name} differs; run flankfit study --svg docs/explanation/figures");
         assert!(!made.contains("NaN") && !made.contains("inf"), "{name}");
     }
-    // what the tables say stands in the document
+    // the tables are in the document
     let document = std::fs::read_to_string(root.join("docs/explanation/paper-figures.md")).unwrap();
     let mut said = 0;
     for line in text.lines().skip_while(|line| !line.contains("B of level k")).filter(|line| !line.contains("─")) {
@@ -107,7 +107,7 @@ impl InParts {
     }
 }
 
-/// What the command says on its one line, having failed.
+/// Message of the failed command on its one line.
 #[track_caller]
 fn refused(arguments: &[&str]) -> String {
     let output = study(arguments);
@@ -274,7 +274,7 @@ fn what_takes_long_shows_a_bar_on_a_terminal_alone() {
     panic!("no study took long enough for a bar");
 }
 
-/// What a study shows on standard error where that is a terminal.
+/// Output of a study on standard error if that is a terminal.
 #[cfg(target_os = "linux")]
 fn on_a_terminal(file: &Path) -> String {
     use rustix::pty::{OpenptFlags, ioctl_tiocgptpeer, openpt, unlockpt};

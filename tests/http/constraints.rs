@@ -1,5 +1,5 @@
-//! Constraints on the shape over HTTP: a flank that rises and bends as told, its proof, what is
-//! refused by pointer, stored and replayed.
+//! Constraints on the shape over HTTP: a flank that meets them, its proof, refusals with pointers,
+//! storing and replay.
 
 use flankfit::api::examples::REQUEST_EXAMPLES;
 use serde_json::{Value, json};
@@ -35,7 +35,7 @@ async fn a_flank_rises_and_bends_as_told() {
     assert_eq!(fit["spec"]["constraints"], example()["constraints"]);
     assert_eq!(fit["coefficients"][0]["interval_kind"], "least_squares");
 
-    // a told limit shortens intervals as without constraints; a tiny one is told in few digits
+    // a given limit shortens intervals as without constraints; a tiny one is shown with few digits
     let mut limited = example();
     limited["coefficient_norm_limit"] = json!(1e-300);
     let body = app.fit(&limited.to_string()).await.json();
@@ -46,7 +46,7 @@ async fn a_flank_rises_and_bends_as_told() {
     assert!(message.starts_with("coefficient_norm_limit 1e-300 is below") && message.len() < 300, "{message}");
     assert!(message.contains("bias-aware intervals and bands do not hold"), "{message}");
 
-    // the surface that is answered does as told wherever it is looked at
+    // the returned surface meets the constraints everywhere
     let axis = |low: f64, high: f64| (0..=60).map(|k| low + (high - low) * f64::from(k) / 60.0).collect::<Vec<f64>>();
     let grid = json!({"u": axis(30.0, 34.0), "v": axis(0.0, 20.0)});
     let body = json!({"surface": fit["surface"], "grid": grid, "derivatives": 2});

@@ -1,4 +1,4 @@
-//! The document against itself and against the service: names, descriptions, examples, answers.
+//! The document against itself and against the service: names, descriptions, examples, responses.
 
 use std::collections::BTreeMap;
 
@@ -68,7 +68,7 @@ fn no_two_names_differ_by_case_only() {
     assert_eq!(alike(ids), [[""; 0]; 0]);
 }
 
-/// Of two schemas of one name the document would hold one, without a word.
+/// Two schemas of one name would silently become one in the document.
 #[test]
 fn no_two_schemas_are_declared_by_one_name() {
     fn read(folder: &std::path::Path, found: &mut Vec<String>) {
@@ -189,8 +189,8 @@ fn check_warnings(answer: &Value, of: &str) -> usize {
     parts.len()
 }
 
-/// Sends every example of a request, and reads every resource that there is then: all answers are
-/// as the document says.
+/// Sends every example of a request, and reads every resource that exists then: all responses match
+/// the document.
 #[tokio::test]
 async fn every_answer_is_as_the_document_says() {
     let app = TestApp::start().await;

@@ -1,6 +1,6 @@
-//! Requests with their answers as they were before the interface was redesigned: numbers must keep
-//! every bit, refusals their status and pointers. `tests/corpus/README.md` says what the files
-//! hold.
+//! Requests with their responses as they were before the interface was redesigned: numbers must
+//! keep every bit, refusals their status and pointers. `tests/corpus/README.md` describes the
+//! files.
 
 use std::{collections::BTreeMap, fs, path::PathBuf};
 
@@ -49,7 +49,7 @@ const STORY: [&str; 18] = [
     "finish_stream",
 ];
 
-/// What is read at the end of the story.
+/// Resources that are read at the end of the story.
 const READ: [&str; 10] = [
     "/v1/jobs",
     "/v1/jobs/{job_id}",
@@ -124,7 +124,7 @@ fn digest(text: &str) -> String {
     Sha256::digest(text).iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// Lists where two answers differ.
+/// Lists the differences between two responses.
 fn differences(at: &str, old: &Value, new: &Value, found: &mut Vec<String>) {
     match (old, new) {
         (Value::Object(a), Value::Object(b)) => {

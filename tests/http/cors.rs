@@ -21,8 +21,7 @@ fn with_origins(origins: &'static str) -> impl FnOnce(&mut ServeSettings) {
     move |settings| settings.cors_origins = flankfit::config::parse_origins(origins).unwrap()
 }
 
-/// Headers that answers of the contract have, of which a page sees only what it is told that it
-/// may.
+/// Headers of the contract's responses, of which a page sees only the exposed ones.
 fn documented_headers() -> BTreeSet<String> {
     let document = with_responses(openapi_json());
     let operations =

@@ -156,7 +156,7 @@ async fn a_folder_is_read_at_every_request() {
     assert_eq!((second.status.as_u16(), second.text.as_str()), (200, "second"));
 }
 
-/// The paths that the browser's side knows are those that the server answers.
+/// The dashboard knows exactly the paths that the server serves.
 #[test]
 fn the_router_has_the_same_pages() {
     let router = fs::read_to_string(web().join("app/router.js")).unwrap();
@@ -204,7 +204,7 @@ fn a_first_view_is_light() {
     let weight: usize = seen.iter().map(|name| gzip(&files[name])).sum();
     println!("first view: {} files, {weight} bytes as gzip", seen.len());
     assert!(seen.contains("vendor/ui.js") && seen.contains("app/api/client.js"), "{seen:?}");
-    // beside them the page and its first answer
+    // and the page itself and its first response
     assert!(weight + gzip(index.as_bytes()) <= FIRST_VIEW.0 && seen.len() + 2 <= FIRST_VIEW.1, "{seen:?}");
     assert!(!seen.contains("vendor/three.js"));
     assert!(gzip(&files["vendor/three.js"]) <= THREE);
@@ -215,7 +215,7 @@ fn until_quote(text: &str) -> String {
     text.split('"').next().unwrap().to_owned()
 }
 
-/// A path that an import names, from the file that it stands in.
+/// Path that an import names, resolved from its file.
 fn resolved(from: &str, import: &str) -> String {
     let mut parts: Vec<&str> = from.split('/').collect();
     parts.pop();

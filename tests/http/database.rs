@@ -1,4 +1,4 @@
-//! Where servers of the tests keep jobs: each in a file of its own, or with
+//! Databases of the tests' servers: each in a file of its own, or with
 //! `FLANKFIT_TEST_STORE=postgres` in a database of its own on a PostgreSQL server.
 
 use std::{

@@ -1,4 +1,4 @@
-//! Answers in which something does not exist, and what they say about it.
+//! Responses in which something does not exist, and their warnings.
 
 use serde_json::{Value, json};
 

@@ -69,7 +69,7 @@ async fn told_parameters_and_variances_come_back() {
     let sigma = |k: usize| number(&body["variance"]["groups"][k]["sigma"]);
     assert!(sigma(1) > 2.0 * sigma(0), "{}", body["variance"]);
     assert!(body["warnings"].as_array().unwrap().iter().all(|w| w["code"] != "group_variance_uncertain"), "{body}");
-    // four of 24 nodes tell next to nothing of a variance beside a fitted curve
+    // four of 24 nodes determine next to nothing of a variance next to a fitted curve
     let mut small = example("fit_groups");
     let group: Vec<u8> = (0..24).map(|k| u8::from(k % 6 != 2)).collect();
     small["variance"] = json!({"groups": group});
@@ -156,8 +156,8 @@ async fn they_are_stored_and_replayed() {
     }
 }
 
-/// What the table of docs/explanation/errors.md says of selections, constraints and criteria that
-/// leave nodes out.
+/// The table of docs/explanation/errors.md on selections, constraints and criteria that leave nodes
+/// out.
 #[tokio::test]
 async fn what_does_not_go_together_with_a_model_of_the_errors_is_refused() {
     let app = TestApp::start().await;

@@ -98,7 +98,7 @@ async fn impossible_estimators_are_pointed_at() {
     }
 }
 
-/// Terms that cannot be told apart, their sum that can, and B as a product.
+/// Nearly dependent terms, their sum that is determined, and B as a product.
 #[tokio::test]
 async fn sums_of_nearly_dependent_terms_are_answered_when_asked_for() {
     let app = TestApp::start().await;

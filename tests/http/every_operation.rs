@@ -1,5 +1,5 @@
-//! What holds for every operation of the contract, one after the other: its query, the forms of its
-//! answers, its idempotency key.
+//! Properties of every operation of the contract, one after the other: its query, the forms of its
+//! responses, its idempotency key.
 
 use std::collections::BTreeSet;
 
@@ -42,7 +42,7 @@ impl Operation {
         all.filter(|parameter| parameter["in"] == place).map(|one| one["name"].as_str().unwrap()).collect()
     }
 
-    /// Media types of its good answers.
+    /// Media types of its successful responses.
     fn media(&self) -> BTreeSet<&str> {
         let of_answers = |(status, _): &(&String, &Value)| status.starts_with('2');
         let good = self.declared["responses"].as_object().unwrap().iter().filter(of_answers);
@@ -171,7 +171,7 @@ async fn what_no_answer_has_is_not_acceptable() {
     app.stop().await;
 }
 
-/// An answer as it is kept: a secret is told once.
+/// A response as it is kept: a secret is returned once.
 fn without_secret(text: &str) -> String {
     let Some(from) = text.find(r#","key":"ffk_"#) else { return text.to_owned() };
     let to = from + r#","key":""#.len() + 93 + 1;

@@ -1,5 +1,4 @@
-//! Counts and places at the end of what their types hold: a request decides them, so each is a 422
-//! where it stands.
+//! Counts and indices at the end of their types' ranges: each is a 422 at its field.
 
 use flankfit::api::examples::REQUEST_EXAMPLES;
 use serde_json::{Value, json};
@@ -32,8 +31,8 @@ async fn sent(app: &TestApp, path: &str, request: &Value) -> Answer {
     send(app.post(path, request.to_string())).await
 }
 
-/// As many as a signed or an unsigned number of 64 bits can count, and some beside that overflow
-/// when doubled or when one is added.
+/// Greatest signed and unsigned numbers of 64 bits, and some that overflow when doubled or when one
+/// is added.
 const COUNTS: [u64; 5] = [i64::MAX as u64, u64::MAX, u64::MAX - 1, u64::MAX / 2, 1 << 62];
 
 #[tokio::test]
@@ -172,7 +171,7 @@ async fn exponents_beyond_all_counting() {
     app.stop().await;
 }
 
-/// What lies within something that is not an object, or not there, is not said to be missing.
+/// Members of something that is not an object, or not there, are not reported as missing.
 #[tokio::test]
 async fn one_fault_is_one_error() {
     let app = TestApp::start().await;

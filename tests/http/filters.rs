@@ -40,7 +40,7 @@ async fn every_filter_says_what_it_changed() {
     let body = app.fit(&example("fit_filtered_curve").to_string()).await.json();
     let robust = &body["filters"][1];
     assert!(robust["iterations"].as_u64().unwrap() > 1 && robust["converged"] == true, "{robust}");
-    // unfiltered answers say nothing of filters
+    // unfiltered responses have no filters
     let plain = app.fit(crate::harness::CURVE).await.json();
     assert!(plain.get("filters").is_none() && plain.get("filter_collinearity").is_none());
 }

@@ -112,7 +112,7 @@ async fn a_large_form_is_read() {
     post_table(&app, &more).await.problem(413, "body_too_large");
 }
 
-/// What a table is, its content says, whatever its media type.
+/// The content decides on the form of a table, whatever its media type.
 #[tokio::test]
 async fn a_table_may_have_any_media_type_and_character_set() {
     let app = TestApp::start().await;
@@ -131,8 +131,7 @@ async fn a_table_may_have_any_media_type_and_character_set() {
     }
 }
 
-/// Decimal commas that stand between commas are told apart by nothing but quotes or another
-/// separator.
+/// Decimal commas between commas are distinguished only by quotes or another separator.
 #[tokio::test]
 async fn a_mapping_says_how_a_table_is_to_be_read() {
     let app = TestApp::start().await;

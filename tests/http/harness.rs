@@ -25,12 +25,12 @@ use crate::database;
 
 pub struct TestApp {
     pub address: SocketAddr,
-    /// Of the listener for operation, where there is one.
+    /// Address of the listener for operation, if there is one.
     pub operation: Option<SocketAddr>,
     pub client: Client,
-    /// Where the database is.
+    /// Directory of the database.
     pub directory: TempDir,
-    /// What the server's handlers reach, for tests that must hold something up.
+    /// State that the server's handlers share, for tests that must delay something.
     pub state: AppState,
     stop: oneshot::Sender<()>,
     server: JoinHandle<()>,
@@ -162,7 +162,7 @@ impl TestApp {
     }
 }
 
-/// What a server answers to these very bytes, until it closes the connection.
+/// Response of a server to these bytes, until it closes the connection.
 pub async fn raw(address: SocketAddr, request: &str) -> String {
     let mut stream = TcpStream::connect(address).await.expect("a connection");
     stream.write_all(request.as_bytes()).await.expect("the request is sent");
@@ -171,7 +171,7 @@ pub async fn raw(address: SocketAddr, request: &str) -> String {
     String::from_utf8_lossy(&answer).into_owned()
 }
 
-/// The figure of a series among metrics, named with its labels; none where it is not told.
+/// Value of a series among metrics, named with its labels; `None` if it is absent.
 pub fn figure(metrics: &str, series: &str) -> Option<f64> {
     metrics.lines().find_map(|line| line.strip_prefix(series)?.strip_prefix(' ')?.parse().ok())
 }
@@ -180,8 +180,8 @@ pub async fn send(request: RequestBuilder) -> Answer {
     Answer::read(request.send().await.expect("an answer")).await
 }
 
-/// What is asked of a store that is there, until it says so: a busy machine may take longer for
-/// that than the second that the store has.
+/// Repeats a request about a working store until it succeeds: a busy machine may take longer than
+/// the second that the store has.
 pub async fn ready(request: &RequestBuilder) -> Answer {
     let begun = Instant::now();
     loop {

@@ -1,4 +1,4 @@
-//! Headers of every answer, conditional reads, and requests whose headers cannot stand.
+//! Headers of every response, conditional reads, and requests with inadmissible headers.
 
 use crate::harness::{CURVE, TestApp, raw, send};
 
@@ -57,8 +57,8 @@ impl Answered {
     }
 }
 
-/// The page of the documentation needs no more than its policy gives: scripts are files of the
-/// server, none stands in the page.
+/// The page of the documentation needs no more than its policy allows: scripts are files of the
+/// server, none is inline.
 #[tokio::test]
 async fn the_documentation_lives_within_its_policy() {
     let app = TestApp::start().await;

@@ -185,7 +185,7 @@ async fn rows_of_a_linear_model_are_predicted() {
         "predict": {"at": {"x": [[1, 1.5], [0, 1]]}, "kinds": ["confidence", "simultaneous"]}
     });
     let body = app.fit(&request.to_string()).await.json();
-    // what is in every answer does not stand in the spec
+    // parts of every response are not in the spec
     assert_eq!(body["spec"]["include"], json!(["covariance"]));
     let found = &body["predictions"];
     assert!((number(&found["value"][0]) - 1.5).abs() < 1e-12);

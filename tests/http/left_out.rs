@@ -1,5 +1,4 @@
-//! What is asked for and cannot be had: left out with a warning, or refused in words that say what
-//! to do.
+//! Requested results that do not exist: left out with a warning, or refused with a hint.
 
 use serde_json::{Value, json};
 
@@ -69,8 +68,8 @@ async fn refusals_stand_where_the_fault_is_and_say_what_to_do() {
     assert!(refused.text.contains("every column is 0 at these nodes"), "{}", refused.text);
 }
 
-/// A stream whose heights are all 0 has nothing to weigh a prior against, and is finished all the
-/// same; one that asks for earlier iterations is told what to do instead.
+/// A stream whose heights are all 0 has nothing to combine a prior with, and is finished all the
+/// same; one that requests earlier iterations is refused with a hint.
 #[tokio::test]
 async fn streams_with_priors() {
     let app = TestApp::start().await;

@@ -1,5 +1,5 @@
-//! What a server lets itself be made to hold: bodies, unsent answers, connections, clients that do
-//! not read or send.
+//! Limits of what a server holds: bodies, unsent responses, connections, clients that do not read
+//! or send.
 
 use std::io::Write;
 
@@ -50,7 +50,7 @@ async fn bodies_share_a_budget() {
     let numbers = format!("{{\"nodes\":{{\"type\":\"curve\",\"x\":[0{}]", ",0".repeat(40_000));
     send(app.post("/v1/fits", numbers)).await.problem(413, "body_too_large");
     until_held(&app, |held| held == 0).await;
-    // what fits waits for nobody: others hold the room
+    // a request that fits the budget waits for nobody: others hold the memory
     let slow = unfinished(&app, 700_000, 600_000).await;
     until_held(&app, |held| held == 600_000).await;
     let answer = send(app.post("/v1/fits", blank(500_000))).await;
@@ -205,14 +205,14 @@ async fn a_file_is_made_as_it_is_read() {
     assert_eq!(whole.text.matches("endfacet").count(), 2 * 150 * 150);
     drop(streams);
     until_held(&app, |held| held == 0).await;
-    // what is wrong is found before the file begins, and what has no room is refused
+    // errors are found before the file begins, and what exceeds the budget is refused
     assert_eq!(send(app.post("/v1/surfaces/export", export(0))).await.pointers(), ["/samples"]);
     let app = TestApp::start_with(|settings| settings.body_memory = 1 << 20).await;
     send(app.post("/v1/surfaces/export", export(200))).await.problem(413, "body_too_large");
     assert_eq!(send(app.post("/v1/surfaces/export", export(100))).await.status, 200);
 }
 
-/// What a short request asks for is weighed before it is computed, not when its answer is there.
+/// The result of a short request is reserved in the budget before it is computed.
 #[tokio::test]
 async fn what_is_computed_has_room_before_it_is() {
     let app = TestApp::start_with(|settings| settings.body_memory = 1 << 20).await;

@@ -69,7 +69,7 @@ fn post(body: impl Into<Body>) -> Request<Body> {
     Request::post("/v1/fits").header("content-type", "application/json").body(body.into()).unwrap()
 }
 
-/// What may stand where a value stood.
+/// Replacements for a value.
 fn replacement() -> impl Strategy<Value = String> {
     prop_oneof![
         Just("null".to_owned()),

@@ -1,4 +1,4 @@
-//! Ids, health, metrics, keys, compression of answers, overload, shutdown.
+//! Ids, health, metrics, keys, compression of responses, overload, shutdown.
 
 use std::{io::Read, net::SocketAddr};
 

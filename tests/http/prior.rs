@@ -1,5 +1,5 @@
-//! What earlier iterations know, over HTTP: a job whose machine is corrected, replays, conflicts,
-//! and what is refused by its pointer.
+//! Prior of earlier iterations over HTTP: a job whose machine is corrected, replays, conflicts, and
+//! refusals with their pointers.
 
 use flankfit::api::examples::REQUEST_EXAMPLES;
 use serde_json::{Value, json};
@@ -139,7 +139,7 @@ async fn five_iterations_and_a_correction() {
     let ratio = |result: &Value| result["prior"]["move_ratio"].as_f64().unwrap();
     assert!(ratio(&uncorrected["result"]) > 5.0 * ratio(result));
     assert_eq!(uncorrected["result"]["prior"]["corrections"], json!([]));
-    // the story of the job names what the fit stood on
+    // the story of the job names the fits and corrections that the fit used
     let trace = send(app.get(&format!("{job}/trace"))).await.json();
     let told = &trace["iterations"][5]["fits"][0];
     assert_eq!(told["prior"], *prior);
@@ -170,7 +170,7 @@ async fn a_replay_stands_on_the_same_iterations_whatever_is_said_later() {
     let result = send(app.get(&place)).await.json()["result"].clone();
     let variance = result["covariance"]["coefficients"][1][1].as_f64().unwrap();
     assert!((variance.sqrt() / value(&result, 1, "std_error") - 1.0).abs() < 1e-12);
-    // a new fit stands on what is said now
+    // a new fit uses the present state
     let now = refit(&app, &job, 6, previous()).await.json();
     assert_eq!(now["result"]["prior"]["fit_ids"][2], further["id"]);
     assert_ne!(now["result"]["provenance"]["input_sha256"], result["provenance"]["input_sha256"]);
@@ -247,7 +247,7 @@ async fn what_is_no_prior_of_these_nodes_is_refused() {
     assert_eq!(send(app.post(&format!("{job}/streams"), stream.to_string())).await.pointers(), ["/prior/iterations"]);
 }
 
-/// What doubles cannot weigh is refused, not answered by an error of the service.
+/// A prior beyond doubles is refused, and is no internal error.
 #[tokio::test]
 async fn a_prior_beyond_doubles_is_refused() {
     let app = TestApp::start().await;
@@ -292,7 +292,7 @@ async fn a_prior_that_is_posted() {
     }
 }
 
-/// Moves of 0.1 nm: what lies between two iterations beside the correction is next to nothing.
+/// Moves of 0.1 nm: between two iterations there is next to nothing but the correction.
 fn standing_still() -> Value {
     json!({"iterations": "previous", "move": [1e-7, 1e-7, 1e-7]})
 }
@@ -330,7 +330,7 @@ async fn a_prior_takes_what_was_entered() {
             let result = &made["fits"][0]["result"];
             assert!((value(result, j, "value") - truth / 1000.0).abs() < 2e-4, "{result}");
         }
-        // what is entered later is not what the fit stood on
+        // a later entry does not affect the fit
         let later = json!({"settings": {"a": -8.0, "b": 6.0}});
         assert_eq!(send(app.post(&applied, later.to_string())).await.status, 201);
         assert_eq!(replayed(&app, &job, 3, fit).await, json!({"identical": true}));

@@ -2,7 +2,7 @@
 
 use std::process::Command;
 
-/// The exit code, what it printed, and what it said beside, with no variables but these.
+/// Exit code, standard output and standard error of the program, with no variables but these.
 pub fn program(arguments: &[&str], environment: &[(&str, &str)]) -> (Option<i32>, String, String) {
     let run = Command::new(env!("CARGO_BIN_EXE_flankfit"))
         .args(arguments)

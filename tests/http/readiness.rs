@@ -28,7 +28,7 @@ use tokio::{net::TcpListener, task::JoinSet, time::sleep};
 
 use crate::harness::{figure, ready, send};
 
-/// A store that counts how often it is asked whether it answers, and may be silent, unfit or full.
+/// A store that counts the checks of its readiness, and may be silent, unfit or full.
 struct Watched {
     store: Arc<dyn Store>,
     pings: AtomicUsize,
@@ -177,7 +177,7 @@ async fn a_store_that_does_not_answer_within_a_second_makes_the_server_not_ready
         let answer = send(server.get("/readyz")).await;
         if answer.status != 200 {
             let waited = asked.elapsed();
-            // and what a busy machine takes beside
+            // with the delays of a busy machine
             assert!((1..20).contains(&waited.as_secs()), "{waited:?}");
             break answer;
         }
@@ -238,7 +238,7 @@ async fn it_is_said_why_nothing_can_be_stored() {
     told("does not answer").await;
 }
 
-/// Metrics tell of the store although nobody asks for readiness.
+/// Metrics report on the store although nobody requests readiness.
 #[tokio::test]
 async fn metrics_ask_the_store_as_readiness_does_and_wait_no_longer() {
     let server = Server::start().await;
@@ -257,7 +257,7 @@ async fn metrics_ask_the_store_as_readiness_does_and_wait_no_longer() {
         let asked = Instant::now();
         let answer = send(server.get("/metrics")).await;
         assert!(answer.status == 200 && figure(&answer.text, "flankfit_store_up").is_some(), "{}", answer.text);
-        // and what a busy machine takes beside
+        // with the delays of a busy machine
         assert!(asked.elapsed() < Duration::from_secs(20), "{:?}", asked.elapsed());
         assert!(server.begun.elapsed() < Duration::from_secs(60), "the store is not asked again");
         sleep(Duration::from_millis(50)).await;

@@ -43,7 +43,7 @@ async fn stored(app: &TestApp, path: &str, body: &Value) -> Value {
     answer.json()
 }
 
-/// What a fit answers for others does for others what a given λ* does.
+/// A returned piece has for other nodes the effect of a given λ*.
 #[tokio::test]
 async fn a_piece_is_answered_and_posted() {
     let app = TestApp::start().await;
@@ -94,7 +94,7 @@ async fn a_stored_fit_is_the_piece_of_others_and_stays_it() {
     assert_eq!((&kept["iteration"], &kept["fit_id"]), (&json!(1), &first["fits"][0]["id"]));
     assert_eq!(kept["piece"]["directions"].as_array().unwrap().len(), 2);
 
-    // another fit of the piece stands from now on: who stood on the first one still does
+    // another fit of the piece is chosen from now on: fits that used the first one keep it
     let other = json!({"model": {"type": "polynomial", "degree": 3},
                        "regularization": {"type": "spectral", "count": 1}});
     let other = stored(&app, &format!("{iterations}/1/fits"), &other).await;
@@ -125,7 +125,7 @@ async fn a_stored_fit_is_the_piece_of_others_and_stays_it() {
     }
 }
 
-/// What is wrong with a piece that was looked up is said at the iteration that was sent.
+/// Errors of a piece that was looked up are reported at the iteration that was sent.
 #[tokio::test]
 async fn an_iteration_without_a_piece_of_use_is_pointed_at() {
     let app = TestApp::start().await;

@@ -7,7 +7,7 @@ use serde_json::{Map, Value};
 const SILENT: [&str; 8] =
     ["description", "title", "example", "examples", "default", "format", "discriminator", "deprecated"];
 
-/// A document in which answers stand in place of references to them.
+/// Document with responses in place of references to them.
 pub fn with_responses(text: &str) -> Value {
     let mut document: Value = serde_json::from_str(text).unwrap();
     let shared = document["components"]["responses"].clone();
@@ -41,7 +41,7 @@ impl Schemas<'_> {
         }
     }
 
-    /// What a keyword of the value itself has to say; parts are looked at on the way.
+    /// Errors of a value by one keyword; parts are checked on the way.
     fn keyword(
         &self,
         keyword: &str,

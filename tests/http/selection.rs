@@ -42,7 +42,7 @@ async fn every_candidate_has_its_figures() {
         assert_eq!(candidates[chosen]["degree"], json!([2, 1]), "{criterion}");
         assert_eq!(list(&body["coefficients"]).len(), 6);
         assert!(codes(&body).contains("post_selection"));
-        // what was asked for stands in the answer, with its defaults
+        // the request is in the response, with its defaults
         let asked = json!({"degrees": [3, 2], "criterion": criterion, "hierarchical": true});
         assert_eq!(body["spec"]["select"], asked);
     }
@@ -63,7 +63,7 @@ async fn terms_are_answered_by_name_and_can_be_asked_for() {
         let named: Vec<&Value> = list(&body["coefficients"]).iter().map(|c| &c["term"]).collect();
         assert_eq!(list(&chosen["terms"]).iter().collect::<Vec<_>>(), named);
         assert_eq!(chosen.get("lambda").is_some(), alpha.is_some());
-        // the same terms, told
+        // the same terms, given
         let powers: Vec<&Value> = list(&body["coefficients"]).iter().map(|c| &c["powers"]).collect();
         let mut told = request.clone();
         told["model"]["terms"] = json!(powers);

@@ -107,8 +107,8 @@ async fn a_slow_reader_has_the_whole_answer() {
     app.stop().await;
 }
 
-/// Many large bodies at once: some are taken, the others told so at once, and never more is held
-/// than may be.
+/// With many large bodies at once some are accepted, the others refused at once, and never more is
+/// held than allowed.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn large_bodies_at_once_stay_within_the_bound() {
     const BOUND: usize = 1 << 20;
@@ -160,7 +160,7 @@ async fn large_bodies_at_once_stay_within_the_bound() {
             }
         }
         assert!(taken >= 1 && refused >= 4, "{taken} were taken, {refused} refused");
-        // those that are refused at the same moment may leave room for one alone
+        // those that are refused at the same moment may leave memory for one alone
         assert!((blank..=BOUND).contains(&most), "{most} bytes were held");
         while app.state.budget.held() > 0 {
             sleep(Duration::from_millis(1)).await;

@@ -185,7 +185,7 @@ async fn heights_that_were_not_measured_pass() {
     app.stop().await;
 }
 
-/// What is wrong within the first of two fields of a name does not hide that there are two.
+/// An error within the first of two fields of a name does not hide that there are two.
 #[tokio::test]
 async fn what_stands_twice_is_said_beside_other_faults() {
     let app = TestApp::start().await;
@@ -198,7 +198,7 @@ async fn what_stands_twice_is_said_beside_other_faults() {
     app.stop().await;
 }
 
-/// Of arrays every entry that is wrong is named, by the place that it has.
+/// Every wrong entry of an array is named, by its index.
 #[tokio::test]
 async fn every_entry_is_named() {
     let app = TestApp::start().await;
@@ -232,7 +232,7 @@ async fn a_misspelt_field_hides_nothing_beside_it() {
     app.stop().await;
 }
 
-/// Of two entries of one name nobody knows which was meant.
+/// Two entries of one name in a map are refused.
 #[tokio::test]
 async fn a_name_of_a_map_stands_once() {
     let app = TestApp::start().await;

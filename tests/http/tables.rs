@@ -65,7 +65,7 @@ async fn a_table_is_proposed_with_meanings_units_and_words() {
     }
 }
 
-/// What is proposed is a mapping, and can be sent as one.
+/// The proposal is a mapping, and can be sent as one.
 #[tokio::test]
 async fn a_proposal_is_a_mapping() {
     let app = TestApp::start().await;

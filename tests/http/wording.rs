@@ -1,5 +1,4 @@
-//! What refusals say: numbers that can be read, words that are not Rust's, parts of the URL by
-//! their names.
+//! Wording of refusals: readable numbers, no words of Rust, parts of the URL by their names.
 
 use serde_json::json;
 

@@ -1,4 +1,4 @@
-//! What must hold of every answer.
+//! Invariants of every response.
 
 use std::{collections::HashSet, fmt};
 
@@ -12,7 +12,7 @@ pub const MOST_SECONDS: f64 = 5.0;
 /// Bytes held at once beyond those at its start.
 pub const MOST_BYTES: usize = 300_000_000;
 
-/// What does not hold; a stable name of the kind, and what is to be said.
+/// Violated invariant: a stable name of its kind, and a message.
 pub type Finding = (&'static str, String);
 
 pub fn answer(request: &Request, operation: Option<&Operation>, answer: &Answer, findings: &mut Vec<Finding>) {
@@ -30,7 +30,7 @@ pub fn answer(request: &Request, operation: Option<&Operation>, answer: &Answer,
     }
 }
 
-/// A 4xx (or 503) is a problem whose pointers stand in the request.
+/// A 4xx (or 503) is a problem whose pointers exist in the request.
 fn problem(request: &Request, operation: Option<&Operation>, answer: &Answer, findings: &mut Vec<Finding>) {
     let text = String::from_utf8_lossy(&answer.body);
     let Ok(body) = serde_json::from_slice::<Value>(&answer.body) else {
@@ -53,8 +53,8 @@ fn problem(request: &Request, operation: Option<&Operation>, answer: &Answer, fi
     if (answer.status == 422 && body["code"] == "invalid_request" && many == 0) || many > 100 {
         findings.push(("no_problem", format!("{many} errors: {text}")));
     }
-    // where a field stands twice, a pointer may mean either; long bodies are told their first fault
-    // alone, which need not be that one
+    // with a repeated field a pointer may mean either; long bodies have their first error alone,
+    // which need not be that one
     let json = request.json.as_ref().filter(|json| !stands_twice(json));
     let sent = json.and_then(|json| serde_json::from_slice::<Value>(json).ok());
     let parameters: Vec<&str> = operation.into_iter().flat_map(|o| &o.parameters).map(|p| p.name.as_str()).collect();
@@ -84,7 +84,7 @@ fn stands_twice(json: &[u8]) -> bool {
     serde_json::from_slice::<Once>(json).is_err_and(|error| error.is_data())
 }
 
-/// Any JSON without a field that stands twice.
+/// Any JSON without a repeated field.
 struct Once;
 
 impl<'de> Deserialize<'de> for Once {
@@ -177,7 +177,7 @@ fn sound(answer: &Answer, findings: &mut Vec<Finding>) {
     } else if let Ok(text) = std::str::from_utf8(&answer.body) {
         let word = |word: &str| ["nan", "inf", "-inf", "infinity", "-infinity"].contains(&word.to_lowercase().as_str());
         let separators = |c: char| c.is_whitespace() || [',', ';', '(', ')', '='].contains(&c);
-        // names in a file may be any word; what is measured stands among numbers
+        // names in a file may be any word; measured values are among numbers
         let numbers = |line: &str| line.split(separators).any(|w| w.parse::<f64>().is_ok_and(f64::is_finite));
         if let Some(line) = text.lines().find(|line| line.split(separators).any(word) && numbers(line)) {
             findings.push(("not_finite", format!("{media}: {line}")));

@@ -116,7 +116,7 @@ pub struct Owner {
     key: String,
 }
 
-/// What is known to be stored.
+/// Resources known to be stored.
 #[derive(Debug, Default)]
 pub struct Stored {
     jobs: Vec<String>,
@@ -182,7 +182,7 @@ impl Stored {
         stored
     }
 
-    /// Takes over what an answer tells of stored things.
+    /// Adds the stored resources in a response.
     pub fn learn(&mut self, path: &str, tag: Option<&str>, answer: &Value) {
         if let Some(tag) = tag {
             remember(&mut self.tags, tag.to_owned());

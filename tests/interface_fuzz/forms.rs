@@ -1,4 +1,4 @@
-//! Bodies as `multipart/form-data`: a table or a file of an instrument, and a spec beside it.
+//! Bodies as `multipart/form-data`: a table or a file of an instrument, and a spec.
 
 use super::{
     contract::{Contract, Operation},
@@ -29,7 +29,7 @@ const MAPPINGS: [&str; 6] = [
     r#"{"separator": "spaces", "columns": [{"meaning": "x"}, {"meaning": "y"}, {"name": "a", "meaning": "ignore"}]}"#,
 ];
 
-/// What is measured of a gear, as files.
+/// Measurements of a gear, as files.
 pub struct Files(Vec<(&'static str, Vec<u8>)>);
 
 impl Files {

@@ -1,9 +1,9 @@
 //! A fuzzer of the whole interface: every operation that the service documents, its examples
 //! mutated, through the router and over connections. See `fuzz/README.md`.
 //!
-//! Invariants: no 5xx but 503, no panic, no end of the process, no number that is none, at most 5 s
-//! and 300 MB for each request, every refusal a problem whose pointers stand in the request. A seed
-//! decides everything but ids and times.
+//! Invariants: no 5xx but 503, no panic, no end of the process, no NaN or infinity, at most 5 s and
+//! 300 MB for each request, every refusal a problem whose pointers exist in the request. A seed
+//! determines everything but ids and times.
 
 #[path = "../../engine/tests/formats/klingelnberg_file.rs"]
 #[expect(dead_code, reason = "the writer is shared by the test binaries, each of which uses a part")]

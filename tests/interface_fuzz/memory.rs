@@ -1,12 +1,12 @@
-//! What the process holds of memory, counted at the allocator.
+//! Memory of the process, counted at the allocator.
 
 use std::{
     alloc::{GlobalAlloc, Layout, System},
     sync::atomic::{AtomicUsize, Ordering::Relaxed},
 };
 
-/// The system's allocator with a count beside it. Beyond [`MOST`] there is no memory, so that a
-/// defect ends the process and not the machine.
+/// The system's allocator with a count. Above [`MOST`] there is no memory, so that a defect ends
+/// the process and not the machine.
 pub struct Counting;
 
 /// Bytes that the process may hold.

@@ -2,7 +2,7 @@
 
 use super::{contract::Contract, node::Node, rng::Rng};
 
-/// What all mutations may draw from.
+/// Values that all mutations may draw from.
 pub struct Stock<'a> {
     pub contract: &'a Contract,
     /// Bodies that are taken.
@@ -57,7 +57,7 @@ const NUMBERS: [&str; 44] = [
     "123456789012345678901234567890e-20",
 ];
 
-/// What is no value of JSON.
+/// Words that are no value of JSON.
 const GARBAGE: [&str; 16] = [
     "NaN",
     "Infinity",
@@ -214,7 +214,7 @@ fn other(stock: &Stock, rng: &mut Rng) -> Node {
     }
 }
 
-/// Changes a list; `Some` where something else stands there now.
+/// Changes a list; `Some` with the node that replaces it.
 fn list(items: &mut Vec<Node>, stock: &Stock, rng: &mut Rng) -> Option<Node> {
     let count = items.len();
     match rng.below(16) {

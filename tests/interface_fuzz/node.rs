@@ -1,12 +1,11 @@
-//! JSON as a tree that can also hold what is no JSON: numbers keep their text, names may stand
-//! twice.
+//! JSON as a tree that can also hold invalid JSON: numbers keep their text, names may occur twice.
 
 #[derive(Clone, Debug, PartialEq)]
 pub enum Node {
     Object(Vec<(String, Node)>),
     Array(Vec<Node>),
     Text(String),
-    /// A number, a word, or anything else as it stands.
+    /// A number, a word, or any other text.
     Token(String),
 }
 

@@ -1,6 +1,5 @@
-//! What some requests need to be taken: something that is there for them alone. A job that has
-//! something is not deleted, and a purge wants a job of its own; what is drawn would always be
-//! refused.
+//! Preparation of requests that need something for themselves alone: a job with content is not
+//! deleted, and a purge needs a job of its own; drawn ones would always be refused.
 
 use super::{
     fixture::{Service, example},

@@ -1,4 +1,4 @@
-//! Starts the workers, takes what they tell, and says what it comes to.
+//! Starts the workers, collects their findings, and reports.
 
 use std::{
     collections::BTreeMap,
@@ -17,7 +17,7 @@ use super::{
 #[derive(Default)]
 struct Found {
     count: u64,
-    /// Of the first: how to see it again, and what was said.
+    /// First finding: the command that repeats it, and its message.
     replay: String,
     said: String,
 }

@@ -29,7 +29,7 @@ pub struct Request {
     pub broken_head: Option<Vec<u8>>,
 }
 
-/// What is drawn from.
+/// Sources of requests.
 pub struct Maker<'a> {
     pub contract: &'a Contract,
     /// Each operation that is drawn, as often as it is to be, with one of its bodies.

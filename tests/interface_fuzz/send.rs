@@ -79,7 +79,7 @@ async fn by_wire(address: SocketAddr, request: &Request) -> Answer {
         // a server may answer and close before it has read everything
         let _refused = stream.write_all(&wire(request)).await;
         if request.broken_head.is_some() {
-            // whoever is told of more to come must not wait for it; a client that closes its half
+            // a client that announces more must not wait for it; a client that closes its half
             // otherwise has left
             let _closed = stream.shutdown().await;
         }

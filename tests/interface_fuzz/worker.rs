@@ -33,7 +33,7 @@ const HANGS: Duration = Duration::from_secs(30);
 
 static PANICS: Mutex<Vec<String>> = Mutex::new(Vec::new());
 
-/// What requests are made of, the same for all of them.
+/// Sources of requests, the same for all of them.
 struct Stage {
     contract: Contract,
     draws: Vec<(Operation, Option<Node>)>,
@@ -73,7 +73,7 @@ impl Stage {
     }
 }
 
-/// What came of one request.
+/// Result of one request.
 struct Outcome {
     request: Request,
     answer: Option<Answer>,
@@ -166,7 +166,7 @@ fn runtime() -> Runtime {
     runtime.expect("a runtime")
 }
 
-/// Runs batches and tells the parent by lines on standard output.
+/// Runs batches and reports to the parent by lines on standard output.
 pub fn run(options: &Options, first: u64, step: u64) -> ExitCode {
     watch_panics();
     let stage = Stage::new(options.only.as_deref());
@@ -227,7 +227,7 @@ fn timed_out(answer: Option<&Answer>) -> bool {
     answer.is_some_and(|answer| answer.status == 503 && text(answer))
 }
 
-/// Where requests that found something are kept, to be looked at and sent again.
+/// Folder of requests with findings, to be inspected and sent again.
 pub fn folder() -> std::path::PathBuf {
     std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("interface_fuzz")
 }

@@ -26,7 +26,7 @@ use crate::{
     support::{Opened, Place, actor, caller, purge_of},
 };
 
-/// The program, told to do something with this input: whether it did, and what it printed.
+/// Runs the program with this input: its success, and its output.
 fn flankfit(arguments: &[&str], input: &[u8]) -> (bool, String, String) {
     let mut run = Command::new(env!("CARGO_BIN_EXE_flankfit"))
         .args(arguments)
@@ -61,7 +61,7 @@ fn imported(url: &str, text: &str) -> String {
     done(&["import", "--database-url", url], text.as_bytes())
 }
 
-/// What is said against a text, and what is stored all the same.
+/// Message that refuses a text, and the jobs that are stored all the same.
 fn refusal(url: &str, text: &str) -> (String, String) {
     let (done, printed, errors) = flankfit(&["import", "--database-url", url], text.as_bytes());
     assert!(!done, "{printed}");
@@ -159,7 +159,7 @@ async fn jobs_go_to_postgresql_and_back_and_are_the_same() {
     for database in [&url(&place.file()), &there, &url(&back)] {
         verified(database);
     }
-    // nothing of it can be changed, and what comes next is told as ever
+    // nothing of it can be changed, and later events follow as usual
     let mut own = PgConnection::connect(&there).await.unwrap();
     for table in ["iterations", "nodes", "fits", "fit_choices", "decisions", "records", "events", "audit"] {
         let refusal = sqlx::query(AssertSqlSafe(format!("DELETE FROM {table}"))).execute(&mut own).await.unwrap_err();

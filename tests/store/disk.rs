@@ -25,7 +25,7 @@ use libsqlite3_sys as sqlite;
 /// The name under which the disk is registered.
 pub const NAME: &str = "watched";
 
-/// What is known of one file.
+/// Known states of one file.
 #[derive(Clone, Default)]
 struct Content {
     written: Vec<u8>,
@@ -39,7 +39,7 @@ static REFUSING: Mutex<Vec<(PathBuf, c_int)>> = Mutex::new(Vec::new());
 static MOST: Mutex<Vec<(PathBuf, usize)>> = Mutex::new(Vec::new());
 static REAL: OnceLock<usize> = OnceLock::new();
 
-/// What every file of `directory` holds after a power loss now, written into `to`.
+/// Writes the content of every file of `directory` after a power loss now into `to`.
 pub fn lose_power(directory: &Path, to: &Path) {
     std::fs::create_dir_all(to).unwrap();
     for (path, content) in files().as_ref().unwrap() {

@@ -108,7 +108,7 @@ async fn a_failover_to_a_synchronous_standby_loses_nothing() {
     writers.check().await;
     let said = verified(&url);
     assert!(said.starts_with("intact: "), "{said}");
-    // it is the other server that answers
+    // the other server responds
     let mut own = PgConnection::connect(&url).await.unwrap();
     let folder: String = sqlx::query_scalar("SHOW data_directory").fetch_one(&mut own).await.unwrap();
     assert!(folder.ends_with("/standby"), "{folder}");

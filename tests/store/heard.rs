@@ -1,4 +1,4 @@
-//! What is logged in the thread of a test.
+//! Log of the thread of a test.
 
 use std::{
     io::{self, Write},
@@ -21,7 +21,7 @@ impl Heard {
         (heard, set_default(subscriber))
     }
 
-    /// What was logged since this was asked last.
+    /// Lines logged since the last call.
     pub fn take(&self) -> String {
         String::from_utf8(mem::take(&mut *self.0.lock().unwrap())).unwrap()
     }

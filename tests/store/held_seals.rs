@@ -13,7 +13,7 @@ use crate::{
     support::{Values, caller, sealed, verified},
 };
 
-/// What is committed is sealed; what comes from the open transaction later is sealed then.
+/// Committed entries are sealed; those of the open transaction are sealed later.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 #[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
 async fn an_open_transaction_delays_no_other_entry() {

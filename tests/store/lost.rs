@@ -23,7 +23,7 @@ use crate::{
     support::{Values, WHOLE, caller, receipt},
 };
 
-/// What the server says when something is done.
+/// Messages of the server when something is done.
 const BEGUN: &[u8] = b"BEGIN\0";
 const COMMITTED: &[u8] = b"COMMIT\0";
 /// For stores that get through: a busy machine may take long to do what was cut again.

@@ -1,5 +1,5 @@
-//! What was answered is on disk: a sync of the write-ahead log lies between a request and its
-//! answer.
+//! Acknowledged data are on disk: a sync of the write-ahead log lies between a request and its
+//! response.
 
 use std::sync::Arc;
 
@@ -134,8 +134,8 @@ async fn the_watched_disk_does_lose_what_is_not_synced() {
     assert_eq!(kept, 0);
 }
 
-/// A full disk is no power loss, but it is told: nothing is taken, and all is well again when there
-/// is room.
+/// A full disk is no power loss, but it is reported: nothing is stored, and all is well again when
+/// there is space.
 #[tokio::test]
 async fn a_full_disk_is_told_and_got_over() {
     let place = Place::new();
@@ -157,7 +157,7 @@ async fn a_full_disk_is_told_and_got_over() {
     assert_eq!(stored.number, 1, "nothing was half stored");
 }
 
-/// If there is no room for an iteration, the store is not ready even if a row would still fit.
+/// If an iteration does not fit on the disk, the store is not ready even if a row would still fit.
 #[tokio::test]
 async fn a_disk_that_takes_no_iteration_is_not_called_writable() {
     let place = Place::new();

@@ -91,7 +91,7 @@ async fn a_standby_is_not_used_until_it_is_the_primary() {
     store.close().await;
 }
 
-/// What a store says that waits for a second only, once the machine gives it so much.
+/// Result of a store that waits for a second only, repeated until the machine is fast enough.
 async fn soon<T>(ask: impl AsyncFn() -> Result<T, RepositoryError>) -> T {
     let begun = Instant::now();
     loop {

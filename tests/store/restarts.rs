@@ -29,12 +29,12 @@ const INTERRUPTIONS: usize = 4;
 /// A key that was used, and the number of the iteration under it.
 type Told = (String, u32);
 
-/// Writers that go on until they are told to stop, each with one request at a time.
+/// Writers that continue until they are stopped, each with one request at a time.
 pub struct Writers {
     store: Arc<SqlStore>,
     repository: Arc<dyn Repository>,
     jobs: Vec<Uuid>,
-    /// What was acknowledged in each job.
+    /// Acknowledged writes in each job.
     stored: Vec<Arc<AtomicU32>>,
     stop: Arc<AtomicBool>,
     /// Each with its job.
@@ -97,7 +97,7 @@ impl Writers {
         }
     }
 
-    /// Ends the writers and compares what they were told with what is there.
+    /// Ends the writers and compares the acknowledged writes with the stored ones.
     pub async fn check(self) {
         self.stop.store(true, Ordering::SeqCst);
         for reading in self.reading {

@@ -15,8 +15,8 @@ use crate::{
     support::{Values, archived, caller, ids, purge_of, sealed},
 };
 
-/// Has the server keep its log in a folder beside it.
-/// (A new cluster lets everybody replicate from here; a line for all databases does not.)
+/// Makes the server keep its log in a folder next to it. (A new cluster lets everybody replicate
+/// from here; a line for all databases does not.)
 const KEEP_LOG: &str = "mkdir log-kept && grep -v replication data/pg_hba.conf >hba && \
     echo 'local replication flankfit_backup,flankfit_owner trust' >>hba && cp hba data/pg_hba.conf && \
     printf \"archive_mode=on\\narchive_command='cp %%p $PWD/log-kept/%%f'\\n\" >>data/postgresql.conf && \

@@ -1,4 +1,4 @@
-//! What the database itself refuses, whoever writes.
+//! Changes that the database itself refuses, whoever writes.
 
 use std::sync::Arc;
 
@@ -65,7 +65,7 @@ async fn a_choice_of_another_iterations_fit_is_refused() {
     assert!(foreign.contains("FOREIGN KEY constraint failed"), "{foreign}");
 }
 
-/// The answer to a new iteration or fit is kept as what stands around the stored result.
+/// The response to a new iteration or fit is kept without the stored result in it.
 #[tokio::test]
 async fn a_result_is_stored_once() {
     let place = Place::new();

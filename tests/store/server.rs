@@ -126,7 +126,7 @@ fn is_root() -> bool {
     fs::metadata("/proc/self").is_ok_and(|own| own.uid() == 0)
 }
 
-/// Where the programs of PostgreSQL are. (`build.rs` looks in the same places.)
+/// Folder of PostgreSQL's programs. (`build.rs` looks in the same places.)
 fn programs() -> Option<PathBuf> {
     if let Some(named) = env::var_os("FLANKFIT_POSTGRES_BIN") {
         return Some(named.into());

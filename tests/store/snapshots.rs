@@ -150,7 +150,7 @@ async fn reads_of_several_statements_see_one_state() {
         Ok(verdict)
     })
     .await;
-    // entries behind the rows that they tell of
+    // entries after the rows that they describe
     held.sees_one_state(async || {
         let (key, mut text) = (Key { tenant: Tenant::default(), job }, String::new());
         let write = |line: String| {

@@ -152,8 +152,8 @@ impl Clock for Before {
     }
 }
 
-/// What a ping says that took less than a second: half of a pause of the machine during one would
-/// be told as a difference of the clocks.
+/// Result of a ping that took less than a second: half of a pause of the machine during one would
+/// be reported as a difference of the clocks.
 async fn asked_quickly(store: &SqlStore, heard: &Heard) -> Result<(), RepositoryError> {
     for _ in 0..60 {
         heard.take();
@@ -170,7 +170,7 @@ async fn asked_quickly(store: &SqlStore, heard: &Heard) -> Result<(), Repository
 #[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
 async fn a_clock_far_from_the_databases_is_not_served_with() {
     let url = Server::shared().database().await;
-    // what is told in this thread alone: other tests have other clocks
+    // metrics of this thread alone: other tests have other clocks
     let recorder = PrometheusBuilder::new().build_recorder();
     let told = recorder.handle();
     let _here = metrics::set_default_local_recorder(&recorder);
@@ -213,7 +213,7 @@ async fn who_may_not_make_the_schema_is_told_what_to_say_instead() {
     assert!(!told.contains(" at line "), "{told}");
 }
 
-/// What PostgreSQL calls what somebody may not do, and what a trigger refuses.
+/// PostgreSQL's codes for a missing right, and for a refusal by a trigger.
 const NO_RIGHT: &str = "42501";
 const RESTRICTED: &str = "23001";
 

@@ -38,7 +38,7 @@ pub fn ids() -> Arc<OrderedIds> {
     Arc::default()
 }
 
-/// A clock that stands still.
+/// A clock that does not advance.
 pub fn still(at: Timestamp) -> Arc<Still> {
     Arc::new(Still(at))
 }
@@ -56,7 +56,7 @@ pub fn caller(tenant: &str) -> Caller {
     Caller { tenant: Tenant::named(tenant).unwrap(), actor: "test".into(), origin: Default::default() }
 }
 
-/// Who is told with what the tests store.
+/// Actor of what the tests store.
 pub fn actor() -> Option<Arc<str>> {
     Some("key-0123456789abcdef".into())
 }
@@ -278,7 +278,7 @@ impl Values {
     }
 }
 
-/// A keyed request whose answer tells what was stored.
+/// A keyed request whose response names what was stored.
 pub fn receipt(key: &str, scope: &str) -> Receipt {
     Receipt {
         request: KeyedRequest { key: key.to_owned(), scope: scope.to_owned(), request_sha256: [7; 32], claim: None },
@@ -314,7 +314,7 @@ pub async fn sealed(store: &Arc<dyn Store>, at: Timestamp) -> Vec<Seal> {
     seals
 }
 
-/// What there is to say against everything in a store.
+/// Verdict on everything in a store.
 pub async fn verified(store: &Arc<dyn Store>) -> Verdict {
     examine(&*store.auditor(), None, None, &Evidence::default(), &|_| {}).await.unwrap()
 }

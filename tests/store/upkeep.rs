@@ -27,7 +27,7 @@ use crate::{
 const HOUR: i64 = 3600;
 const WEEK: i64 = 7 * 24 * HOUR;
 const THIRTY_DAYS: i64 = 30 * 24 * HOUR;
-/// What goes by itself goes within that time.
+/// Time within which data expire.
 const PATIENCE: Duration = Duration::from_secs(60);
 
 #[tokio::test]
@@ -62,7 +62,7 @@ async fn a_second_writer_is_refused_and_the_next_one_is_not() {
     third.close().await;
 }
 
-/// A clock that stands until it is moved.
+/// A clock that advances only when it is moved.
 #[derive(Clone)]
 struct Hands(Arc<AtomicI64>);
 
@@ -142,7 +142,7 @@ async fn old_events_are_forgotten_while_the_service_runs() {
     assert!(jobs.last_place().await.unwrap() > first);
 }
 
-/// A dump brings what was told by a server whose transactions had come farther.
+/// A dump contains events of a server whose transactions had larger numbers.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 #[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
 async fn what_another_server_told_hides_nothing_that_happens_here() {

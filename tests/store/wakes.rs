@@ -1,4 +1,4 @@
-//! What servers tell each other of their commits.
+//! Notifications of commits between servers.
 
 use std::{
     collections::BTreeSet,
@@ -20,7 +20,7 @@ use crate::{
 
 /// The least time between two notifications of a server.
 const GATHERING: Duration = Duration::from_millis(10);
-/// Commits one after the other, each of which is told of.
+/// Commits one after the other, with a notification each.
 const COMMITS: usize = 400;
 
 /// A notification for each commit would have commits wait for each other.

@@ -17,7 +17,7 @@ fn strings_between(text: &str, open: &str, close: &str) -> Vec<String> {
     inside.split('"').skip(1).step_by(2).map(str::to_owned).collect()
 }
 
-/// What `deny.toml` says.
+/// Content of `deny.toml`.
 struct Rules {
     targets: Vec<String>,
     licences: Vec<String>,

@@ -1,4 +1,4 @@
-//! Secrets are compared in one place, by `subtle`: in a time that tells nothing of them.
+//! Secrets are compared in one place, by `subtle`: in constant time.
 
 use super::{code, root, sources};
 

@@ -7,7 +7,7 @@ use flankfit::config::ServeSettings;
 
 use crate::root;
 
-/// What stands for the default where there is none.
+/// Words of the table for a missing default.
 const NONE: [&str; 7] = ["none", "–", "never", "by the issuer", "those of browsers", "as `--rate-limit`", "see below"];
 
 /// Variable and default of each flag.
@@ -64,7 +64,7 @@ fn the_document_names_every_setting_with_its_variable_and_default() {
     assert_eq!(program, document);
 }
 
-/// Those that operators have been told of and that sizes are reckoned by.
+/// Defaults that are documented for operators and used for sizing.
 #[test]
 fn defaults_of_a_plant_stay() {
     let program = of_program();
@@ -95,7 +95,7 @@ fn defaults_of_a_plant_stay() {
     }
 }
 
-/// What tests start servers with is what an empty command line gives.
+/// Default settings of tests are those of an empty command line.
 #[test]
 fn settings_without_a_command_line_are_those_of_an_empty_one() {
     let command = command().mut_args(|arg| arg.env(None::<&'static str>));

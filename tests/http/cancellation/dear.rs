@@ -3,7 +3,7 @@
 
 use serde_json::{Value, json};
 
-/// What is sent.
+/// Body of a request.
 pub struct Body {
     pub media: &'static str,
     pub bytes: Vec<u8>,
@@ -270,7 +270,7 @@ pub fn surface_of_nodes() -> Body {
     }))
 }
 
-/// What is fitted to a stream, and its first block.
+/// Model of a stream, and its first block.
 pub fn stream() -> Value {
     json!({
         "model": {"type": "polynomial", "degree": [23, 23], "basis": "chebyshev"},

@@ -1,5 +1,5 @@
-//! What an end leaves behind: a key that is free, a stream that goes on, a process that is gone,
-//! the same numbers as ever.
+//! State after an end: a free key, a stream that continues, a process that has ended, the same
+//! numbers as ever.
 
 use std::time::{Duration, Instant};
 
@@ -148,7 +148,7 @@ fn a_stop_ends_whatever_runs() {
     println!("gone {took:?} after SIGTERM");
     assert!(status.success(), "{status}");
     assert!(took >= GRACE, "the fit had its grace: {took:?}");
-    // and what a busy machine takes beside
+    // with the delays of a busy machine
     assert!(took < GRACE + Duration::from_secs(20), "{took:?}");
 }
 

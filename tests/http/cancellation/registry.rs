@@ -17,7 +17,8 @@ use crate::jobs::kill::Server;
 /// milliseconds; a busy one may hold up the worker, the server or this test.
 const REST: Duration = Duration::from_secs(10);
 
-/// What one of some tries must keep to: what does not hear that its client has left goes on longer.
+/// Time within which one of some tries must end; work that does not notice the departure of its
+/// client takes longer.
 const SOON: Duration = Duration::from_secs(2);
 
 /// When the client leaves, after the work was seen running: at once (often while the request is
@@ -87,7 +88,7 @@ const ENTRIES: &[(&str, Entry)] = &[
     ("finish_stream", Bounded("{full_stream}/finish", dear::nothing)),
 ];
 
-/// What the process says of its work.
+/// Metrics of the process about its work.
 pub struct Metrics {
     pub busy: u64,
     pub cancelled: u64,
@@ -120,7 +121,7 @@ pub fn sent(address: &str, path: &str, body: &Body) -> TcpStream {
     stream
 }
 
-/// What has been answered so far, if anything.
+/// Response so far, if any.
 fn answered(stream: &mut TcpStream) -> Option<String> {
     stream.set_nonblocking(true).unwrap();
     let mut text = vec![0; 4096];
@@ -243,8 +244,8 @@ fn left_in_time(
     panic!("{operation}: answered before the client could leave; ask for something dearer");
 }
 
-/// Sends a request, leaves when its work has run for `moment`, and tells how long the worker went
-/// on; nothing if the answer came first.
+/// Sends a request, leaves when its work has run for `moment`, and returns how long the worker
+/// continued; `None` if the response came first.
 fn left_after(
     address: &str,
     process: u32,

@@ -1,4 +1,4 @@
-//! How many requests a caller may make, and how often a peer is told that it has no key.
+//! Rates of requests of callers, and of refusals of a peer without a key.
 
 use std::{
     num::NonZeroU32,

@@ -1,4 +1,4 @@
-//! A tenant that asks for much, beside one that asks for little.
+//! A tenant with many requests next to one with few.
 
 use std::sync::{
     Arc,
@@ -11,8 +11,8 @@ use serde_json::json;
 use super::keys::key_of;
 use crate::harness::{Answer, TestApp, send};
 
-/// Fits for the pool: long beside the time after which a busy machine reads an answer, some 50 ms
-/// for a `p` of 1.5, and some 200 ms for 1.1.
+/// Fits for the pool, long compared with the delay of a busy machine: some 50 ms for a `p` of 1.5,
+/// and some 200 ms for 1.1.
 fn work(p: f64) -> String {
     let x: Vec<f64> = (0..20_000).map(|k| f64::from(k) / 100.0).collect();
     let y: Vec<f64> = x.iter().map(|x| (x * 0.37).sin() + 0.01 * x).collect();

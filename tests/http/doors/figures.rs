@@ -79,7 +79,7 @@ struct Counts {
 
 async fn counts(asked: &Asked) -> Counts {
     let metrics = send(asked.get("/metrics")).await.text;
-    // a counter that has not counted yet is not told
+    // a counter that has not counted yet is absent
     let of = |name: &str| figure(&metrics, &format!("flankfit_auth_total{{outcome=\"{name}\"}}")).unwrap_or(0.0);
     Counts {
         ok: of("ok"),

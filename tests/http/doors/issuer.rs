@@ -69,7 +69,7 @@ impl SigningKey {
         SigningKey { name: name.into(), algorithm: "EdDSA", pair: Pair::Ed(Ed25519KeyPair::generate().unwrap()) }
     }
 
-    /// The public half, as a provider tells it.
+    /// Public half of the key, as a provider publishes it.
     pub fn public(&self) -> Value {
         match &self.pair {
             Pair::Rsa(pair) => {
@@ -140,7 +140,7 @@ pub fn hs256(secret: &[u8], name: &str, claims: &Value) -> String {
     format!("{text}.{}", base64(tag.as_ref()))
 }
 
-/// Of an RSA public key in DER (RFC 8017, A.1.1): a sequence of two integers.
+/// Modulus and exponent of an RSA public key in DER (RFC 8017, A.1.1): a sequence of two integers.
 fn modulus_and_exponent(der: &[u8]) -> (&[u8], &[u8]) {
     fn content(der: &[u8], tag: u8) -> (&[u8], &[u8]) {
         assert_eq!(der[0], tag);
@@ -182,7 +182,7 @@ pub struct Issuer {
 #[derive(Default)]
 struct State {
     keys: Vec<Value>,
-    /// What it says that it is; its URL unless a test says otherwise.
+    /// Name that the issuer gives itself; its URL unless a test sets another.
     name: Option<String>,
     /// The heads of the requests that came.
     heads: Vec<String>,
@@ -221,7 +221,7 @@ impl Issuer {
         Issuer { url, state }
     }
 
-    /// Tells these keys from now on.
+    /// Publishes these keys from now on.
     pub fn publish(&self, keys: &[&SigningKey]) {
         self.state.lock().unwrap().keys = keys.iter().map(|key| key.public()).collect();
     }
@@ -236,7 +236,7 @@ impl Issuer {
         self.state.lock().unwrap().heads.iter().filter(|head| head.starts_with("GET /keys ")).cloned().collect()
     }
 
-    /// The claims of a good token, with others beside or in their place.
+    /// Claims of a good token, with `others` added or in their place.
     pub fn claims(&self, others: Value) -> Value {
         let mut claims = json!({
             "iss": self.url, "aud": "flankfit", "sub": "jane.doe", "exp": now() + 600, "nbf": now() - 10, "iat": now(),

@@ -53,7 +53,7 @@ fn text(value: &Value) -> String {
     value.as_str().unwrap_or_else(|| panic!("{value}")).to_owned()
 }
 
-/// Whoever opens a server to the network without a key is told so.
+/// A server open to the network without a key logs a warning.
 #[tokio::test]
 async fn a_server_that_lets_everybody_in_warns_off_loopback() {
     for (address, auth, keys, warns) in [
@@ -230,7 +230,7 @@ async fn what_is_no_key_is_told_alike() {
     app.stop().await;
 }
 
-/// What is named to choose from is what can be chosen, and bounds are those that hold.
+/// Refusals name the admissible values, and the bounds that hold.
 #[tokio::test]
 async fn refusals_name_what_can_be_chosen() {
     let app = start().await;

@@ -45,7 +45,7 @@ async fn checks_that_go_well_are_logged_for_debugging_alone() {
                 expected.push((told.to_owned(), route.to_owned(), u64::from(answer.status().as_u16())));
             }
         }
-        // lines are written beside the answers
+        // lines are written after the responses
         let begun = Instant::now();
         while answered(&server.said()).len() < expected.len() && begun.elapsed() < PATIENCE {
             sleep(Duration::from_millis(20)).await;

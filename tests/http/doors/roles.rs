@@ -137,7 +137,7 @@ async fn every_role_has_its_operations_and_no_other() {
     app.stop().await;
 }
 
-/// Keys of the settings have the role that stands beside them.
+/// Keys of the settings have the role of `--api-keys-role`.
 #[tokio::test]
 async fn keys_of_the_settings_have_one_role() {
     for (role, name, may_store) in [(KeysRole::Reader, "reader", false), (KeysRole::default(), "engineer", true)] {

@@ -1,4 +1,5 @@
-//! A key is told once: it is in no log, no metric, no span, no problem, no help and no database.
+//! A key is returned once: it is in no log, no metric, no span, no problem, no help and no
+//! database.
 
 use std::{
     fs,
@@ -224,7 +225,7 @@ fn help_tells_no_secret() {
     .into();
     let (_, all) = told(&["--help"], &variables);
     let commands = all.split("Commands:").nth(1).unwrap().split("\n\n").next().unwrap();
-    // those that go on over several lines stand further to the right
+    // continuation lines are indented further
     let commands = commands.lines().filter_map(|line| line.strip_prefix("  ")).filter(|line| !line.starts_with(' '));
     let commands: Vec<&str> = commands.filter_map(|line| line.split_whitespace().next()).collect();
     assert!(commands.contains(&"backup") && commands.contains(&"healthcheck"), "{commands:?}");

@@ -22,7 +22,7 @@ pub struct Talkative {
 }
 
 impl Talkative {
-    /// A server with these arguments beside.
+    /// Starts a server with these additional arguments.
     pub fn start(database: &Path, arguments: &[&str]) -> Self {
         Self::within(&[], database, arguments)
     }
@@ -67,7 +67,7 @@ impl Talkative {
         Talkative { child, base: format!("http://{address}"), said, hearing: Some(hearing) }
     }
 
-    /// What was said so far.
+    /// Log so far.
     pub fn said(&self) -> String {
         self.said.lock().unwrap().clone()
     }
@@ -78,7 +78,7 @@ impl Talkative {
         assert!(told.success());
     }
 
-    /// Ends the server as a signal does, and tells all that it has said.
+    /// Ends the server by a signal, and returns its whole log.
     pub fn end(mut self) -> String {
         self.terminate();
         assert!(self.child.wait().unwrap().success());

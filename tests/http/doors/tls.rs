@@ -219,7 +219,7 @@ async fn a_new_certificate_is_taken_without_losing_a_request() {
     assert_eq!(shown().await, *next.certificate.der());
 }
 
-/// Of the certificate that is used, a new one included. (A process of its own: servers of one
+/// Time left of the certificate in use, a new one included. (A process of its own: servers of one
 /// process share their metrics.)
 #[tokio::test]
 async fn the_time_left_of_the_certificate_is_told() {
@@ -239,7 +239,7 @@ async fn the_time_left_of_the_certificate_is_told() {
             let answer = ask(&mut connect(&client, address).await.unwrap(), METRICS).await.unwrap();
             let left = figure(&answer, "flankfit_tls_expiry_seconds");
             let now = SystemClock.now().as_second();
-            // it is told every five seconds
+            // it is updated every five seconds
             if left.is_some_and(|left| ((ends - now) as f64..=(ends - begun) as f64).contains(&left)) {
                 break;
             }
@@ -249,7 +249,7 @@ async fn the_time_left_of_the_certificate_is_told() {
     }
 }
 
-/// What the server shows, on a connection that is then used.
+/// Certificate that the server shows, on a connection that is then used.
 async fn shown_to(client: &TlsConnector, address: SocketAddr) -> CertificateDer<'static> {
     let mut stream = connect(client, address).await.unwrap();
     let certificate = stream.get_ref().1.peer_certificates().unwrap()[0].clone().into_owned();
@@ -421,7 +421,7 @@ async fn stalled_handshakes_are_in_nobodys_way_and_end() {
         let mut byte = [0];
         let ended = tokio::time::timeout(Duration::from_secs(60), stream.read(&mut byte)).await;
         assert!(matches!(ended, Ok(Ok(0) | Err(_))), "{ended:?}");
-        // each has ten seconds, and what a busy machine takes beside
+        // each has ten seconds, with the delays of a busy machine
         assert!((9..25).contains(&begun.elapsed().as_secs()), "{:?}", begun.elapsed());
     }
 }

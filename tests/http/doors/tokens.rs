@@ -79,7 +79,7 @@ async fn every_algorithm_is_accepted() {
             })
         );
     }
-    // keys go on beside, and say what they are
+    // keys are still accepted, and identify themselves as such
     let key = key_of(&app, "default", Role::Reader).await;
     assert_eq!(whoami(&app, &key).await.json()["kind"], "secret");
     send(app.get("/v1/whoami")).await.problem(401, "unauthorized");
@@ -88,7 +88,7 @@ async fn every_algorithm_is_accepted() {
     app.stop().await;
 }
 
-/// What each of these tokens has wrong is all that it has wrong.
+/// Tokens with exactly one error each.
 fn wrong_tokens(issuer: &Issuer, rs: &SigningKey, es: &SigningKey) -> Vec<(String, String)> {
     let stranger = SigningKey::rsa("rs", "RS256");
     let claims = |name: &str, value: Value| {
@@ -353,7 +353,7 @@ async fn open_connections_end_with_their_token() {
     let mut socket = socket::connect_with(&format!("http://{}", app.address), &stream, &short).await;
     assert_eq!(socket::close(&mut socket).await.map(u16::from), Some(1008));
     assert!(listener.next().await.is_none());
-    // and what a busy machine takes beside
+    // with the delays of a busy machine
     assert!((expired + 20..expired + 50).contains(&now()), "{} s after its end", now() - expired);
     app.stop().await;
 }
@@ -400,7 +400,7 @@ async fn a_provider_that_is_another_is_not_believed() {
     let app = accepting(&issuer).await;
     whoami(&app, &issuer.token(&key, engineer())).await.problem(503, "issuer_unavailable");
     assert!(issuer.asked().is_empty());
-    // where the keys are told directly nobody is asked who tells them
+    // with a given address of the keys no discovery takes place
     let told = TestApp::start_with(|settings| {
         settings.auth = flankfit::config::Authentication::Required;
         let root = issuer.url.trim_end_matches("/realms/plant");

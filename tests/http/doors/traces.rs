@@ -265,7 +265,7 @@ async fn spans_that_nobody_takes_are_counted() {
     assert!(said.lines().any(|line| line.contains("does not take spans") && line.contains("refused")), "and why");
 }
 
-/// What the store cannot do is an error of its span and of the request's.
+/// A failure of the store is an error of its span and of the request's.
 #[tokio::test]
 async fn spans_tell_what_failed() {
     let folder = tempfile::tempdir().unwrap();
@@ -294,7 +294,8 @@ async fn spans_tell_what_failed() {
     }
 }
 
-/// What OpenTelemetry says by the environment: the key of the collector, and names of the process.
+/// Settings of OpenTelemetry in the environment: the key of the collector, and names of the
+/// process.
 #[tokio::test]
 async fn the_environment_names_keys_and_processes() {
     const CANARY: &str = "canary-2718281828";
@@ -322,7 +323,7 @@ async fn the_environment_names_keys_and_processes() {
     assert_eq!(collector.resource("service.version"), env!("CARGO_PKG_VERSION"));
 }
 
-/// A collector that takes requests and answers none; what it is asked comes by the channel.
+/// A collector that accepts requests and never responds; each request is reported on the channel.
 fn silent_collector() -> (String, mpsc::Receiver<()>) {
     let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
     let endpoint = format!("http://{}", listener.local_addr().unwrap());
@@ -365,7 +366,7 @@ async fn nobody_waits_for_a_collector_that_says_nothing() {
     fit().await;
     let begun = Instant::now();
     server.end();
-    // and what a busy machine takes beside
+    // with the delays of a busy machine
     assert!(begun.elapsed() < Duration::from_secs(30), "{:?}", begun.elapsed());
 }
 
@@ -420,7 +421,7 @@ async fn spans_go_by_tls_and_before_the_end() {
     }
 }
 
-/// What is wrong with a setting is said in one sentence, and nothing starts.
+/// An error of a setting is one sentence, and nothing starts.
 #[test]
 fn settings_of_traces_are_checked() {
     let folder = tempfile::tempdir().unwrap();

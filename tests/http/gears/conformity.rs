@@ -82,7 +82,7 @@ async fn what_lies_in_the_middle_of_narrow_limits_is_not_refused() {
     assert_eq!(decided(2e4 * half).await["conformity"]["decision"], "does_not_conform");
 }
 
-/// What the border leaves may be covered by few nodes: then nothing is said to conform.
+/// If few nodes cover the range inside the border, nothing conforms.
 #[tokio::test]
 async fn a_range_that_the_nodes_do_not_cover_is_told() {
     let app = TestApp::start().await;

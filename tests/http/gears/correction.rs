@@ -63,13 +63,13 @@ async fn a_correction_is_kept_and_compared_with_the_next_measurement() {
     assert_eq!(wrong.pointers(), ["/include"]);
     assert_eq!((before.get("answer"), before.get("not_compared")), (None, None));
 
-    // the machine answers with half of it
+    // the machine responds with half of it
     let (a, b) = (0.5 * change(0), 0.5 * change(1));
     let second = flank(|u, v| (8.0 + a) * (u - 9.0) / 3.0 + (b - 5.0) * (v - 7.5) / 6.5 + form(u, v));
     assert_eq!(send(app.post(&place, second.to_string())).await.status, 201);
     let answer = send(app.get(&format!("{place}/1/correction"))).await.json()["answer"].clone();
     assert_eq!((answer["iteration"].clone(), answer["verdict"].clone()), (json!(2), json!("weaker")), "{answer}");
-    // but for what the noise that was told would have put into it: 2 σ² / Σ c²
+    // but for the contribution of the stated noise: 2 σ² / Σ c²
     close(answer["response_ratio"].as_f64().unwrap(), 0.5, 2e-4);
     let trace = send(app.get(place.strip_suffix("/iterations").unwrap())).await;
     assert_eq!(trace.status, 200);
@@ -153,7 +153,8 @@ async fn limits_hold_and_machines_are_known() {
     app.stop().await;
 }
 
-/// Limits, steps and settings that stay, by name; what traces do not tell is named and left alone.
+/// Limits, steps and fixed settings, by name; settings that traces do not determine are named and
+/// unchanged.
 #[tokio::test]
 async fn settings_are_limited_rounded_and_held_by_name() {
     let app = TestApp::start().await;
@@ -187,8 +188,7 @@ async fn settings_are_limited_rounded_and_held_by_name() {
     let warnings = answer["warnings"].to_string();
     assert!(warnings.contains("undetermined_settings") && warnings.contains("tooth_thickness"), "{warnings}");
     assert!(!warnings.contains("limits_without_effect"), "{warnings}");
-    // limits of what nothing is said about are kept where they ask for something, and told where
-    // they do not
+    // limits of an undetermined setting are kept if they require a change, and named otherwise
     let limited = json!({
         "sensitivity": {"machine": "form_grinding", "flank": "right"}, "noise_sigma_um": 0.2,
         "limits": {"tooth_thickness": {"min": 2.0, "increment": 0.75}, "tool_axis_offset": {"min": -3.0, "max": 3.0}},
@@ -213,7 +213,7 @@ async fn settings_are_limited_rounded_and_held_by_name() {
     let coarse = send(app.post(&path, coarse.to_string())).await.json();
     let slope = |answer: &Value| answer["figures"]["right"]["helix_slope_um"]["predicted"].as_f64().unwrap().abs();
     assert!(slope(&coarse) > 1.0 && slope(&answer) < 0.2, "{coarse}");
-    // thickness is told where the mean is
+    // thickness is determined with the mean
     let absolute =
         json!({"sensitivity": {"machine": "form_grinding", "flank": "right"}, "absolute": true, "noise_sigma_um": 0.2});
     let absolute = send(app.post(&path, absolute.to_string())).await.json();
@@ -223,7 +223,7 @@ async fn settings_are_limited_rounded_and_held_by_name() {
     app.stop().await;
 }
 
-/// What regularisation may take away of a setting is no more than its limits leave.
+/// The bias bound of a setting does not exceed its limits.
 #[tokio::test]
 async fn a_bias_bound_of_limits_stays_within_them() {
     let app = TestApp::start().await;
@@ -250,7 +250,7 @@ async fn a_bias_bound_of_limits_stays_within_them() {
     app.stop().await;
 }
 
-/// What the evaluation calls the flank: as it is, as it should become, and as it became.
+/// Evaluation of the flank by name: as it is, as it should become, and as it became.
 #[tokio::test]
 async fn a_correction_by_a_machine_predicts_figures_by_name() {
     let app = TestApp::start().await;

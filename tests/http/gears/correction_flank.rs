@@ -135,7 +135,7 @@ async fn zeros_of_imported_traces_are_no_deviations() {
     app.stop().await;
 }
 
-/// Traces are told with the iteration or with the correction, with the same answer.
+/// Traces are given with the iteration or with the correction, with the same result.
 #[tokio::test]
 async fn traces_are_told_with_nodes_or_with_the_correction() {
     let app = TestApp::start().await;

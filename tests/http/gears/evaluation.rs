@@ -118,7 +118,7 @@ async fn traces_in_an_implausible_unit_are_not_judged() {
     assert!(
         evaluate(json!([in_nm]), None).await.0.unwrap()["message"].as_str().unwrap().contains("(in nm? then 6 µm)")
     );
-    // one good flank beside others says that the unit is right; traces of zeros are nominal
+    // one good flank next to others shows that the unit is right; traces of zeros are nominal
     for others in [json!([in_mm, helix(&|z| 0.4 * z)]), json!([helix(&|_| 0.0)])] {
         assert_eq!(evaluate(others, None).await, (None, [true; 3]));
     }
@@ -241,7 +241,7 @@ async fn injected_slope_crowning_and_twist_come_back() {
     let by_angle = taken(&app, "/v1/gears/flank-surface", &turned).await;
     close(by_angle["profile_slope_um"]["value"].as_f64().unwrap(), 10.0, 1e-12);
     close(by_angle["roll_length_range_mm"][1].as_f64().unwrap(), 12.0, 1e-12);
-    // what is wrong among the deviations is named where it stands
+    // errors among the deviations have their index
     for (deviations, pointer, said) in [
         (json!([1.0, "x", 2.0]), "/deviation_um/1", "expected a number, found a string"),
         (json!([null, [1.0]]), "/deviation_um/1", "expected a number, found an array"),
@@ -326,7 +326,7 @@ async fn traces_with_their_sections_tell_the_surface_of_their_flank() {
             let [a, b] = [found, &again["surfaces"][0]].map(|surface| surface[name]["value"].as_f64().unwrap());
             assert!((a - b).abs() < 1e-9, "{name}: {a} {b}");
         }
-        // one zero for all: it is told then
+        // one zero for all: the mean is determined
         let mut shared = request.clone();
         shared["evaluation"]["traces_share_zero"] = json!(true);
         let answer = taken(&app, "/v1/gears/evaluate", &shared).await;
@@ -338,8 +338,8 @@ async fn traces_with_their_sections_tell_the_surface_of_their_flank() {
         let answer = taken(&app, "/v1/gears/evaluate", &as_given).await;
         let slope = answer["surfaces"][0]["helix_slope_um"]["value"].as_f64().unwrap();
         assert_eq!(slope.signum(), answer["traces"][2]["slope_um"].as_f64().unwrap().signum());
-        // what a third trace does not tell: nothing defined, out of the range, the same place once
-        // more
+        // third traces that determine nothing more: undefined, out of the range, the same place
+        // once more
         let mut nothing = helix("4k", 9.5);
         nothing["deviation_um"] = json!(vec![Value::Null; z.len()]);
         for third in [nothing, helix("4k", 12.0), profile("4o", 14.8), helix("4k", 8.0001)] {

@@ -193,7 +193,7 @@ async fn a_file_of_another_gear_is_refused_and_one_that_differs_is_told() {
             warnings.iter().any(|w| w["code"] == "gear_differs" && w["message"].as_str().unwrap().contains(name));
         assert!(told, "{warnings:?}");
     }
-    // the job's own gear tells nothing
+    // the job's own gear takes precedence
     let own = job(&app, Some(spur())).await;
     assert_eq!(import(&app, &own, file(false), "1.mka", None).await.status, 201);
     let records = send(app.get(&format!("{own}/iterations/1/records"))).await.json();

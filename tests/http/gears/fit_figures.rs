@@ -57,7 +57,7 @@ pub async fn get(app: &TestApp, path: &str) -> Value {
     found.json()
 }
 
-/// What the surface of the same deviations says, fitted by another way.
+/// Surface of the same deviations, fitted by another way.
 async fn surface(app: &TestApp, limits: &Value) -> Value {
     let (profile, z, rows) = grid();
     let request = json!({"gear": spur(), "flank": "right", "profile": profile, "z_mm": z, "deviation_um": rows,
@@ -97,7 +97,7 @@ async fn fits_tell_the_figures_of_their_flank_by_what_the_job_requires_then() {
         (&want["roll_length_range_mm"], &want["z_range_mm"])
     );
 
-    // told wherever the fit is, in the same words
+    // reported wherever the fit is, in the same words
     let place = format!("{job}/iterations/1");
     let id = made.json()["fits"][0]["id"].as_str().unwrap().to_owned();
     assert_eq!(get(&app, &format!("{place}/fits/{id}")).await["figures"], figures);
@@ -333,7 +333,7 @@ async fn iterations_are_listed_in_pages() {
     assert_eq!(odd.pointers(), ["/limit"]);
 }
 
-/// The list of jobs has them short, by the fit that stands of the last iteration, and the class of
+/// The list of jobs has short figures, of the chosen fit of the last iteration, and the class of
 /// the last evaluation.
 #[tokio::test]
 async fn listed_jobs_have_figures_and_class() {

@@ -194,7 +194,7 @@ async fn a_cross_and_a_lone_trace_are_imported_as_what_they_tell() {
     assert!(terms(&lead).iter().any(|(term, value)| term == "x" && (value - 0.4).abs() < 2e-3), "{:?}", terms(&lead));
     let records = send(app.get(&format!("{job}/iterations/2/records"))).await.json();
     assert_eq!(records["items"][0]["kind"], "evaluation");
-    // two parallel traces with one zero tell all but the square across them; with a zero each
+    // two parallel traces with one zero determine all but the square across them; with a zero each
     // nothing across
     for (profile, shared, terms_told) in [(true, true, 6), (false, true, 6), (true, false, 3), (false, false, 3)] {
         let beside = |trace: &Trace| trace.profile == profile && trace.tooth != "1";

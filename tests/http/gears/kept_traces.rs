@@ -1,5 +1,5 @@
-//! What an import keeps of its file: its digest and all traces, from which the evaluation follows
-//! again and testers' sheets are drawn.
+//! Parts of a file that an import keeps: its digest and all traces, from which the evaluation
+//! follows again and testers' sheets are drawn.
 
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};

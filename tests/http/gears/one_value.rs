@@ -97,7 +97,7 @@ async fn a_correction_has_the_figures_of_the_chosen_fit() {
     app.stop().await;
 }
 
-/// Of a gear it is the mean over the fits of the teeth.
+/// For a gear it is the mean over the fits of the teeth.
 #[tokio::test]
 async fn a_correction_of_the_gear_has_the_mean_of_the_fits() {
     let app = TestApp::start().await;

@@ -24,8 +24,8 @@ fn reading(tooth: u32) -> f64 {
     (1000.0 * 4.0 * (turn + 0.5).sin()).round() / 1000.0
 }
 
-/// A file with a profile of tooth 1 and tables of pitches of both flanks; teeth that are undefined
-/// stand there with the mark of the file.
+/// A file with a profile of tooth 1 and tables of pitches of both flanks; undefined teeth have the
+/// mark of the file.
 pub fn file(undefined: &[u32]) -> Vec<u8> {
     tables([&index, &index], &reading, undefined)
 }
@@ -208,7 +208,7 @@ async fn teeth_that_a_table_leaves_out_are_missing() {
     let kept = records(&app, &place, "pitch").await.1.unwrap();
     assert_eq!((&kept["result"]["left"]["missing"], &kept["result"]["runout"]["missing"]), (&json!(2), &json!(2)));
     assert_eq!(kept["request"]["left"]["index_deviation_um"][4], Value::Null);
-    // what is no table of this gear is told, and the import goes on
+    // tables that do not fit this gear have a warning, and the import continues
     let text = String::from_utf8(file(&[])).unwrap();
     for (from, to, code) in [
         ("\r\n      52 ", "\r\n      53 ", "pitch_not_read"),

@@ -43,8 +43,7 @@ async fn points_have_the_deviation_that_they_were_moved_by() {
     assert_eq!((answer["deviation_um"][27].clone(), answer["undefined"].clone()), (Value::Null, json!(1)));
     assert_eq!((&answer["tooth"][20], &answer["flank"][10]), (&json!(12), &json!("right")));
     close(answer["rms_um"].as_f64().unwrap(), 7.0, 1e-9);
-    // transverse deviations are greater by 1 / cos β_b, and a ball's centre stands out by its
-    // radius
+    // transverse deviations are greater by 1 / cos β_b, and a ball's centre is off by its radius
     let beta_b = (15f64.to_radians().sin() * 20f64.to_radians().cos()).asin();
     let request = json!({"gear": helical(), "points": points(&app, "left", 1, 507.0).await, "probe_radius_mm": 0.5,
         "direction": "transverse"});
@@ -124,7 +123,8 @@ async fn a_part_may_lie_anywhere() {
         let warnings = answer["registration"]["warnings"].as_array().unwrap();
         warnings.iter().map(|warning| warning["code"].as_str().unwrap().to_owned()).collect()
     };
-    // nothing told: turned by a third of a pitch and off centre by three quarters of a module
+    // without teeth and flanks: turned by a third of a pitch and off centre by three quarters of a
+    // module
     let pitch = std::f64::consts::TAU / 31.0;
     let (all, teeth, flanks) = laid(&app, 0.33 * pitch, [1.3, -0.8]).await;
     let request = json!({"gear": helical(), "points": all, "registration": motions});
@@ -144,7 +144,7 @@ async fn a_part_may_lie_anywhere() {
         assert_eq!(codes(&answer), Vec::<String>::new());
         assert_eq!(answer["tooth"], json!(teeth));
     }
-    // a motion that no point tells has no error
+    // a motion that no point determines has no error
     let both = json!({"motions": ["axial_shift", "rotation"]});
     let (all, ..) = laid(&app, 0.0, [0.002, 0.0]).await;
     let answer =
@@ -177,7 +177,7 @@ async fn wrongly_named_teeth_are_told() {
     let codes: Vec<_> = registration["warnings"].as_array().unwrap().iter().map(|w| w["code"].clone()).collect();
     assert_eq!(codes, ["teeth_contradict"]);
     assert_eq!(pointers(&app, "/v1/gears/deviations", &request(&[9, 17, 25])).await, ["/teeth"]);
-    // the screw that stands for a rotation is told
+    // the screw that equals a rotation is named
     let (all, ..) = laid(&app, 0.58, [0.0, 0.0]).await;
     let alone = json!({"motions": ["axial_shift"]});
     let request = json!({"gear": helical(), "points": all, "teeth": teeth, "flanks": flanks, "registration": alone});

@@ -30,7 +30,7 @@ fn numbered(file: &File, number: &str) -> usize {
     found.unwrap_or_else(|| panic!("no {number}"))
 }
 
-/// What a file has under a number: the value to its digits, and limits.
+/// Value of a characteristic as text, and its limits.
 fn of(file: &File, number: &str) -> (String, [Option<f64>; 2]) {
     let k = numbered(file, number);
     assert_eq!((file.one("K2142", k), file.one("K2022", k), file.one("K0002", k)), (Some("µm"), Some("3"), Some("0")));

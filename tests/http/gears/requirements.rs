@@ -1,4 +1,4 @@
-//! What a job requires of its flanks, and evaluations that are held against it.
+//! Requirements of a job on its flanks, and evaluations that are compared with them.
 
 use serde_json::{Value, json};
 
@@ -22,7 +22,7 @@ async fn job(app: &TestApp, gear: &Value, requirements: &Value) -> String {
 }
 
 /// Helices of both flanks, the left one with a slope of 4 µm and a parabola of 3 µm over 12 mm,
-/// positive where material stands out, with a little noise; the right one of opposite slope.
+/// positive for excess material, with a little noise; the right one of opposite slope.
 fn helices(heights: impl Fn(f64) -> f64) -> Value {
     let z: Vec<f64> = (0..=120).map(|k| 1.5 + 0.1 * f64::from(k)).collect();
     let noise = |z: f64| 0.05 * (37.0 * z).sin();
@@ -85,7 +85,7 @@ async fn evaluations_are_held_against_what_the_job_requires_and_keep_it() {
     assert!(!plain.text.contains("within") && !plain.text.contains("tolerance_limits"), "{}", plain.text);
 }
 
-/// The room that a trace has between two lines, by trying shifts.
+/// Range of shifts that bring a trace between two lines, by trying.
 fn room(trace: &Value, upper: impl Fn(f64) -> f64, lower: impl Fn(f64) -> f64) -> Option<[f64; 2]> {
     let list = |name: &str| trace[name].as_array().unwrap().iter().map(number).collect::<Vec<f64>>();
     let (z, deviation) = (list("z_mm"), list("deviation_um"));
@@ -119,7 +119,7 @@ async fn traces_lie_in_a_band_if_some_shift_takes_them_there() {
         assert_eq!(room(&request["traces"][trace], upper, |_| -1.0), None);
         assert!(found[1]["within"] == json!(false) && number(&found[1]["room_um"]) < 0.0, "{found:?}");
     }
-    // what is not measured to the ends of the band cannot be told to lie within
+    // a trace that does not reach the ends of the band is not decided
     let mut open = request.clone();
     for trace in open["traces"].as_array_mut().unwrap() {
         for k in 0..15 {
@@ -176,7 +176,8 @@ async fn imports_are_held_against_it_too() {
     assert!(!profiles.is_empty() && profiles.iter().all(|trace| trace["slope_within"] == json!(false)), "{kept}");
 }
 
-/// What does not go with the gear is left aside, and an evaluation is never refused for it.
+/// Requirements that do not suit the gear are left aside, and an evaluation is never refused for
+/// them.
 #[tokio::test]
 async fn what_does_not_go_with_the_gear_is_left_aside() {
     let app = TestApp::start().await;
@@ -242,7 +243,7 @@ async fn what_is_no_requirement_is_pointed_at() {
             "/requirements/k_bands",
         ),
         (
-            // 3 bands of 2 lines of 700 points are more than may stand in every answer
+            // 3 bands of 2 lines of 700 points are more than every response may contain
             json!({"k_bands": vec![json!({"kind": "helix", "upper": line(1.0), "lower": line(-1.0)}); 3]}),
             "/requirements/k_bands",
         ),

@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 const PATH: &str = "/v1/gears/solid-mesh";
 
-/// What is done to the example.
+/// Change of the example.
 type Change = fn(&mut Value);
 
 fn example() -> Value {

@@ -86,7 +86,7 @@ async fn a_record_is_of_the_tooth_and_flank_of_its_iteration() {
     let kept = async |route: &str, body: &Value| send(app.post(&format!("{of}/{route}"), body.to_string())).await;
     let path = |route: &str| format!("{of}/{route}");
 
-    // evaluations: traces beside the middle are of their tooth, and others may stand beside it
+    // evaluations: traces near the middle are of their tooth, and others may be added
     for (teeth, flank) in [(&["4"][..], "left"), (&["30", "1"], "left"), (&["B"], "left"), (&["3"], "right")] {
         assert_eq!(pointers(&app, &path("evaluations"), &traces(teeth, flank)).await, ["/traces"], "{teeth:?} {flank}");
     }
@@ -111,7 +111,7 @@ async fn a_record_is_of_the_tooth_and_flank_of_its_iteration() {
         assert_eq!((made.status.as_u16(), &made.json()["result"]["tooth"][0]), (201, &json!(3)), "{}", made.text);
     }
 
-    // points: by the flank that they lie on, told or found
+    // points: by the flank that they lie on, given or found
     let points = async |flank: &str, tooth: u32| {
         let body = json!({"gear": spur(), "flank": flank, "tooth": tooth,
             "profile": {"axis": "roll_length", "values": U},
@@ -134,7 +134,7 @@ async fn a_record_is_of_the_tooth_and_flank_of_its_iteration() {
             assert_eq!((untold.status.as_u16(), told.status.as_u16()), (201, 201), "{} {}", untold.text, told.text);
         }
     }
-    // laid in place by whole pitches, a part does not tell its teeth, but its flanks
+    // laid in place by whole pitches, a part does not identify its teeth, but its flanks
     let laid = json!({"motions": ["rotation"]});
     let other = json!({"points": points("left", 4).await, "registration": laid});
     assert_eq!(kept("deviations", &other).await.status, 201);

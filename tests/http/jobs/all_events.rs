@@ -88,7 +88,7 @@ async fn who_comes_back_after_long_is_told_to_begin_anew() {
     app.job().await;
     app.job().await;
     let [(first, ..), (second, ..)]: [Entry; 2] = some(&mut listener, 2).await.try_into().unwrap();
-    // as if these had been told long ago
+    // as if these events were old
     app.restart_after(async |database| {
         let options = sqlx::sqlite::SqliteConnectOptions::new().filename(database);
         let mut own = sqlx::ConnectOptions::connect(&options).await.unwrap();

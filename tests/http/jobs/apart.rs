@@ -1,5 +1,5 @@
-//! Servers apart from each other on one PostgreSQL database: what is done at one counts at the
-//! other in time, told or not, and what needs no store goes on without it.
+//! Separate servers on one PostgreSQL database: changes at one take effect at the other in time,
+//! with or without notification, and requests that need no store continue without it.
 
 use std::time::{Duration, Instant};
 
@@ -33,7 +33,7 @@ const RESTART: &str = "$BIN/pg_ctl -D data -l log -m fast -w restart";
 /// For so long something is waited for that has no time of its own.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// Past a pooler behind which there is nobody, so that nothing is told.
+/// Configures a direct URL behind which there is nobody, so that no notification arrives.
 fn untold(settings: &mut ServeSettings) {
     settings.postgres.database_direct_url = Some("postgres://nobody@127.0.0.1:1/nowhere".to_owned());
     settings.postgres.migrate = MigrateMode::Check;
@@ -80,8 +80,8 @@ async fn a_revoked_key_is_refused_at_the_other_server_within_five_seconds() {
     }
 }
 
-/// What is open at one server ends when the key is revoked at the other: within thirty seconds,
-/// told or not.
+/// Open connections at one server end when the key is revoked at the other: within thirty seconds,
+/// with or without notification.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 #[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
 async fn open_connections_at_the_other_server_end_with_a_revoked_key() {
@@ -118,7 +118,7 @@ async fn open_connections_at_the_other_server_end_with_a_revoked_key() {
     }
 }
 
-/// What was answered under a key, wherever it is asked for again.
+/// Responses kept under a key are the same at every server.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 #[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
 async fn kept_answers_are_the_same_everywhere() {
@@ -174,7 +174,7 @@ async fn fits_outlive_the_database() {
         assert!(stopped.elapsed() < PATIENCE, "it still says that it is ready");
         sleep(Duration::from_millis(50)).await;
     }
-    // longer than what the store said of a key holds while the store answers
+    // longer than a key is trusted while the store responds
     let stopped = Instant::now();
     while stopped.elapsed() < Duration::from_secs(6) {
         let answer = fit(&seen).await;

@@ -72,7 +72,7 @@ impl TestApp {
         }
     }
 
-    /// What the server's handlers reach.
+    /// State that the server's handlers share.
     pub fn state(&self) -> &AppState {
         &self.server.as_ref().unwrap().state
     }

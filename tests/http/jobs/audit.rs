@@ -109,7 +109,7 @@ async fn python_knows_the_rows_of_an_archive() {
     app.stop().await;
 }
 
-/// What the program prints, be it that it does not take the seals.
+/// Output of the program, also if it refuses the seals.
 pub fn by_python_with(options: &[&str], page: &Value) -> String {
     let directory = tempfile::tempdir().unwrap();
     let file = directory.path().join("page.json");

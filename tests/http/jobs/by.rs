@@ -1,4 +1,4 @@
-//! Who did it is told with what was done.
+//! The author is returned with each stored resource.
 
 use flankfit::{config::Authentication, jobs::Role};
 use reqwest::Method;
@@ -83,7 +83,7 @@ async fn each_says_who_did_it() {
     app.stop().await;
 }
 
-/// Where no key is asked for nobody is known.
+/// Where no key is required no author is known.
 #[tokio::test]
 async fn an_open_server_knows_nobody() {
     let mut app = TestApp::start().await;

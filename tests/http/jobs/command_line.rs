@@ -100,7 +100,7 @@ fn what_is_not_there_is_told_in_one_line() {
     assert!(!done && said.contains("localhost:8080"), "{said}");
 }
 
-/// What is said instead of a copy, of which it would be none.
+/// A backup of PostgreSQL is refused with a hint.
 #[test]
 fn postgresql_is_backed_up_by_its_own_means() {
     let directory = tempfile::tempdir().unwrap();

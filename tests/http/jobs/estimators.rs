@@ -82,7 +82,7 @@ async fn gross_peaks_are_rejected_and_named() {
     assert_eq!(robust["rejected"], json!([8, 10]));
     assert_eq!(robust["start"], "least_trimmed_squares");
     assert_eq!(robust["solution"], "from_start");
-    // plain least squares stands beside it, and its residuals are the larger ones
+    // plain least squares is reported as well, and its residuals are the larger ones
     let both = |name: &str| answer["coefficients"][0][name].as_f64().unwrap();
     assert!((both("value") - both("least_squares")).abs() > 1e-6);
     let rss = |name: &str| answer["residuals"][name].as_f64().unwrap();

@@ -24,7 +24,7 @@ impl Listener {
         Self::of(app.request(Method::GET, path), last).await.expect("a listener")
     }
 
-    /// None where nobody answers, or that the store does not.
+    /// Opens the events; `None` if nobody responds, or the store does not.
     pub async fn of(request: RequestBuilder, last: Option<&str>) -> Option<Self> {
         let mut request = request.header("accept-encoding", "gzip, zstd");
         if let Some(last) = last {
@@ -43,7 +43,7 @@ impl Listener {
         Some((id.parse().unwrap(), name, data))
     }
 
-    /// The same with the id as it stands there.
+    /// The same with the id as sent.
     pub async fn entry(&mut self) -> Option<(String, String, Value)> {
         loop {
             if let Some((entry, rest)) = self.text.split_once("\n\n") {

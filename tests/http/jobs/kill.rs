@@ -20,7 +20,7 @@ const ROUNDS: usize = 12;
 const WRITERS: usize = 8;
 const ANY_PORT: SocketAddr = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 0);
 
-/// What servers of this process have called errors: why an answer was none.
+/// Errors logged by servers of this process: the reasons for missing responses.
 pub static ERRORS: Mutex<Vec<String>> = Mutex::new(Vec::new());
 
 pub struct Server {
@@ -29,7 +29,7 @@ pub struct Server {
 }
 
 impl Server {
-    /// Starts the built program on a free port, which its log tells.
+    /// Starts the built program on a free port, which is in its log.
     pub fn start(database_url: &str) -> Self {
         Self::start_at(ANY_PORT, database_url, &[])
     }
@@ -84,7 +84,7 @@ impl Server {
         Server { child, base: format!("http://{address}") }
     }
 
-    /// Of the process.
+    /// Id of the process.
     pub fn id(&self) -> u32 {
         self.child.id()
     }
@@ -197,7 +197,7 @@ async fn what_was_answered_survives_being_killed() {
                 })
             })
             .collect();
-        // Another number of answers, and another moment within a write, each time.
+        // Another number of responses, and another moment within a write, each time.
         let enough = before + 5 + 17 * round % 60;
         loop {
             let another = news.notified();

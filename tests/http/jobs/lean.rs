@@ -1,5 +1,5 @@
-//! Short answers: what grows with the nodes or with the square of the coefficients comes only when
-//! asked for, and asking only adds.
+//! Short responses: parts that grow with the nodes or with the square of the coefficients come only
+//! on request, which changes nothing else.
 
 use std::collections::BTreeMap;
 
@@ -42,8 +42,8 @@ fn members(text: &str) -> BTreeMap<String, Box<serde_json::value::RawValue>> {
     serde_json::from_str(text).unwrap()
 }
 
-/// Everything in `short` stands in `long` with the same bytes; objects and lists of objects may
-/// have more members there.
+/// Everything in `short` is in `long` with the same bytes; objects and lists of objects may have
+/// more members there.
 #[track_caller]
 fn only_added(short: &str, long: &str, at: &str) {
     if short.starts_with('{') {
@@ -167,8 +167,8 @@ async fn what_is_asked_for_later_is_what_was_asked_for_at_first() {
     app.stop().await;
 }
 
-/// What an include has to warn of is said to whoever asks for it later as well, behind what was
-/// warned of when the fit was made.
+/// Warnings of an include are returned also if it is requested later, after those of the fit
+/// itself.
 #[tokio::test]
 async fn what_is_included_later_brings_its_warnings() {
     let mut app = TestApp::start().await;
@@ -197,8 +197,8 @@ async fn what_is_included_later_brings_its_warnings() {
     app.stop().await;
 }
 
-/// What is answered as `spec` is a request: sent back it gives the same bytes, as a fit, as a refit
-/// and after a change.
+/// The returned `spec` is a request: sent back it gives the same bytes, as a fit, as a refit and
+/// after a change.
 #[tokio::test]
 async fn the_spec_that_is_answered_can_be_sent_back() {
     let mut app = TestApp::start().await;

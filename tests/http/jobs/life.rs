@@ -12,7 +12,7 @@ use reqwest::{
 };
 use serde_json::{Value, json};
 
-/// The first iteration in the trace, by the answers that made it.
+/// Compares the first iteration in the trace with the responses that made it.
 fn check_traced(told: &Value, first: &Value, second: &Value) {
     assert_eq!(told["decision"], "remachine");
     assert_eq!(told["measured_at"], "2026-11-21T08:30:00.000000Z");
@@ -44,7 +44,7 @@ async fn check_seen(app: &TestApp, place: &str, created: &str, first: &Value) {
     let mut named = seen.json();
     let figures = named["fits"][0].take();
     named["fits"][0] = first["fits"][0].clone();
-    // warnings of the fit's result are only in answers that contain the result
+    // warnings of the fit's result are only in responses that contain the result
     let mut without_result = first.clone();
     let of_result = |warning: &Value| warning["at"].as_str().unwrap().starts_with("/fits/0/result");
     without_result["warnings"].as_array_mut().unwrap().retain(|warning| !of_result(warning));
@@ -132,7 +132,7 @@ async fn a_job_from_creation_to_acceptance() {
     assert_eq!(again, format!("{job}/iterations/2"));
     app.patch(&again, &json!({"decision": "accept"})).await.expect(200);
 
-    // The trace tells all of it.
+    // The trace has all of it.
     let trace = app.get(&format!("{job}/trace")).await.expect(200);
     let documented: TraceBody = serde_json::from_str(&trace.text).unwrap();
     let trace = trace.json();

@@ -1,4 +1,4 @@
-//! The list of jobs: what it tells of each, what is found, in which order, and how many there are.
+//! List of jobs: its members, filters, orders and counts.
 
 use serde_json::{Value, json};
 

@@ -1,4 +1,4 @@
-//! Flank, tooth and axes of iterations and streams: told once, answered everywhere.
+//! Flank, tooth and axes of iterations and streams: given once, returned everywhere.
 
 use reqwest::{
     Method,
@@ -60,7 +60,7 @@ async fn what_was_measured_is_told_once_and_answered_everywhere() {
     is_told(&app.get(&stream).await.expect(200).json());
     is_told(&app.post(&format!("{stream}/finish"), &json!({})).await.expect(201).json());
 
-    // nobody has to tell, and a fit that is not kept takes it too
+    // they are optional, and a fit that is not stored takes them too
     let untold = app.post(&format!("{job}/iterations"), &iteration()).await.expect(201).json();
     assert!(["flank", "tooth", "axes"].iter().all(|key| untold.get(key).is_none()), "{untold}");
     let mut fit = json!({"nodes": super::app::nodes(), "model": {"type": "polynomial", "degree": 1}});

@@ -24,7 +24,7 @@ pub async fn purged(app: &TestApp, job: &str) {
     app.post(&format!("{job}/purge"), &json!({"reason": "agreed"})).await.expect(200);
 }
 
-/// The program, told to do something, and what it printed.
+/// Runs the program with these arguments and returns its output.
 fn flankfit(arguments: &[&str]) -> String {
     let run = Command::new(env!("CARGO_BIN_EXE_flankfit")).args(arguments).env_clear().output().unwrap();
     let printed = String::from_utf8([run.stdout, run.stderr].concat()).unwrap();
@@ -32,7 +32,7 @@ fn flankfit(arguments: &[&str]) -> String {
     printed
 }
 
-/// What an archive becomes on its way through another database.
+/// Archive after an import into another database and an export from there.
 fn through_another(archive: &str, folder: &Path, name: &str) -> String {
     let file = folder.join(name);
     let url = format!("sqlite://{}", folder.join(format!("{name}.db")).display());
@@ -43,7 +43,7 @@ fn through_another(archive: &str, folder: &Path, name: &str) -> String {
     flankfit(&["export", "--database-url", &url])
 }
 
-/// What a real server stores is read back by its readers.
+/// Archives of a real server are read back.
 #[tokio::test]
 async fn an_archive_is_the_same_while_nothing_changes_and_elsewhere() {
     let mut app = TestApp::start().await;
@@ -81,7 +81,7 @@ async fn a_purge_is_done_once() {
     app.stop().await;
 }
 
-/// What there is of a job before it is purged.
+/// Content of a job before it is purged.
 struct Filled {
     job: String,
     fit: String,
@@ -169,7 +169,7 @@ async fn what_was_purged_is_gone_and_its_numbers_stay() {
     for (path, body) in &posts {
         is_gone(&app.post(path, body).await, path);
     }
-    // the answer that was kept told of it
+    // the kept response referred to it
     is_gone(&app.post_keyed(&format!("{job}/iterations"), "iteration", &iteration()).await, "a kept answer");
     is_gone(&app.put(&format!("{place}/chosen_fit"), &json!({"fit_id": fit})).await, "a choice");
     is_gone(&app.patch(&place, &json!({"decision": "accept"})).await, "a decision");
@@ -222,7 +222,7 @@ async fn pages(file: &Path) -> (i64, i64) {
     (all - free, free)
 }
 
-/// The file of an SQLite database, and the log beside it, have neither the names nor the space.
+/// The file of an SQLite database and its log have neither the names nor the space.
 #[tokio::test]
 async fn nobodys_name_is_left_in_the_file() {
     let mut app = TestApp::start_on_file().await;
@@ -233,7 +233,7 @@ async fn nobodys_name_is_left_in_the_file() {
         body["note"] = json!("Canary€€€€".repeat(400));
         body
     };
-    // beside others, so that pages are shared, split and filled anew
+    // next to others, so that pages are shared, split and filled anew
     let (job, other) = (app.job().await, app.job().await);
     for k in 0..60 {
         app.post_keyed(&format!("{job}/iterations"), &format!("k{k}"), &named(k)).await.expect(201);

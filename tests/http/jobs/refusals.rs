@@ -1,4 +1,4 @@
-//! What is refused, with pointers, and nothing stored after any of it.
+//! Refusals with their pointers, and nothing stored after any of them.
 
 use serde_json::{Value, json};
 

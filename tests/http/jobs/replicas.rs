@@ -1,5 +1,5 @@
 //! Several servers on one store, each with a memory of its own: whichever gets the next request,
-//! the answers are those of one server.
+//! the responses are those of one server.
 
 use std::sync::mpsc;
 

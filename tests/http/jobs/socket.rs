@@ -1,4 +1,4 @@
-//! Blocks and answers over a WebSocket.
+//! Blocks and responses over a WebSocket.
 
 use futures_util::{SinkExt, StreamExt};
 use reqwest::Method;

@@ -1,12 +1,13 @@
-//! What a stream's model rules out: refused when it is opened, or by the block that tells how many
-//! coefficients there are.
+//! Requests that a stream's model excludes: refused when it is opened, or by the block that
+//! determines the number of coefficients.
 
 use reqwest::Method;
 use serde_json::json;
 
 use super::app::{TestApp, send};
 
-/// What n rules out is refused at opening, by the pointer of the batch fit; nothing is stored.
+/// A regularisation that n excludes is refused at opening, by the pointer of the batch fit; nothing
+/// is stored.
 #[tokio::test]
 async fn a_regularisation_that_the_model_rules_out_is_refused_at_opening() {
     let mut app = TestApp::start().await;

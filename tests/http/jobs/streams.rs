@@ -166,7 +166,7 @@ async fn blocks_count_once_and_in_turn() {
     assert!(pointers.contains("/model") && pointers.contains("/sequence") && pointers.contains("/nodes/z/0"));
     app.post(&nodes_path, &block(3, 30..31)).await.expect(200);
 
-    // the same state after a restart, and the same answers
+    // the same state after a restart, and the same responses
     let before = app.get(&stream).await.expect(200).text;
     app.restart().await;
     assert_eq!(app.get(&stream).await.expect(200).text, before);

@@ -1,4 +1,4 @@
-//! What happens at one server is heard at the others, told or not.
+//! Events at one server reach the others, with or without notification.
 
 use std::time::{Duration, Instant};
 
@@ -17,7 +17,7 @@ use super::{
 };
 use crate::postgres::Server;
 
-/// Servers look by themselves every two seconds. What comes sooner has been told.
+/// Servers poll every two seconds. Events that arrive sooner came by notification.
 const LOOK: Duration = Duration::from_secs(2);
 
 impl Replicas {
@@ -59,7 +59,7 @@ async fn events_are_heard_at_once_at_another_server() {
     println!("median {:?}, longest {:?}", delays[10], delays[19]);
     // a busy machine may hold some of them up
     assert!(delays[10] < LOOK / 4, "{delays:?}");
-    // and both tell how long they take
+    // and both report their delays
     let metrics = replicas.get(0, "/metrics").await.text;
     assert!(metrics.contains("flankfit_wake_delay_seconds_count"), "{metrics}");
 }
@@ -100,8 +100,8 @@ async fn servers_hear_again_after_their_connections_were_lost() {
     }
 }
 
-/// What is told while a server does not hear is not told again: once it hears, it looks everywhere,
-/// and does not wait until it would look anyway.
+/// Notifications sent while a server does not listen are not repeated: once it listens again, it
+/// reads everything at once.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 #[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
 async fn whoever_hears_again_looks_everywhere_at_once() {
@@ -127,7 +127,7 @@ async fn whoever_hears_again_looks_everywhere_at_once() {
         let (_, _, event) = reader.next().await.expect("an event");
         assert_eq!(event["iteration_number"], number, "{event}");
         let number = replicas.stored(&job).await;
-        // what happened after it has been told by now
+        // later events have been notified by now
         replicas.stored(&other).await;
         while !told.recv().await.unwrap().payload().contains(&id) {}
         let opened = Instant::now();

@@ -1,4 +1,4 @@
-//! `docs/how-to/plant.md` is run: every command, in the order in which they stand there.
+//! Runs every command of `docs/how-to/plant.md`, in its order.
 
 use std::{
     fs,
@@ -20,7 +20,7 @@ const END: &str = "trap - EXIT\n";
 /// The user of the tests' servers where tests run as root.
 const NOBODY: u32 = 65534;
 
-/// What stands in blocks for a shell.
+/// Commands in the document's shell blocks.
 fn commands(document: &str) -> String {
     let blocks = document.split("```sh\n").skip(1).map(|rest| rest.split("```").next().unwrap());
     blocks.collect()

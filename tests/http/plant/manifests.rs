@@ -1,4 +1,4 @@
-//! What `deploy/` and its documents name is there: settings, metrics, alerts, fields of manifests.
+//! Names in `deploy/` and its documents exist: settings, metrics, alerts, fields of manifests.
 
 use std::{collections::BTreeSet, fs, path::Path, process::Command};
 
@@ -40,7 +40,7 @@ fn words(text: &str, is_part: impl Fn(char) -> bool) -> BTreeSet<&str> {
     text.split(|c: char| !is_part(c)).filter(|word| !word.is_empty()).collect()
 }
 
-/// What `flankfit COMMAND --help` lists: flags and variables.
+/// Flags and variables listed by `flankfit COMMAND --help`.
 fn settings(command: &str) -> BTreeSet<String> {
     let help = Command::new(env!("CARGO_BIN_EXE_flankfit")).args([command, "--help"]).output().unwrap();
     let help = String::from_utf8(help.stdout).unwrap();
@@ -67,7 +67,7 @@ fn every_setting_that_is_named_exists() {
         let text = read(path);
         let variables = words(&text, |c| c.is_ascii_alphanumeric() || c == '_');
         let variables = variables.into_iter().filter(|word| word.starts_with("FLANKFIT_"));
-        // in documents flags of other programs stand in commands, ours alone as code
+        // in documents flags of other programs are in commands, ours alone as code
         let ours = |line: &&str| path.ends_with(".cfg") || line.contains("flankfit serve");
         let mut flags: Vec<&str> =
             text.lines().filter(ours).flat_map(|line| line.split([' ', '.', ',', ':'])).collect();
@@ -192,7 +192,7 @@ fn manifests_name_each_other_and_their_ports() {
     ]
     .map(|command| readme.find(&command).unwrap_or_else(|| panic!("{command}")));
     assert!(gone < made && made < ended);
-    // clients are told apart
+    // clients are distinguished
     let all = at(container, "/env").as_array().unwrap();
     let proxies = all.iter().find(|entry| entry["name"] == "FLANKFIT_TRUSTED_PROXIES").unwrap();
     let proxies = parse_networks(at(proxies, "/value").as_str().unwrap()).unwrap();

@@ -1,4 +1,4 @@
-//! What a plant runs by: the proxy, the documents and the manifests, as they are in the repository.
+//! Files of a plant: the proxy, the documents and the manifests, as they are in the repository.
 
 mod commands;
 mod manifests;

@@ -23,7 +23,7 @@ use crate::{
 /// A busy machine takes its time to start the database.
 const WAITING: [&str; 2] = ["--store-patience", "60"];
 const PATIENCE: Duration = Duration::from_secs(60);
-/// What the proxy says of a backend none of whose servers it believes to be ready.
+/// Messages of the proxy on a backend without a ready server.
 const NONE: [&str; 2] = ["jobs has no server available", "streams has no server available"];
 
 async fn told(server: &Server, script: &str) {

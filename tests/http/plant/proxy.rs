@@ -20,7 +20,7 @@ const KEPT: &str = "\"$0\" -db -f \"$1\" </dev/null & proxy=$!; cat; kill $proxy
 
 pub struct Proxy {
     pub base: String,
-    /// Where the servers are to listen.
+    /// Addresses of the servers.
     pub servers: [SocketAddr; REPLICAS],
     folder: TempDir,
     keeper: Child,
@@ -52,7 +52,7 @@ impl Proxy {
         proxy
     }
 
-    /// What it has said: which servers it believes to be there, and since when.
+    /// Log of the proxy: the servers that it considers ready, and since when.
     pub fn log(&self) -> String {
         fs::read_to_string(self.folder.path().join("log")).unwrap()
     }

@@ -30,10 +30,10 @@ use crate::{
 /// Longer than the proxy takes to see that a server ends.
 const DRAINING: [&str; 2] = ["--drain-delay", "3"];
 const PATIENCE: Duration = Duration::from_secs(60);
-/// Of each kind.
+/// Clients of each kind.
 const CLIENTS: usize = 4;
 
-/// Whether it is over, and how many requests all clients have made.
+/// End of the load, and the number of requests of all clients.
 #[derive(Clone, Default)]
 struct Load {
     over: Arc<AtomicBool>,

@@ -25,7 +25,7 @@ fn at<'a>(value: &'a Value, pointer: &str) -> &'a Value {
     value.pointer(pointer).unwrap_or_else(|| panic!("{pointer} is missing in {value}"))
 }
 
-/// What a container runs, its folders being those of a temporary one.
+/// Runs the command of a container, its folders being those of a temporary one.
 fn run(job: &Value, folder: &Path, index: Option<u64>) -> Output {
     let arguments = at(job, "/spec/template/spec/containers/0/args").as_array().unwrap();
     let arguments = arguments.iter().map(|argument| {

@@ -3,7 +3,7 @@
 use saphyr_parser::{Event, Parser, ScalarStyle};
 use serde_json::{Map, Value};
 
-/// What is open while it is read: a list, or an object with the key whose value comes next.
+/// Open node while parsing: a list, or an object with the key whose value comes next.
 enum Open {
     List(Vec<Value>),
     Object(Map<String, Value>, Option<String>),
@@ -46,7 +46,7 @@ pub fn documents(text: &str) -> Vec<Value> {
     documents
 }
 
-/// What YAML takes a scalar for: only plain ones are more than text.
+/// Value of a scalar in YAML: only plain ones are more than text.
 fn scalar(text: &str, style: ScalarStyle) -> Value {
     match text {
         _ if style != ScalarStyle::Plain => Value::from(text),

@@ -58,7 +58,7 @@ async fn every_format_of_a_surface() {
         let holds = if format == "step" { "B_SPLINE_SURFACE_WITH_KNOTS" } else { holds };
         assert!(file.text.contains(holds), "{format}: {}", file.text);
     }
-    // 3 × 2 quadrilaterals stand on 4 × 3 nodes
+    // 3 × 2 quadrilaterals have 4 × 3 nodes
     let nodes = export(&app, "surfaces", &json!({"surface": patch(), "format": "csv_nodes", "samples": [3, 2]})).await;
     assert_eq!(nodes.text.lines().count(), 1 + 12);
     let elements =

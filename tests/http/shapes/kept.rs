@@ -111,7 +111,7 @@ async fn a_key_keeps_one_shape_and_nothing_is_half_kept() {
     nowhere.problem(404, "not_found");
 }
 
-/// A fit of B-splines answers the curve or surface that it is, also in the iteration.
+/// A fit of B-splines returns its curve or surface, also in the iteration.
 #[tokio::test]
 async fn fits_of_b_splines_are_shapes() {
     let app = TestApp::start().await;

@@ -109,7 +109,7 @@ async fn a_mesh_of_sections_is_filled_and_cut_again() {
     }
 }
 
-/// Of the example's patch: Bernstein polynomials over its control heights.
+/// Height of the example's patch: Bernstein polynomials over its control heights.
 fn height(s: f64, t: f64) -> f64 {
     let of = |x: f64| [(1.0 - x) * (1.0 - x), 2.0 * x * (1.0 - x), x * x];
     let rows = [[0.0, 1.0, 0.0], [1.0, 3.0, 1.0], [0.0, 1.0, 0.0]];
@@ -137,7 +137,7 @@ async fn sections_are_posted_on() {
     assert!(file.text.contains("B_SPLINE_CURVE"));
 }
 
-/// What a plane does that touches, lies in the surface, or cannot be told apart.
+/// Planes that touch, lie in the surface, or are undecidable.
 #[tokio::test]
 async fn touching_planes_are_told() {
     let app = TestApp::start().await;
@@ -158,7 +158,7 @@ async fn touching_planes_are_told() {
     let section = &found["families"][0]["sections"][0];
     assert_eq!(section["branch_points"], json!([[0.5, 0.5, 0.0]]));
     assert_eq!(section["curves"].as_array().unwrap().len(), 4);
-    // z = (2 u − 1)⁴: too flat to be told
+    // z = (2 u − 1)⁴: too flat to be decided
     let flat: Value = [1.0, -1.0, 1.0, -1.0, 1.0].map(|z| json!([z, z])).into_iter().collect();
     let found = ask(&app, &level(surface(flat))).await;
     assert_eq!(found["warnings"][0]["code"], "unresolved");

@@ -122,7 +122,7 @@ async fn many_coefficients_take_the_banded_way() {
     assert!(fit["coordinates"][0]["max_abs"].as_f64().unwrap() < 1e-5);
     let found = values(&app, &built["surface"], &[[0.3, 0.7]]).await[0].as_f64().unwrap();
     close(found, 0.9f64.sin() * 1.4f64.cos(), 1e-5);
-    // σ √(H⁻¹)ⱼⱼ of a control point inside is smaller than at a corner, where few nodes tell it
+    // σ √(H⁻¹)ⱼⱼ of a control point inside is smaller than at a corner, which few nodes determine
     let errors: Vec<Vec<f64>> = serde_json::from_value(fit["coordinates"][0]["std_errors"].clone()).unwrap();
     assert_eq!((errors.len(), errors[0].len()), (15, 15));
     assert!(errors.iter().flatten().all(|e| *e > 0.0) && errors[7][7] < errors[0][0]);

@@ -1,4 +1,4 @@
-//! Answers kept under idempotency keys: stored once, and given again as they were first given.
+//! Responses kept under idempotency keys: stored once, and returned again as they were first.
 
 use std::sync::Arc;
 
@@ -35,7 +35,7 @@ pub async fn a_key_stores_once_and_its_answer_outlives_the_store(pair: &mut Pair
     assert!(matches!(late, Err(RepositoryError::KeyTaken)));
 }
 
-/// An answer with the result of a fit in it, as the answers of iterations and fits are.
+/// A response with the result of a fit in it, like those of iterations and fits.
 fn telling(key: &str, fit: &NewFit) -> (Receipt, impl Fn(Stored) -> Answer + Clone + 'static) {
     let result = fit.computed.result.text().clone();
     let answer = move |stored: Stored| Answer {

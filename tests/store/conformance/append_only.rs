@@ -8,7 +8,7 @@ use super::{
 };
 use crate::support::{actor, sealed};
 
-/// What must be refused, of every table of the trace.
+/// Statements that must be refused, for every table of the trace.
 const CHANGES: [&str; 20] = [
     "UPDATE iterations SET note = note",
     "DELETE FROM iterations",

@@ -23,7 +23,7 @@ pub async fn entries(store: &Arc<dyn Repository>, job: Option<Uuid>) -> Vec<List
     store.audit(job, WHOLE).await.unwrap().items
 }
 
-/// What was done, with what, and which rows it left.
+/// Actions with their subjects and the rows they left.
 fn told(entries: &[ListedEntry]) -> BTreeSet<(String, String, Vec<String>)> {
     let rows = |listed: &ListedEntry| listed.entry.contents.iter().map(|(name, _)| name.to_owned()).collect();
     let one = |listed: &ListedEntry| (listed.entry.action.to_string(), listed.entry.subject.clone(), rows(listed));
@@ -219,7 +219,7 @@ pub async fn a_chain_that_was_written_anew_is_convicted_by_its_seals(pair: &mut 
     forged.last = Link { number: 1, sha256: [7; 32] };
     assert!(Evidence::of(vec![first.clone(), forged], None).is_err(), "a seal that is not as it was made");
     assert!(Evidence::of(vec![first.clone()], Some([7; 32])).is_err(), "nobody signed it");
-    // the last change is undone, with its entry and its seal: nothing in the database tells of it
+    // the last change is undone, with its entry and its seal: nothing in the database shows it
     let undo = "DELETE FROM audit_seals WHERE number = 2; DELETE FROM audit_chain WHERE number = 2;
                 DELETE FROM audit WHERE action = 'iteration.add'; DELETE FROM events; DELETE FROM flanks;
                 DELETE FROM fit_choices; DELETE FROM fits; DELETE FROM nodes; DELETE FROM iterations;
@@ -230,7 +230,7 @@ pub async fn a_chain_that_was_written_anew_is_convicted_by_its_seals(pair: &mut 
     assert_eq!(faults, [("entry 2".to_owned(), What::Missing), ("seal 2".to_owned(), What::Missing)]);
 }
 
-/// What tells of people goes, and what is left is guarded as ever.
+/// Personal data are removed, and what is left is guarded as before.
 pub async fn names_cannot_be_tried_after_a_purge(pair: &mut Pair) {
     let job = filled(pair).await;
     sealed(&pair.handles[0], pair.values.now()).await;

@@ -1,5 +1,5 @@
-//! What is hardest to keep comes back bit for bit: signed zeros, numbers that are none, the longest
-//! texts and every kind of letter.
+//! Difficult values come back bit for bit: signed zeros, NaN and infinities, the longest texts and
+//! every kind of letter.
 
 use std::{collections::BTreeMap, sync::Arc};
 

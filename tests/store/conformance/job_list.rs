@@ -79,7 +79,7 @@ pub async fn a_job_is_listed_with_what_became_of_it(pair: &mut Pair) {
     decide(1, Decision::Remachine).await;
     assert_eq!(listed(&store, job.id).await, expected);
 
-    // another fit counts from when on it stands
+    // another fit counts from the time it is chosen
     let mut fit = place.fit(0.5);
     (fit.computed.figures.rms, fit.computed.figures.condition) = (Some(0.25), None);
     let fit = Arc::new(fit);

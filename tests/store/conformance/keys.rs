@@ -245,7 +245,7 @@ pub async fn keys_come_in_pages_newest_first(pair: &mut Pair) {
     let mut made = Vec::new();
     for k in 0..7 {
         let mut new = key(&place, &tenant, None);
-        // some of one moment, which are told apart by their ids
+        // some of one moment, which are distinguished by their ids
         if k < 4 {
             new.key.created_at = now;
         }
@@ -302,7 +302,7 @@ pub async fn tenants_begin_with_a_key(pair: &mut Pair) {
     assert!(matches!(nobody, Err(RepositoryError::NotFound(Resource::Tenant))));
 }
 
-/// Whoever owns the database is told, too.
+/// The owner of the database is refused as well.
 pub async fn a_key_stays_what_it_is(pair: &mut Pair) {
     let (place, tenant) = (pair.values.clone(), Tenant::default());
     let keys = pair.keys_of(&tenant);

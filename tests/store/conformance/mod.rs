@@ -1,6 +1,6 @@
-//! What every store does, written against the traits alone: a store conforms if it passes all of
-//! it. Each case has a new store with two handles, which have turns. (What there is no server for
-//! is ignored, which the last line of the tests tells; `build.rs` looks for one.)
+//! Behaviour of every store, written against the traits alone: a store conforms if it passes all of
+//! it. Each case has a new store with two handles, which take turns. (Cases without a server are
+//! ignored; `build.rs` looks for one.)
 
 mod answers;
 mod append_only;
@@ -30,7 +30,7 @@ mod writers;
 
 use std::pin::Pin;
 
-/// Cases that go on beside each other where one test has all of them.
+/// Cases that run at the same time where one test has all of them.
 const AT_A_TIME: usize = 4;
 
 type Case<'a> = Pin<Box<dyn Future<Output = ()> + 'a>>;

@@ -1,4 +1,4 @@
-//! What was measured before and after an iteration, of the same flank and tooth.
+//! Measurements before and after an iteration, of the same flank and tooth.
 
 use std::sync::Arc;
 
@@ -31,7 +31,7 @@ pub async fn neighbours_are_of_the_same_flank_and_tooth(pair: &mut Pair) {
         fits.push(iteration.fit.id);
         store.insert_iteration(Arc::new(iteration), None).await.unwrap();
     }
-    // of iteration 4 another fit stands by now
+    // another fit of iteration 4 is chosen by now
     let refit = Arc::new(place.fit(0.5));
     store.insert_fit(job, 4, refit.clone(), None).await.unwrap();
     let event = Event { reason: None, by: actor(), created_at: place.now() };
@@ -46,7 +46,7 @@ pub async fn neighbours_are_of_the_same_flank_and_tooth(pair: &mut Pair) {
     assert_eq!(found(&left, 1, None, 2).await, all[1..], "of many the last");
     assert_eq!(found(&left, 2, Some(6), 10).await, all[1..2]);
     assert_eq!(found(&left, 7, None, 10).await, []);
-    // what the axes mean is looked at elsewhere; what neither tells is the same
+    // the meaning of the axes is compared elsewhere; two absent ones are equal
     let numbers = async |of: &Measurand| found(of, 1, None, 10).await.iter().map(|one| one.number).collect::<Vec<_>>();
     assert_eq!(numbers(&Measurand { axes: None, ..left.clone() }).await, [1, 4, 6]);
     assert_eq!(numbers(&none).await, [3, 7]);

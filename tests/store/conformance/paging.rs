@@ -8,8 +8,8 @@ use uuid::Uuid;
 use super::pair::Pair;
 use crate::support::WHOLE;
 
-/// Whatever is added meanwhile, through the other handle too, a list that is read to its end tells
-/// everything that there was when reading began, once and in order.
+/// A list that is read to its end has everything that existed when reading began, once and in
+/// order, whatever is added meanwhile, through the other handle too.
 pub async fn lists_that_grow_are_read_without_gaps_or_repeats(pair: &mut Pair) {
     let (store, place) = (pair.store.clone(), pair.values.clone());
     let job = place.stored_job(&store).await.id;

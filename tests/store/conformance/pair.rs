@@ -25,7 +25,7 @@ pub trait Ground {
     /// The same of a store that was closed, in which no more than so many writes may wait.
     fn open_narrow(&self, places: usize) -> Soon<'_, Arc<dyn Store>>;
 
-    /// What comes after all handles were closed: the store may be opened again.
+    /// Waits until all handles are closed: the store may be opened again.
     fn closed(&self) -> Soon<'_, ()>;
 
     /// Waits until every transaction of the server that has begun has ended.
@@ -56,7 +56,7 @@ pub trait Ground {
     /// Whether a text is anywhere in it.
     fn holds<'a>(&'a self, text: &'a str) -> Soon<'a, bool>;
 
-    /// What brings a table back from the copy of it, `kept_…`.
+    /// Statement that restores a table from its copy, `kept_…`.
     fn again(&self, table: &str) -> String {
         // others of jobs are generated
         const JOBS: &str = "id, tenant, name, part_number, serial_number, machine, gear, requirements, tags, version, \

@@ -1,5 +1,5 @@
-//! What only takes space or tells of people is taken away for good, beside a row that says so;
-//! rows, numbers and chains stay, and what is changed afterwards is found as ever.
+//! Purges remove personal and large data for good, and leave a row about it; rows, numbers and
+//! chains stay, and later changes are found as before.
 
 use std::sync::Arc;
 
@@ -15,7 +15,7 @@ use uuid::Uuid;
 use super::pair::Pair;
 use crate::support::{WHOLE, all_jobs, caller, intact, purge_of, receipt};
 
-/// Stands in every text and name that is to go.
+/// Word in every text and name that is to be removed.
 const CANARY: &str = "canary";
 
 fn event(pair: &Pair) -> Event {
@@ -23,7 +23,7 @@ fn event(pair: &Pair) -> Event {
     Event { reason: Some(format!("{CANARY} reason")), by, created_at: pair.values.now() }
 }
 
-/// A receipt whose answer tells of what was posted.
+/// A receipt whose response contains the posted text.
 fn telling(key: &str, scope: String) -> Option<Receipt> {
     let mut told = receipt(key, &scope);
     told.answer = Box::new(|_| Answer { status: 201, location: None, etag: None, body: CANARY.into() });
@@ -97,7 +97,7 @@ fn gone<T: std::fmt::Debug>(answer: Result<T, RepositoryError>, purge: &Purge) {
     }
 }
 
-/// Events as they are told once the reasons of what they name are gone.
+/// Events as they are returned once the reasons in them are gone.
 fn without_reasons(mut events: Vec<JobEvent>) -> Vec<JobEvent> {
     for event in &mut events {
         match &mut event.kind {
@@ -207,7 +207,7 @@ pub async fn a_purged_job_keeps_its_numbers_and_no_more(pair: &mut Pair) {
     gone(store.decide(job, 1, decision, none.clone()).await, &purge);
     gone(store.insert_record(job, 1, place.record(RecordKind::Curve, "newton"), None).await, &purge);
     gone(store.insert_stream(Arc::new(place.stream(job)), None).await, &purge);
-    // kept answers told of it
+    // kept responses contained it
     for (key, scope) in [("1", "/iterations"), ("2", "/iterations/1/fits"), ("3", "/iterations/1/curves")] {
         assert_eq!(store.answer(key.to_owned(), format!("POST /v1/jobs/{job}{scope}")).await.unwrap(), None);
     }
@@ -233,7 +233,7 @@ pub async fn a_purge_is_done_once(pair: &mut Pair) {
     intact(&pair.handles[0]).await;
 }
 
-/// Of many writers each comes before the purge, or is refused; nothing is half.
+/// Each of many writers comes before the purge, or is refused; nothing is half done.
 pub async fn a_purge_comes_before_or_after_each_writer(pair: &mut Pair) {
     let (store, place) = (pair.store.clone(), pair.values.clone());
     for _ in 0..4 {
@@ -270,7 +270,7 @@ pub async fn a_purge_comes_before_or_after_each_writer(pair: &mut Pair) {
     intact(&pair.handles[1]).await;
 }
 
-/// Two at once: one is done, the other is told of it, at whichever handle.
+/// Of two concurrent purges one is done, the other is refused, at whichever handle.
 pub async fn of_two_purges_one_is_told_of_the_other(pair: &mut Pair) {
     let place = pair.values.clone();
     for _ in 0..8 {
@@ -288,7 +288,7 @@ pub async fn of_two_purges_one_is_told_of_the_other(pair: &mut Pair) {
     }
 }
 
-/// What triggers let pass, and what not.
+/// Changes that triggers allow, and others.
 pub async fn the_trace_loses_only_what_a_purge_takes(pair: &mut Pair) {
     let job = filled(pair).await;
     let other = filled(pair).await;
@@ -311,7 +311,7 @@ pub async fn the_trace_loses_only_what_a_purge_takes(pair: &mut Pair) {
         refused(pair, sql).await;
     }
     purged(pair, job).await;
-    // beside it there is a job that was not purged
+    // there is also a job that was not purged
     for sql in takes {
         refused(pair, sql).await;
     }
@@ -341,7 +341,7 @@ pub async fn the_trace_loses_only_what_a_purge_takes(pair: &mut Pair) {
     assert!(pair.ground.refusal("DELETE FROM jobs").await.is_some());
 }
 
-/// What is due, of every tenant.
+/// Jobs that are due, of every tenant.
 pub async fn jobs_that_nobody_touches_are_due(pair: &mut Pair) {
     let (store, place) = (pair.store.clone(), pair.values.clone());
     let first = place.stored_job(&store).await.id;

@@ -24,7 +24,7 @@ use flankfit_engine::estimation::Nodes;
 use jiff::Timestamp;
 use uuid::Uuid;
 
-/// What was met.
+/// Operations and outcomes that were exercised.
 #[derive(Default)]
 pub struct Exercised {
     operations: Mutex<BTreeSet<&'static str>>,
@@ -116,7 +116,7 @@ fn name_of(error: &RepositoryError) -> &'static str {
     }
 }
 
-/// What is done for no caller.
+/// Operations that are done for no caller.
 const UPKEEP: [&str; 12] = [
     "untouched",
     "seal_audit",
@@ -244,7 +244,7 @@ macro_rules! take_turns {
 repository_operations!(take_turns);
 key_operations!(take_turns);
 
-/// Of which it is noted what is asked before it is known who asks.
+/// Credentials whose operations are recorded: those before the caller is known.
 struct WatchedCredentials {
     credentials: Arc<dyn Credentials>,
     exercised: Arc<Exercised>,

@@ -84,7 +84,7 @@ pub async fn a_record_belongs_to_one_iteration(pair: &mut Pair) {
     assert!(matches!(refused, Err(RepositoryError::NotFound(Resource::Iteration))), "{refused:?}");
 }
 
-/// What an import stores: nodes, their fit and records of them, all or nothing.
+/// An import stores nodes, their fit and records of them, all or nothing.
 pub async fn an_iteration_comes_with_its_records(pair: &mut Pair) {
     let (store, place) = (pair.store.clone(), pair.values.clone());
     let job = place.stored_job(&store).await;

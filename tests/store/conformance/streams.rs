@@ -1,4 +1,4 @@
-//! Streams and events: blocks in their turn, and everything told once.
+//! Streams and events: blocks in order, and every event once.
 
 use std::sync::Arc;
 
@@ -110,7 +110,7 @@ pub async fn a_job_lets_go_of_its_events_only_with_everything_else(pair: &mut Pa
     assert!(matches!(store.last_event(job).await, Err(RepositoryError::NotFound(Resource::Job))));
 }
 
-/// Of those that finish or delete a stream at the same time one does.
+/// If several finish or delete a stream at the same time, one does.
 pub async fn a_stream_ends_once(pair: &mut Pair) {
     let (store, place) = (pair.store.clone(), pair.values.clone());
     let job = place.stored_job(&store).await.id;

@@ -1,4 +1,4 @@
-//! What is one tenant's does not exist for another, and nothing that the other does changes it.
+//! Data of one tenant do not exist for another, and nothing that the other does changes them.
 
 use std::{fmt::Debug, sync::Arc};
 
@@ -20,7 +20,7 @@ pub struct Possessions {
     iteration: Arc<NewIteration>,
     record: Uuid,
     pub stream: Uuid,
-    /// A stream without blocks, so that it can be told what is refused for the tenant alone.
+    /// A stream without blocks, for requests that are refused for the tenant alone.
     pub empty: Uuid,
 }
 

@@ -1,4 +1,4 @@
-//! What happens to all jobs of a tenant, in one order.
+//! Events of all jobs of a tenant, in one order.
 
 use std::{
     collections::HashMap,
@@ -13,7 +13,7 @@ use uuid::Uuid;
 
 use super::{pair::Pair, streams::events};
 
-/// For events that stand behind transactions of others, of which a server may have many.
+/// Patience for events behind transactions of others, of which a server may have many.
 const PATIENCE: Duration = Duration::from_secs(60);
 
 /// So many events after a place, a few at a time, and no more.
@@ -118,8 +118,8 @@ pub async fn what_many_write_is_told_once_to_who_reads_meanwhile(pair: &mut Pair
     }
 }
 
-/// The common order goes by its age, of every tenant, and who asks for what is gone is told so; the
-/// jobs' own events stay.
+/// The common order expires by its age, of every tenant, and requests for expired parts are
+/// refused; the jobs' own events stay.
 pub async fn what_was_told_long_ago_is_forgotten(pair: &mut Pair) {
     let (store, place, others) = (pair.store.clone(), pair.values.clone(), pair.seen_by("other"));
     let first = store.last_place().await.unwrap();
@@ -134,14 +134,14 @@ pub async fn what_was_told_long_ago_is_forgotten(pair: &mut Pair) {
     place.stored_iteration(&store, job).await;
     let young = told(&store, old[1].place, 1).await;
     pair.ground.settled().await;
-    // noted once an hour: by this the young one is not told of yet
+    // noted once an hour: by this the young one is not covered yet
     assert_eq!(two.forget_told(begun + SignedDuration::from_mins(59), begun, 10).await.unwrap(), 0);
     let later = begun + SignedDuration::from_hours(2);
     assert_eq!(two.forget_told(later, begun, 10).await.unwrap(), 0);
     assert!(store.tells_all_after(first).await.unwrap());
     assert_eq!(told(&store, first, 3).await[2..], young);
 
-    // everything that was told until `begun`
+    // everything up to `begun`
     let before = begun + SignedDuration::from_mins(90);
     assert_eq!(one.forget_told(later, before, 2).await.unwrap(), 2);
     assert_eq!(two.forget_told(later, before, 2).await.unwrap(), 1);
@@ -166,7 +166,7 @@ pub async fn what_was_told_long_ago_is_forgotten(pair: &mut Pair) {
     assert!(next[0].place > young[0].place && next[0].event.number == 3, "{next:?}");
 }
 
-/// What was noted by a clock that was ahead is no note of now.
+/// A note by a clock that was ahead does not count as one of now.
 pub async fn a_clock_that_was_ahead_keeps_nothing_for_ever(pair: &mut Pair) {
     let (store, place) = (pair.store.clone(), pair.values.clone());
     let first = store.last_place().await.unwrap();
@@ -182,7 +182,7 @@ pub async fn a_clock_that_was_ahead_keeps_nothing_for_ever(pair: &mut Pair) {
     assert!(store.tells_all_after(first).await.unwrap());
     assert_eq!(one.forget_told(now + 2 * hour, now + hour, 10).await.unwrap(), 1);
     assert!(!store.tells_all_after(first).await.unwrap());
-    // and the note of the future does not stand in the way of what comes after it
+    // and the note of the future does not hinder later ones
     place.stored_job(&store).await;
     told(&store, first, 1).await;
     pair.ground.settled().await;

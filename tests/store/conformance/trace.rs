@@ -1,4 +1,4 @@
-//! What comes back is what went in, and the trace tells everything in order.
+//! Rows are read as they were written, and the trace has everything in order.
 
 use std::sync::Arc;
 
@@ -114,7 +114,7 @@ pub async fn the_trace_keeps_every_choice_and_ruling_in_order(pair: &mut Pair) {
     assert_eq!(store.iteration(job.id, 1).await.unwrap().decision.unwrap().decision, Decision::Accept);
 }
 
-/// Each with the fit that stands of it and the last decision.
+/// Each iteration is listed with its chosen fit and the last decision.
 pub async fn iterations_are_listed_with_what_stands(pair: &mut Pair) {
     let (store, place) = (pair.store.clone(), pair.values.clone());
     let job = place.stored_job(&store).await;
@@ -281,7 +281,7 @@ pub async fn the_trace_and_the_fits_come_in_pages(pair: &mut Pair) {
         }
     }
     assert_eq!(found, ids);
-    // the last ones are told, in order, and the others counted
+    // the last ones are listed, in order, and the others counted
     let most = MAX_LISTED as usize;
     let iteration = store.iteration(job.id, 2).await.unwrap();
     assert_eq!(iteration.fits.iter().map(|fit| fit.id).collect::<Vec<_>>(), ids[ids.len() - most..]);
@@ -292,7 +292,7 @@ pub async fn the_trace_and_the_fits_come_in_pages(pair: &mut Pair) {
     assert_eq!(told.choices[most - 1].fit_id, ids[ids.len() - 1]);
 }
 
-/// However long the answers of fits are, a page of the trace is not.
+/// A page of the trace is bounded, however long the responses of fits are.
 pub async fn a_page_of_the_trace_is_bounded_in_bytes_too(pair: &mut Pair) {
     let (store, place) = (pair.store.clone(), pair.values.clone());
     let job = place.stored_job(&store).await;

@@ -16,13 +16,13 @@ use super::{
 };
 use crate::support::{WHOLE, actor, intact, purge_of, receipt};
 
-/// What is no change: that something is to be done, or is not to be done any more; and proposals.
+/// Operations that are no change of data: work to be done or withdrawn, and proposals.
 const NOT_ENTERED: [&str; 1] = ["keep_mapping"];
 
-/// What there is to be changed.
+/// Rows that can be changed.
 struct Changeable {
     own: Possessions,
-    /// A fit of its first iteration that does not stand.
+    /// A fit of its first iteration that is not chosen.
     fit: Uuid,
     /// A job without anything, which may be deleted.
     bare: Uuid,

@@ -1,4 +1,4 @@
-//! What is done for no caller, and what a closed store says.
+//! Operations for no caller, and those of a closed store.
 
 use std::collections::BTreeSet;
 
@@ -9,7 +9,7 @@ use jiff::SignedDuration;
 use super::pair::Pair;
 use crate::support::receipt;
 
-/// The oldest go first, of every tenant, and what they told of stays.
+/// The oldest kept responses expire first, of every tenant, and the stored resources stay.
 pub async fn kept_answers_are_forgotten_by_their_age(pair: &mut Pair) {
     let place = pair.values.clone();
     let tenants = ["default", "other"];
@@ -66,7 +66,8 @@ pub async fn a_store_answers_until_it_is_closed(pair: &mut Pair) {
     assert_eq!(pair.store.job(job.id).await.unwrap(), job);
 }
 
-/// What finds no place in the queue is not stored, and nothing else is refused for it.
+/// Requests above the length of the queue are not stored, and nothing else is refused because of
+/// them.
 pub async fn a_full_queue_refuses_what_it_cannot_take(pair: &mut Pair) {
     pair.reopen_narrow(4).await;
     let (store, place) = (pair.store.clone(), pair.values.clone());

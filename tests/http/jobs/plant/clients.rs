@@ -1,4 +1,4 @@
-//! Clients of the plant: each asks again until it is answered, and keeps what it was told.
+//! Clients of the plant: each repeats a request until it has a response, and keeps the responses.
 
 use std::{
     sync::{
@@ -31,17 +31,17 @@ pub struct Plant {
     pub base: String,
     pub over: AtomicBool,
     pub counts: Counts,
-    /// Answers that should not have been.
+    /// Responses that should not have been.
     pub failures: Mutex<Vec<String>>,
 }
 
-/// What clients met with.
+/// Counts of requests and responses.
 #[derive(Default)]
 pub struct Counts {
     pub requests: AtomicU64,
     /// Connections that broke before an answer.
     pub broken: AtomicU64,
-    /// Answers that nothing can be said now, and among them those that the outcome is not known.
+    /// Responses of 503, and among them those of unknown outcome.
     pub refused: AtomicU64,
     pub unknown: AtomicU64,
 }
@@ -52,7 +52,7 @@ impl Counts {
     }
 }
 
-/// What a writer was told of an iteration, without its text.
+/// Response to an iteration, without its text.
 #[derive(Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Written {
     pub number: u64,
@@ -114,7 +114,8 @@ impl Plant {
         self.ask(path, |request| request.json(body)).await
     }
 
-    /// The answer, if it has this status; else it is told at the end, with what servers said.
+    /// Returns the response if it has this status; others are reported at the end, with the
+    /// servers' errors.
     fn as_expected(&self, answer: Answer, status: u16) -> Option<Answer> {
         if answer.status == status {
             return Some(answer);
@@ -188,7 +189,7 @@ impl Plant {
     }
 
     /// Posts the blocks of a stream, each under a key of its own if `keyed`: the digests of the
-    /// answers.
+    /// responses.
     pub async fn stream(&self, stream: &str, keyed: bool) -> Vec<[u8; 32]> {
         let (path, mut answers) = (format!("{stream}/nodes"), Vec::new());
         for sequence in (1..=MOST_BLOCKS).take_while(|_| !self.is_over()) {

@@ -15,7 +15,7 @@ use tokio::{
     net::{TcpListener, TcpStream, UnixStream},
 };
 
-/// Where a connection is cut.
+/// Moment at which a connection is cut.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cut {
     /// The server never gets the message: nothing is stored.
@@ -28,7 +28,7 @@ pub enum Cut {
 
 pub const CUTS: [Cut; 3] = [Cut::Before, Cut::With, Cut::After];
 
-/// What is cut next, and what has been.
+/// The next cut, and the cuts so far.
 #[derive(Default)]
 pub struct Cuts {
     /// One more than the place in [`CUTS`]; zero is nothing.
@@ -107,10 +107,10 @@ async fn pass(client: TcpStream, server: UnixStream, cuts: &Cuts) {
     }
 }
 
-/// What a client sends, read as far as it takes to see that it commits.
+/// Messages of a client, read as far as needed to recognise a COMMIT.
 #[derive(Default)]
 struct Commits {
-    /// What belongs to a message that has not come whole.
+    /// Beginning of an incomplete message.
     rest: Vec<u8>,
     /// Whether the first message has come, which has no type.
     begun: bool,

@@ -38,21 +38,21 @@ use crate::{
 
 /// Each with a stream and a listener.
 const JOBS: usize = 8;
-/// Of each job: 64 of all.
+/// Writers of each job: 64 in all.
 const WRITERS: usize = 8;
 /// A server is killed as often; after every second one something happens to PostgreSQL.
 const BETWEEN_KILLS: Duration = Duration::from_secs(2);
 const BETWEEN_CUTS: Duration = Duration::from_millis(400);
 /// Every kind of interruption comes once, where servers start in time.
 const SECONDS: u64 = 14;
-/// What happens to PostgreSQL, one after the other.
+/// Interruptions of PostgreSQL, one after the other.
 const INTERRUPTIONS: [&str; 3] = [
     "$BIN/pg_ctl -D data -l log -m fast -w restart",
     "$BIN/pg_ctl -D data -l log -m immediate -w restart",
     "kill -9 $(head -1 data/postmaster.pid); until $BIN/pg_ctl -D data -l log -w start 2>/dev/null; do sleep 0.1; done",
 ];
 
-/// What is interrupted, and how often it was.
+/// State of the interruptions, and their number.
 struct Interrupted<'a> {
     plant: &'a Plant,
     server: &'a Server,

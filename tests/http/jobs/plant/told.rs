@@ -1,4 +1,4 @@
-//! What clients were told, held against what is there when everything is over.
+//! Responses that clients received, compared with the stored state at the end.
 
 use std::{
     sync::{Arc, Mutex},
@@ -13,10 +13,10 @@ use crate::jobs::{
     streams::{block, spec},
 };
 
-/// Of each job so many requests are sent once more.
+/// Requests of each job that are sent once more.
 const ASKED_AGAIN: usize = 100;
 
-/// A job with what its clients were told.
+/// A job with the responses that its clients received.
 #[derive(Default)]
 pub struct Told {
     pub job: String,
@@ -26,7 +26,7 @@ pub struct Told {
     pub events: Arc<Mutex<Vec<u64>>>,
 }
 
-/// What was told is there once, and nothing else; its audit is whole.
+/// Everything acknowledged is stored once, and nothing else; its audit is complete.
 pub async fn check_iterations(plant: &Plant, job: &str, told: &mut [Written]) {
     told.sort_unstable();
     let count = told.len() as u64;
@@ -77,7 +77,7 @@ impl Told {
         assert_eq!(stored["sequence"].as_u64(), Some(self.blocks.len() as u64));
     }
 
-    /// The answers are those of a stream that nothing happened to.
+    /// The responses are those of an undisturbed stream.
     async fn check_blocks(&self, plant: &Plant) {
         let calm = plant.post(&format!("{}/streams", self.job), &spec()).await.expect(201);
         let calm = format!("{}/nodes", calm.header("location").unwrap());

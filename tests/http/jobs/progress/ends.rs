@@ -1,4 +1,4 @@
-//! What events tell, and how an answer with progress ends.
+//! Content of events, and the ends of a response with progress.
 
 use std::time::{Duration, Instant};
 
@@ -84,7 +84,7 @@ async fn faults_that_are_found_at_once_have_their_own_status() {
     result(preferred.json(&fit)).await;
 }
 
-/// What computing finds is the last event.
+/// An error of the computation is the last event.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn what_computing_refuses_is_the_last_event() {
     let app = one_worker().await;
@@ -213,7 +213,7 @@ async fn the_work_of_a_revoked_key_ends() {
     drop(open);
 }
 
-/// A body has its room once, and its length need not be known.
+/// A body is counted once in the budget, and its length need not be known.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_large_request_is_taken_as_it_is_without_progress() {
     let app = TestApp::around(harness::TestApp::start_with(|settings| settings.body_memory = 3 << 20).await);

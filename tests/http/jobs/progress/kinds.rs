@@ -18,7 +18,7 @@ use crate::{
     jobs::app::{TestApp, send},
 };
 
-/// What is sent.
+/// Body of a request.
 enum Body {
     Json(fn() -> Value),
     Form(fn() -> Form),

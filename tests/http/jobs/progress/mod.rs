@@ -1,4 +1,4 @@
-//! Answers with progress: `Accept: text/event-stream`.
+//! Responses with progress: `Accept: text/event-stream`.
 
 mod ends;
 mod kinds;

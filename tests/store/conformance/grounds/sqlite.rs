@@ -132,7 +132,7 @@ impl Ground for Sqlite {
         }
     }
 
-    /// In the file, or in the log beside it.
+    /// True if the text is in the file, or in its log.
     fn holds<'a>(&'a self, text: &'a str) -> Soon<'a, bool> {
         Box::pin(async move {
             [self.place.file(), self.place.beside("jobs.db-wal")].into_iter().any(|file| {
