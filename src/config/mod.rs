@@ -122,7 +122,7 @@ pub struct ServeSettings {
     #[arg(skip)]
     pub pace: Pace,
     /// Seconds between the signal to stop and the end of accepting connections; meanwhile the
-    /// server answers, reports that it is not ready and closes idle connections.
+    /// server serves requests, reports that it is not ready and closes idle connections.
     #[arg(long, env = "FLANKFIT_DRAIN_DELAY", default_value_t = 0, value_parser = within(0..=bounds::DAY))]
     pub drain_delay: u64,
     /// Seconds that a shutdown waits for accepted requests.

@@ -86,7 +86,7 @@ impl Node {
         }
     }
 
-    /// Calls with every node and the name of the field that it stands in.
+    /// Calls with every node and the name of its field.
     pub fn visit<'a>(&'a self, name: &'a str, seen: &mut impl FnMut(&'a str, &'a Node)) {
         seen(name, self);
         match self {

@@ -3,6 +3,7 @@
 
 mod dependencies;
 mod links;
+mod prose;
 mod secrets;
 mod settings;
 mod sizes;

@@ -61,7 +61,7 @@ pub fn quick_two_sum(a: f64, b: f64) -> (f64, f64) {
 /// ```
 /// use flankfit_numerics::dd::two_prod;
 ///
-/// // (1 + 2⁻³⁰)² = 1 + 2⁻²⁹ + 2⁻⁶⁰, whose last part a double has no room for.
+/// // (1 + 2⁻³⁰)² = 1 + 2⁻²⁹ + 2⁻⁶⁰, whose last part a double does not hold.
 /// let a = 1.0 + 2_f64.powi(-30);
 /// assert_eq!(two_prod(a, a), (1.0 + 2_f64.powi(-29), 2_f64.powi(-60)));
 /// ```

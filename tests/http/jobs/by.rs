@@ -83,7 +83,7 @@ async fn each_says_who_did_it() {
     app.stop().await;
 }
 
-/// Where no key is required no author is known.
+/// Without a required key no author is known.
 #[tokio::test]
 async fn an_open_server_knows_nobody() {
     let mut app = TestApp::start().await;

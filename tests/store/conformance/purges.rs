@@ -270,7 +270,7 @@ pub async fn a_purge_comes_before_or_after_each_writer(pair: &mut Pair) {
     intact(&pair.handles[1]).await;
 }
 
-/// Of two concurrent purges one is done, the other is refused, at whichever handle.
+/// One of two concurrent purges is done, the other is refused, at whichever handle.
 pub async fn of_two_purges_one_is_told_of_the_other(pair: &mut Pair) {
     let place = pair.values.clone();
     for _ in 0..8 {

@@ -120,7 +120,7 @@ pub async fn a_dropped_request_is_stored_all_the_same(pair: &mut Pair) {
     assert_eq!(stored.number, 6);
 }
 
-/// Of several changes based on one version of a job one is made; changes without a version are all
+/// One of several changes based on one version of a job is made; changes without a version are all
 /// made.
 pub async fn a_job_is_changed_once_from_each_version(pair: &mut Pair) {
     let (store, place) = (pair.store.clone(), pair.values.clone());

@@ -7,9 +7,9 @@
 //! | none, spectral, ridge | `V diag(f) Vᵀ`, eigenvectors V of the Fisher information matrix | [`spectral`] |
 //! | B of a representative piece | `1 − V diag(1 − f) Vᵀ`, directions V of the piece | [`representative`] |
 //! | truncated SVD | the same with f 0 or 1 | [`truncated`] |
-//! | James–Stein, attraction | `c I` toward the target T, or `c I` beside the constant | [`shrink`] |
+//! | James–Stein, attraction | `c I` toward the target T, or `c I` on all but the constant | [`shrink`] |
 //! | posterior of a prior | its gain, toward a mixture of means | [`prior`] |
-//! | constrained | the projection beside the active places, those held | [`constrained`] |
+//! | constrained | the projection orthogonal to the active places, those held | [`constrained`] |
 //! | Tikhonov | `Z diag(f) Z⁻¹`, directions Z of the pair (X, penalty), oblique in the scaled columns | [`tikhonov`] |
 
 mod admissible;

@@ -29,7 +29,7 @@ use super::form;
 ///     let found = fit(&nodes, &FitSpec { filters, include, ..FitSpec::new(model.clone()) })?;
 ///     Ok::<_, Box<dyn std::error::Error>>(found.filters.expect("there is a filter").remove(0))
 /// };
-/// // A peak stands out of the median of its window.
+/// // A peak lies far from the median of its window.
 /// let mut flat: Vec<f64> = x.iter().map(|x| 0.01 * (9.0 * x).sin()).collect();
 /// flat[123] = 5.0;
 /// let hampel = Hampel { window: 11, threshold: 6.0, action: Action::Remove, axis: None };

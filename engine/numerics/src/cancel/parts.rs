@@ -21,12 +21,12 @@ impl Handle {
     /// use flankfit_numerics::cancel::{Handle, parts};
     ///
     /// let handle = Handle::new();
-    /// let told = handle.run(|| {
+    /// let progress = handle.run(|| {
     ///     let halves = parts(2);
     ///     halves.run(1, || ());
     ///     halves.run(1, || parts(4).run(1, || handle.progress()))
     /// });
-    /// assert_eq!(told, Ok(0.5));
+    /// assert_eq!(progress, Ok(0.5));
     /// assert_eq!(handle.progress(), 1.0);
     /// ```
     pub fn progress(&self) -> f64 {
