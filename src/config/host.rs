@@ -34,7 +34,7 @@ impl Host {
         valid.then(|| Host { name: name.to_owned(), port })
     }
 
-    /// Whether a request to `asked` is one to this host: of a host without a port to any.
+    /// True if a request to `asked` is one to this host: of a host without a port to any.
     pub fn is(&self, asked: &Host) -> bool {
         self.name == asked.name && (self.port.is_none() || self.port == asked.port)
     }

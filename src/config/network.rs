@@ -9,7 +9,7 @@ use ipnet::IpNet;
 pub struct Networks(Vec<IpNet>);
 
 impl Networks {
-    /// Whether `address` is in one of them. An IPv4 address that is written as one of IPv6 counts
+    /// True if `address` is in one of them. An IPv4 address that is written as one of IPv6 counts
     /// as what it is.
     pub fn contain(&self, address: IpAddr) -> bool {
         let address = address.to_canonical();

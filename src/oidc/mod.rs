@@ -53,7 +53,7 @@ pub struct Tokens {
     verified: Mutex<HashMap<[u8; 32], Arc<Token>>>,
 }
 
-/// Whether a text has the form of a token; a key has not.
+/// True if a text has the form of a token; a key has not.
 pub fn is_token(text: &[u8]) -> bool {
     text.starts_with(b"ey") && text.iter().filter(|byte| **byte == b'.').count() == 2
 }

@@ -127,7 +127,7 @@ impl Provider {
         }
     }
 
-    /// Whether a key is one of the provider's.
+    /// True if a key is one of the provider's.
     pub fn has(&self, digest: &KeyDigest) -> bool {
         self.current().is_some_and(|keys| keys.has(digest))
     }

@@ -35,7 +35,7 @@ pub use turns::Party;
 
 /// Work with the handle under which it runs.
 trait Job: Send {
-    /// Whether the work came to its end and somebody heard of it.
+    /// True if the work came to its end and somebody heard of it.
     fn run(self: Box<Self>) -> bool;
     /// Reports that another request has taken its place in the queue.
     fn refuse(self: Box<Self>, error: PoolError);

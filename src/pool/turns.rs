@@ -71,7 +71,7 @@ impl<T> Turns<T> {
         self.waiting == 0
     }
 
-    /// Whether the party may have something wait without anybody losing a place.
+    /// True if the party may have something wait without anybody losing a place.
     pub fn has_room(&self, party: &Party) -> bool {
         self.waiting < self.limit && self.check_share(self.waiting_of(party)).is_ok()
     }

@@ -174,7 +174,7 @@ impl SpanProcessor for Queue {
 /// State of the exporting thread.
 struct Sending<E> {
     exporter: E,
-    /// Whether the last batch was not taken.
+    /// True if the last batch was not taken.
     fails: bool,
     why: Why,
 }

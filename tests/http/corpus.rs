@@ -72,7 +72,7 @@ fn recorded(name: &str) -> Vec<Exchange> {
     text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
 }
 
-/// Whether a text is an id, a time or a digest, which differ from run to run or are derived from
+/// True if a text is an id, a time or a digest, which differ from run to run or are derived from
 /// such.
 fn varies(text: &str) -> bool {
     let is_id = text.len() == 36 && text.bytes().filter(|byte| *byte == b'-').count() == 4;
@@ -115,7 +115,7 @@ fn shown(answer: &Answer) -> Value {
     }
 }
 
-/// Whether a line of a file has the time at which it was written.
+/// True if a line of a file has the time at which it was written.
 fn has_time(line: &str) -> bool {
     line.split(['\'', ',', ' ']).any(varies)
 }

@@ -9,7 +9,7 @@ use std::{
 
 use crate::postgres::Server;
 
-/// Whether a PostgreSQL server is to be used.
+/// True if a PostgreSQL server is to be used.
 pub fn is_postgres() -> bool {
     env::var("FLANKFIT_TEST_STORE").is_ok_and(|store| store == "postgres")
 }

@@ -16,7 +16,7 @@ fn block<'a>(text: &'a str, language: &str) -> &'a str {
     rest.split_once("```").unwrap().0
 }
 
-/// Whether the response has all that is quoted, numbers to two decimals.
+/// True if the response has all that is quoted, numbers to two decimals.
 fn holds(quoted: &Value, response: &Value) -> bool {
     match (quoted, response) {
         (Value::Object(quoted), _) => quoted.iter().all(|(name, value)| holds(value, &response[name])),

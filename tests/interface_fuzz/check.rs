@@ -79,7 +79,7 @@ fn problem(request: &Request, operation: Option<&Operation>, answer: &Answer, fi
     }
 }
 
-/// Whether an object of a JSON text has a field twice.
+/// True if an object of a JSON text has a field twice.
 fn stands_twice(json: &[u8]) -> bool {
     serde_json::from_slice::<Once>(json).is_err_and(|error| error.is_data())
 }

@@ -140,7 +140,7 @@ fn processor_seconds() -> f64 {
     ticks.sum::<f64>() / 100.0
 }
 
-/// Whether the process does nothing within two seconds, though nobody asks it to.
+/// True if the process does nothing within two seconds, though nobody asks it to.
 fn rests() -> bool {
     (0..10).any(|_| {
         let before = processor_seconds();

@@ -68,7 +68,7 @@ pub fn fill(directory: &Path, room: Option<usize>) {
     }
 }
 
-/// Whether everything written to the file has been synced.
+/// True if everything written to the file has been synced.
 pub fn is_synced(path: &Path) -> bool {
     files().as_ref().unwrap().get(path).is_some_and(|content| content.written == content.synced)
 }

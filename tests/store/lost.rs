@@ -49,7 +49,7 @@ pub struct Cut {
 }
 
 impl Cut {
-    /// Whether what the server says is kept from the client.
+    /// True if what the server says is kept from the client.
     fn falls(&self, said: &[u8]) -> bool {
         let says = |tag: &[u8]| said.windows(tag.len()).any(|part| part == tag);
         let falls = says(BEGUN) && self.begun.swap(false, Ordering::SeqCst)

@@ -45,7 +45,7 @@ impl Rules {
     }
 }
 
-/// Whether an SPDX expression can be met by licences that are allowed. `A/B` is what `A OR B` was
+/// True if an SPDX expression can be met by licences that are allowed. `A/B` is what `A OR B` was
 /// before.
 fn allowed(expression: &str, licences: &[String]) -> bool {
     let spaced = expression.replace('/', " OR ").replace('(', " ( ").replace(')', " ) ");

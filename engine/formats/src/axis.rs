@@ -25,7 +25,7 @@ impl Axis {
         (self.knots[self.degree], self.knots[self.size()])
     }
 
-    /// Whether the spline begins and ends in its first and last control points.
+    /// True if the spline begins and ends in its first and last control points.
     pub(super) fn is_clamped(&self) -> bool {
         let (low, high) = self.domain();
         self.knots[0] == low && self.knots[self.knots.len() - 1] == high

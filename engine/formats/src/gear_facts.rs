@@ -123,7 +123,7 @@ impl GearFacts {
         }
     }
 
-    /// Whether teeth point inwards.
+    /// True if teeth point inwards.
     pub fn is_internal(&self) -> bool {
         let inwards = self.tip_diameter.zip(self.root_diameter).is_some_and(|(tip, root)| tip < root);
         self.internal.unwrap_or(inwards)

@@ -68,7 +68,7 @@ impl Pieces {
         (!piece.is_empty()).then_some(piece)
     }
 
-    /// Whether nothing is left.
+    /// True if nothing is left.
     pub fn is_done(&self) -> bool {
         self.sections.iter().enumerate().all(|(k, section)| section.lines == if k == 0 { self.next } else { 0 })
     }

@@ -140,7 +140,7 @@ impl Dd {
         self.hi
     }
 
-    /// Whether both parts are finite.
+    /// True if both parts are finite.
     #[inline(always)]
     pub fn is_finite(self) -> bool {
         self.hi.is_finite() && self.lo.is_finite()

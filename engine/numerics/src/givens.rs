@@ -75,7 +75,7 @@ impl<T: Real> Triangle<T> {
         }
     }
 
-    /// Whether every number is finite.
+    /// True if every number is finite.
     pub fn is_finite(&self) -> bool {
         self.rss.is_finite() && self.rows.iter().chain(&self.qty).all(|x| x.is_finite())
     }

@@ -51,7 +51,7 @@ pub trait Real:
     fn mul_f64(self, factor: f64) -> Self;
     /// `self * 2^exponent`.
     fn ldexp(self, exponent: i32) -> Self;
-    /// Whether the number is neither infinite nor NaN.
+    /// True if the number is neither infinite nor NaN.
     fn is_finite(self) -> bool;
 }
 

@@ -24,7 +24,7 @@ use crate::{
     program::program,
 };
 
-/// Whether some bytes hold the secret part of a key, whole or as binary.
+/// True if some bytes hold the secret part of a key, whole or as binary.
 fn holds(bytes: &[u8], key: &str) -> bool {
     let secret = &key[21..85];
     let binary: Vec<u8> = (0..32).map(|i| u8::from_str_radix(&secret[2 * i..2 * i + 2], 16).unwrap()).collect();

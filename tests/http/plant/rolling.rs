@@ -104,7 +104,7 @@ async fn answered(base: &str) -> BTreeMap<&'static str, u64> {
     kinds.into_iter().map(|path| (path, count(path))).collect()
 }
 
-/// Whether clients of both kinds that come to any server have come to this one.
+/// True if clients of both kinds that come to any server have come to this one.
 fn is_used(answered: &BTreeMap<&'static str, u64>) -> bool {
     answered["/v1/fits"] > 0 && answered["/v1/jobs/{job_id}/iterations"] > 0
 }

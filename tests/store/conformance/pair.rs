@@ -38,7 +38,7 @@ pub trait Ground {
     /// says against it.
     fn refusal(&self, sql: &'static str) -> Soon<'_, Option<String>>;
 
-    /// Whether the database's SQL has TRUNCATE.
+    /// True if the database's SQL has TRUNCATE.
     fn truncates(&self) -> bool;
 
     /// Has the database refuse each new entry of the audit, or take them again.

@@ -280,7 +280,7 @@ fn unit(matrix: &SymmetricBand<f64>) -> Option<Vec<f64>> {
 }
 
 impl Factor {
-    /// Whether doubles sufficed.
+    /// True if doubles sufficed.
     pub(crate) fn is_plain(&self) -> bool {
         matches!(self.kind, Kind::Plain(_))
     }

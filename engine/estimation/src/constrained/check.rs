@@ -167,7 +167,7 @@ fn repeated(basis: &BSplineBasis, [low, high]: [f64; 2]) -> impl Iterator<Item =
     inner.map(|knot| (knot, basis.knots().iter().filter(|other| **other == knot).count()))
 }
 
-/// Whether two boxes have a place in common.
+/// True if two boxes have a place in common.
 fn touch(a: Domain, b: Domain) -> bool {
     let apart = |a: Option<[f64; 2]>, b: Option<[f64; 2]>| a.zip(b).is_some_and(|(a, b)| a[1] < b[0] || b[1] < a[0]);
     !(apart(a.u, b.u) || apart(a.v, b.v))

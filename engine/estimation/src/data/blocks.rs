@@ -135,7 +135,7 @@ impl Columns {
     }
 }
 
-/// Whether node `i` of a grid is there, of whatever weight.
+/// True if node `i` of a grid is there, of whatever weight.
 fn present(grid: &Grid, i: usize) -> bool {
     !grid.z[i].is_nan() && grid.valid.as_ref().is_none_or(|valid| valid[i])
 }

@@ -315,7 +315,7 @@ impl Nodes {
 }
 
 impl Grid {
-    /// Whether node `i` (row by row) is there: not NaN, not marked invalid, not of weight 0.
+    /// True if node `i` (row by row) is there: not NaN, not marked invalid, not of weight 0.
     pub(crate) fn counts(&self, i: usize) -> bool {
         !self.z[i].is_nan()
             && self.valid.as_ref().is_none_or(|valid| valid[i])

@@ -80,7 +80,7 @@ impl<'a> Sample<'a> {
         }
     }
 
-    /// Whether rows are at hand and no functions of places.
+    /// True if rows are at hand and no functions of places.
     pub(crate) fn is_white(&self) -> bool {
         self.white.is_some()
     }
@@ -126,13 +126,13 @@ impl<'a> Sample<'a> {
         }
     }
 
-    /// Whether this is a full, unweighted grid, so that its measurement matrix separates into those
+    /// True if this is a full, unweighted grid, so that its measurement matrix separates into those
     /// of its axes.
     pub(crate) fn separates(&self) -> bool {
         self.full_axes().is_some() && !self.weighted()
     }
 
-    /// Whether any node carries a weight of its own.
+    /// True if any node carries a weight of its own.
     pub(crate) fn weighted(&self) -> bool {
         self.weight.is_some()
     }

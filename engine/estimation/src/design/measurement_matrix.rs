@@ -52,7 +52,7 @@ impl Design {
         self.terms.len()
     }
 
-    /// Whether coefficients are all products of the two axes' functions.
+    /// True if coefficients are all products of the two axes' functions.
     pub(crate) fn is_full_product(&self) -> bool {
         match &self.basis {
             // a denominator that is no product of functions of u and v does not separate

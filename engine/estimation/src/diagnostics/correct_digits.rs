@@ -55,7 +55,7 @@ pub(crate) struct Fitted<'a> {
     pub length: f64,
 }
 
-/// Whether a double is likely to be what was meant, not the rounding of a decimal fraction.
+/// True if a double is likely to be what was meant, not the rounding of a decimal fraction.
 pub(crate) fn exact(x: f64) -> bool {
     x == 0.0 || (x.to_bits() | 1 << 52).trailing_zeros() >= 16
 }

@@ -76,7 +76,7 @@ fn sigma_of(sum_abs: f64, count: usize, freedom: f64) -> f64 {
     SIGMA_OF_MEAN * sum_abs / (count as f64 * freedom).sqrt()
 }
 
-/// Whether the sums alone show that no residual of a full grid exceeds the bound.
+/// True if the sums alone show that no residual of a full grid exceeds the bound.
 fn is_clean(linear: &LinearProblem, m: usize, n: usize) -> bool {
     let Some(separable) = &linear.factor.separable else { return false };
     let freedom = (m - n) as f64;

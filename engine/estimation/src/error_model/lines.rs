@@ -94,7 +94,7 @@ impl Lines {
         self.steps.windows(2).filter(|steps| steps.iter().all(|step| step.is_finite())).count()
     }
 
-    /// Whether neighbours are as far apart everywhere, but for rounding.
+    /// True if neighbours are as far apart everywhere, but for rounding.
     pub(crate) fn is_even(&self) -> bool {
         let steps = self.steps.iter().filter(|step| step.is_finite());
         let [least, most] = steps.fold([f64::INFINITY, 0.0], |[a, b], &step| [a.min(step), b.max(step)]);

@@ -57,7 +57,7 @@ impl ErrorSpread {
         Some(ErrorSpread { root: lower_root(&sandwich.covariance())?, kind: Kind::Sandwich(sandwich) })
     }
 
-    /// Whether errors are those of R but for a factor, so that unit vectors of a tube are R's.
+    /// True if errors are those of R but for a factor, so that unit vectors of a tube are R's.
     pub(crate) fn is_weighted(&self) -> bool {
         matches!(self.kind, Kind::Variances(_))
     }

@@ -16,7 +16,7 @@ const MOST_COLUMNS: usize = 25;
 /// Most entries of its measurement matrix.
 const MOST_ENTRIES: usize = 20_000;
 
-/// Whether fitting `spec` to `nodes` takes a fraction of a millisecond.
+/// True if fitting `spec` to `nodes` takes a fraction of a millisecond.
 ///
 /// ```
 /// use flankfit_estimation::{

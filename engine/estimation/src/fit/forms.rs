@@ -40,9 +40,9 @@ pub(super) struct Forms<'a> {
     pub given_limit: Option<f64>,
     /// r, wherever it comes from.
     pub norm_limit: f64,
-    /// Whether the filter follows from the heights.
+    /// True if the filter follows from the heights.
     pub chosen_by_heights: bool,
-    /// Whether standard errors of the estimate treat a λ* selected from the heights as given.
+    /// True if standard errors of the estimate treat a λ* selected from the heights as given.
     pub conditional: bool,
 }
 

@@ -82,7 +82,7 @@ impl Solved<'_> {
         }
     }
 
-    /// Whether standard errors of the estimate treat a λ* selected from the heights as given.
+    /// True if standard errors of the estimate treat a λ* selected from the heights as given.
     pub(super) fn is_conditional(&self, applied: &Applied) -> bool {
         let regularization = &applied.regularization;
         depends_on_heights(regularization.criterion)
@@ -206,7 +206,7 @@ fn noise_of(pooled: PooledNoise, level: f64) -> Noise {
     }
 }
 
-/// Whether λ* depends on the heights.
+/// True if λ* depends on the heights.
 fn depends_on_heights(chosen_by: Option<ChosenBy>) -> bool {
     !matches!(chosen_by, Some(ChosenBy::Fixed | ChosenBy::Criterion(Criterion::MinCondition)))
 }

@@ -92,7 +92,7 @@ impl Intervals<'_> {
         }
     }
 
-    /// Whether the nodes determine a form: it has nothing along directions with eigenvalue 0.
+    /// True if the nodes determine a form: it has nothing along directions with eigenvalue 0.
     fn estimable(&self, along: &[f64]) -> bool {
         /// Share of the form's length that rounding may leave there.
         const ROUNDING: f64 = 1e-9;

@@ -122,7 +122,7 @@ impl Inferred {
         Conformity { limits, probability, decision }
     }
 
-    /// Whether a part within the limits would be measured as far beyond them seldom enough. Of such
+    /// True if a part within the limits would be measured as far beyond them seldom enough. Of such
     /// parts one at the nearer limit is so most often, beyond the other limit as well as beyond
     /// this one.
     fn lies_beyond(&self, [low, high]: [f64; 2]) -> bool {

@@ -252,7 +252,7 @@ fn halving(points: &mut [(f64, f64)]) -> Option<f64> {
     Some(0.5 * here + 0.5 * next.0)
 }
 
-/// Whether every function can be given a parameter of its own inside its support, in ascending
+/// True if every function can be given a parameter of its own inside its support, in ascending
 /// order.
 pub(super) fn schoenberg_whitney(basis: &BSplineBasis, ascending: &[f64]) -> bool {
     let (knots, p) = (basis.knots(), basis.degree());

@@ -84,7 +84,7 @@ pub struct Weight {
     pub lambda: f64,
     /// `None` for a given λ.
     pub criterion: Option<Criterion>,
-    /// Whether the criterion is met within the search range and no longer falls at its end.
+    /// True if the criterion is met within the search range and no longer falls at its end.
     pub reached: bool,
     /// How the trace of the smoother was found.
     pub trace: Trace,
@@ -95,7 +95,7 @@ pub(super) struct Problem<'a> {
     pub system: &'a System,
     /// In the caller's order.
     pub bases: &'a [BSplineBasis; 2],
-    /// Whether u and v changed places inside.
+    /// True if u and v changed places inside.
     pub swapped: bool,
     pub include: SurfaceInclude,
 }

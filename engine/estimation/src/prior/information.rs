@@ -74,7 +74,7 @@ impl Information {
         (0..self.size()).map(|i| self.r[(i, i)].abs().ln()).sum()
     }
 
-    /// Whether δ is determined.
+    /// True if δ is determined.
     pub(super) fn is_whole(&self) -> bool {
         /// Rounding error on the diagonal, relative to the length of its column.
         const ROUNDING: f64 = 1e-12;

@@ -41,7 +41,7 @@ impl Mixture {
         Mixture { mean, root, gain, prior_mean, prior_root }
     }
 
-    /// Whether doubles hold it.
+    /// True if doubles hold it.
     pub(super) fn is_finite(&self) -> bool {
         let all = |mut values: std::slice::Iter<f64>| values.all(|x| x.is_finite());
         let vectors = [self.mean.as_slice(), self.prior_mean.as_slice()];

@@ -9,7 +9,7 @@ pub(crate) struct SummaryStatistics {
     pub count: usize,
     /// `Σ w r²` of the least-squares residuals, the part that the columns cannot reach.
     pub rss: Dd,
-    /// Whether some height may be the rounding of a decimal fraction.
+    /// True if some height may be the rounding of a decimal fraction.
     pub rounded_heights: bool,
     /// Largest |u| and |v| that may have been rounded.
     pub rounded_places: [f64; 2],

@@ -72,7 +72,7 @@ impl Study {
         Study::within(setup, MOST_IN_PARTS, usize::MAX)
     }
 
-    /// Whether a repetition is of the shape of those of this study.
+    /// True if a repetition is of the shape of those of this study.
     pub fn takes(&self, outcome: &Outcome) -> bool {
         outcome.levels.len() == self.levels.len() && outcome.along.len() == self.columns
     }

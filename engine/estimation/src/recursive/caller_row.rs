@@ -40,7 +40,7 @@ impl CallerRow {
         add_slopes(design, weight, [fu, du], [fv, dv], sums);
     }
 
-    /// Whether every column is 0 at node `k` or far from where squares leave the range of double
+    /// True if every column is 0 at node `k` or far from where squares leave the range of double
     /// precision: so far that no number of such nodes gets there.
     pub(super) fn is_plain(&mut self, design: &Design, sample: &Sample, k: usize) -> bool {
         const PLAIN: std::ops::Range<f64> = 1e-130..1e130;

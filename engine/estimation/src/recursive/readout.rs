@@ -44,7 +44,7 @@ impl Sums {
         }
     }
 
-    /// Whether a look at the nodes alone shows that the caller's columns stay within range. O(n) a
+    /// True if a look at the nodes alone shows that the caller's columns stay within range. O(n) a
     /// node.
     pub(super) fn are_plain(&self, sample: &Sample) -> bool {
         let mut row = CallerRow::new(&self.design);

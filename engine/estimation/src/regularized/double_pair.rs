@@ -288,7 +288,7 @@ impl DoublePair {
         Some(DoublePair { oblique, images, sides, blocks, largest })
     }
 
-    /// Whether the filter at `lambda` keeps its digits.
+    /// True if the filter at `lambda` keeps its digits.
     pub(super) fn trusts(&self, lambda: f64) -> bool {
         let least = self.oblique.delta.iter().copied().filter(|delta| *delta > 0.0).fold(f64::INFINITY, f64::min);
         8.0 * f64::EPSILON * self.largest * lambda.min(1.0 / least) <= FILTER

@@ -120,7 +120,7 @@ impl Form {
 }
 
 impl LinearMap {
-    /// Whether the estimate is plain least squares.
+    /// True if the estimate is plain least squares.
     pub(crate) fn is_identity(&self) -> bool {
         match self {
             LinearMap::Eigenvectors { removed } => removed.iter().all(|g| *g == 0.0),

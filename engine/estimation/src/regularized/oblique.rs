@@ -149,7 +149,7 @@ impl Oblique {
         }
     }
 
-    /// Whether no σ is known.
+    /// True if no σ is known.
     pub(super) fn is_noiseless(&self) -> bool {
         self.variance.is_none()
     }
@@ -247,7 +247,7 @@ impl Oblique {
         lambda * self.delta[i] + if i < self.silent { 0.0 } else { 1.0 }
     }
 
-    /// Whether every `1 + λδ` is a number that can be worked with.
+    /// True if every `1 + λδ` is a number that can be worked with.
     pub(super) fn within_range(&self, lambda: f64) -> bool {
         (0..self.size()).all(|i| (1e-280..1e280).contains(&self.lifted(i, lambda)))
     }

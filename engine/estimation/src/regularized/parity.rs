@@ -37,7 +37,7 @@ impl Class {
         self.0.len()
     }
 
-    /// Whether these are the functions themselves.
+    /// True if these are the functions themselves.
     pub(super) fn is_identity(&self) -> bool {
         self.0.iter().enumerate().all(|(r, [(i, share), _])| *i == r && *share == 1.0)
     }
@@ -59,7 +59,7 @@ impl Class {
     }
 }
 
-/// Whether a symmetric matrix is the same seen from its other end.
+/// True if a symmetric matrix is the same seen from its other end.
 fn is_mirrored(matrix: &DMatrix<f64>) -> bool {
     let n = matrix.nrows();
     let most = ROUNDING * matrix.amax();

@@ -81,7 +81,7 @@ pub(super) fn apply(context: &Context, prior: &Prior, warnings: &mut Vec<Warning
     }
 }
 
-/// Whether doubles hold what follows from nodes and prior together.
+/// True if doubles hold what follows from nodes and prior together.
 fn is_finite(applied: &Applied) -> bool {
     let bias = &applied.bias;
     let figures = [applied.rss, bias.norm, bias.sharp_bound, bias.coefficient_norm_limit];

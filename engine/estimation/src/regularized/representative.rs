@@ -112,7 +112,7 @@ pub(super) fn check(asked: &Representative, design: &Design, spec: &FitSpec) -> 
     faults.into_result(())
 }
 
-/// Whether the functions of a model depend on its domain.
+/// True if the functions of a model depend on its domain.
 fn is_mapped(model: &Model) -> bool {
     match model {
         Model::Polynomial { basis, .. } => *basis != PolynomialBasis::Monomial,

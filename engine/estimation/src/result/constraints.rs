@@ -72,7 +72,7 @@ pub struct ActivePlace {
 }
 
 impl ConstraintsReport {
-    /// Whether some constraint holds the function back.
+    /// True if some constraint holds the function back.
     pub fn holds_back(&self) -> bool {
         self.constraints.iter().any(|one| !one.active.is_empty())
     }

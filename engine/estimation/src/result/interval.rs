@@ -42,7 +42,7 @@ impl IntervalKind {
 }
 
 impl Interval {
-    /// Whether every number is one.
+    /// True if every number is one.
     pub(crate) fn is_finite(&self) -> bool {
         let ends = self.ends.iter().chain(self.least_squares.iter().flatten());
         ends.chain(&self.gain).all(|x| x.is_finite())

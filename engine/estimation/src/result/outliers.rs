@@ -49,7 +49,7 @@ pub struct MovedCoefficient {
 }
 
 impl MovedCoefficient {
-    /// Whether the suspected nodes change it by more than the half-width of its interval.
+    /// True if the suspected nodes change it by more than the half-width of its interval.
     pub fn moves_beyond_interval(&self) -> bool {
         self.half_width.is_some_and(|half| (self.value - self.without).abs() > half)
     }

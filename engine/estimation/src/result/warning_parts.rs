@@ -102,7 +102,7 @@ pub struct ExactWithout {
     pub nodes: Vec<usize>,
     /// How many there are.
     pub count: usize,
-    /// Whether every height is fitted exactly as it is.
+    /// True if every height is fitted exactly as it is.
     pub all: bool,
 }
 

@@ -163,7 +163,7 @@ impl<'a> Deviations<'a> {
         Deviations { rows, g, tilt, length }
     }
 
-    /// Whether residual k may change its sign within this distance.
+    /// True if residual k may change its sign within this distance.
     fn may_turn(&self, k: usize, residual: f64, distance: f64) -> bool {
         residual.abs() <= self.length[k] * distance
     }

@@ -448,7 +448,7 @@ impl Round {
         Round { rows, b, g, window }
     }
 
-    /// Whether pairs outside the window are in the same order at `x`.
+    /// True if pairs outside the window are in the same order at `x`.
     fn keeps_order(&self, free: &Free, order: &[u32], x: &[f64]) -> bool {
         let r = free.residuals(x);
         // every one beyond the window must be above the largest up to its beginning

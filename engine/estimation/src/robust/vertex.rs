@@ -44,9 +44,9 @@ pub(super) struct Vertex {
     pub dual: Vec<f64>,
     /// Changes of the basis.
     pub steps: usize,
-    /// Whether every dual on the basis is within [−1, 1].
+    /// True if every dual on the basis is within [−1, 1].
     pub optimal: bool,
-    /// Whether no edge of the same value leaves the vertex.
+    /// True if no edge of the same value leaves the vertex.
     pub unique: bool,
 }
 
@@ -293,7 +293,7 @@ impl<'a> Walk<'a> {
         true
     }
 
-    /// Whether every edge on which F would keep its value has no length.
+    /// True if every edge on which F would keep its value has no length.
     fn is_unique(&self) -> bool {
         let flat = |i: usize| {
             let rates = self.edge(i, self.dual[i].signum());

@@ -132,7 +132,7 @@ impl Problem {
         }
     }
 
-    /// Whether a model with fewer terms than there are nodes leaves nothing but rounding.
+    /// True if a model with fewer terms than there are nodes leaves nothing but rounding.
     pub(super) fn is_exact(&self, candidate: &Candidate) -> bool {
         candidate.coefficients < self.left.len() && candidate.rss <= self.rounding
     }

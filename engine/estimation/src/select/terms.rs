@@ -14,7 +14,7 @@ impl<'a> Hierarchy<'a> {
         Hierarchy { terms, ordered, constant }
     }
 
-    /// Whether `columns[at]` can go and the others stay.
+    /// True if `columns[at]` can go and the others stay.
     pub(super) fn may_go(&self, columns: &[usize], at: usize) -> bool {
         if Some(columns[at]) == self.constant || columns.len() == 1 {
             return false;

@@ -76,7 +76,7 @@ pub(crate) struct FilterRequest<'a> {
     pub regularization: &'a Regularization,
     /// Σw, for the root mean squares.
     pub weight: f64,
-    /// Whether the curve along λ* is wanted.
+    /// True if the curve along λ* is wanted.
     pub curve: bool,
 }
 

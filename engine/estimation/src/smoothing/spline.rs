@@ -42,7 +42,7 @@ pub struct SmoothingSpec {
     pub smoothing: Smoothing,
     /// σ of a height of weight 1, for `discrepancy` and `min_mse`.
     pub noise_sigma: Option<f64>,
-    /// Whether fitted values and their standard errors are answered.
+    /// True if fitted values and their standard errors are answered.
     pub pointwise: bool,
 }
 

@@ -120,7 +120,7 @@ impl FitSpec {
         }
     }
 
-    /// Whether λ* is chosen by leaving out blocks of nodes.
+    /// True if λ* is chosen by leaving out blocks of nodes.
     pub fn cross_validates(&self) -> bool {
         self.regularization.criterion() == Some(Criterion::BlockedCv)
     }

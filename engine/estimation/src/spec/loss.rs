@@ -60,7 +60,7 @@ impl Loss {
     /// Andrews with a = 1.339.
     pub const ANDREWS: Loss = Loss::Andrews { a: 1.339 };
 
-    /// Whether the tuning constants are the usual ones.
+    /// True if the tuning constants are the usual ones.
     pub fn is_usual(self) -> bool {
         [Self::HUBER, Self::TUKEY, Self::HAMPEL, Self::ANDREWS].contains(&self)
     }
@@ -161,12 +161,12 @@ impl Loss {
         }
     }
 
-    /// Whether ρ is convex, so that no start can lead astray.
+    /// True if ρ is convex, so that no start can lead astray.
     pub fn is_convex(self) -> bool {
         matches!(self, Loss::Huber { .. })
     }
 
-    /// Whether far residuals get no weight at all.
+    /// True if far residuals get no weight at all.
     pub fn rejects(self) -> bool {
         !self.is_convex()
     }

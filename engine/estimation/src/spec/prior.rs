@@ -116,7 +116,7 @@ pub struct Chain {
     pub which: Which,
     /// How far the flank moves from one to the next.
     pub moves: Moves,
-    /// Whether the changes that kept corrections predict are taken to have come.
+    /// True if the changes that kept corrections predict are taken to have come.
     pub correction: bool,
     /// The iterations themselves, oldest first; `None` before they are looked up, and then
     /// there is no fit.

@@ -210,7 +210,7 @@ impl Directions {
         self.lambda.last().copied().unwrap_or(0.0)
     }
 
-    /// Whether every eigenvalue is numerically nonzero.
+    /// True if every eigenvalue is numerically nonzero.
     pub(crate) fn full_rank(&self) -> bool {
         self.rank == self.lambda.len()
     }

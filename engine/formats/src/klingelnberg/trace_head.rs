@@ -81,7 +81,7 @@ pub(super) fn is_tooth(word: &str) -> bool {
     (1..=9).contains(&digits) && letters.len() <= 3 && letters.bytes().all(|b| b.is_ascii_alphabetic())
 }
 
-/// Whether a line is the head of a trace, be it a sound one.
+/// True if a line is the head of a trace, be it a sound one.
 pub(super) fn is_trace_head(line: Line) -> bool {
     !matches!(parse(line), Ok(None))
 }

@@ -81,14 +81,14 @@ pub(super) struct Component {
 }
 
 impl Attribute {
-    /// Whether an attribute of this id is read.
+    /// True if an attribute of this id is read.
     pub(crate) fn is_kept(id: &str) -> bool {
         ATTRIBUTES.contains(&id)
     }
 }
 
 impl Component {
-    /// Whether a component of this type is read.
+    /// True if a component of this type is read.
     pub(crate) fn is_kept(kind: &str) -> bool {
         GEARS.contains(&kind) || PARTS.contains(&kind)
     }

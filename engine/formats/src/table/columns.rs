@@ -292,7 +292,7 @@ impl Guess {
         free.iter().copied().zip(meanings.iter().copied()).collect()
     }
 
-    /// Whether the first rows repeat the places of two columns as those of a grid do.
+    /// True if the first rows repeat the places of two columns as those of a grid do.
     fn is_grid(&self, u: usize, v: usize) -> bool {
         let distinct = |column: usize| {
             let bits: BTreeSet<u64> = self.sample[column].iter().flatten().map(|x| x.to_bits()).collect();

@@ -86,7 +86,7 @@ impl Table {
         self.lines.len()
     }
 
-    /// Whether its columns are those of points.
+    /// True if its columns are those of points.
     pub fn holds_points(&self) -> bool {
         matches!(self.roles, Ok(Roles::Points { .. }))
     }

@@ -219,7 +219,7 @@ impl<'a> Head<'a> {
         false
     }
 
-    /// Whether the rows from `first` on are a matrix; `given` if the caller says so.
+    /// True if the rows from `first` on are a matrix; `given` if the caller says so.
     fn is_matrix(&mut self, first: usize, all: &[Counts], given: bool) -> bool {
         let monotone = |numbers: &[Option<f64>]| {
             let known: Vec<f64> = numbers.iter().flatten().copied().collect();
@@ -257,7 +257,7 @@ impl<'a> Head<'a> {
         true
     }
 
-    /// Whether this has the columns or the numbers of a table of nodes or points.
+    /// True if this has the columns or the numbers of a table of nodes or points.
     pub(super) fn looks_like_a_table(&self) -> bool {
         let named = |names: &Vec<String>| names.iter().filter(|name| meaning_of(name).is_some()).count() >= 2;
         let data = self.sample.iter().filter(|row| row.line >= self.first_line);
@@ -267,7 +267,7 @@ impl<'a> Head<'a> {
             || (self.width >= 2 && self.first_line < usize::MAX && counts.into_iter().all(|row| row.numbers >= 2))
     }
 
-    /// Whether a line is the header, which blocks may repeat.
+    /// True if a line is the header, which blocks may repeat.
     pub(super) fn is_header(&self, text: &str) -> bool {
         self.header.is_some_and(|header| header == text.trim())
     }

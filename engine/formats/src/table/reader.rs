@@ -25,7 +25,7 @@ pub struct Table {
     pub separator: Separator,
     /// The decimal sign.
     pub decimal: Decimal,
-    /// Whether there is a header.
+    /// True if there is a header.
     pub header: bool,
     /// True if the table is a matrix.
     pub matrix: bool,
@@ -37,7 +37,7 @@ pub struct Table {
     pub(super) roles: Result<Roles, Missing>,
     /// As the mapping has it.
     pub(super) given_layout: Option<Layout>,
-    /// Whether the mapping says what the columns are.
+    /// True if the mapping says what the columns are.
     pub(super) mapped: bool,
     /// Line of each row, from 1.
     pub(super) lines: Vec<usize>,
@@ -82,7 +82,7 @@ pub fn shape(bytes: &[u8]) -> Option<Shape> {
     Some(Shape { separator, decimal, columns: if matrix { 3 } else { width }, names: names.unwrap_or_default() })
 }
 
-/// Whether the first lines of a text are like those of a table.
+/// True if the first lines of a text are like those of a table.
 pub(crate) fn looks_like_a_table(text: &str) -> bool {
     Head::of(text, &Mapping::default()).is_ok_and(|head| head.looks_like_a_table())
 }

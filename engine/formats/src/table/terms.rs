@@ -69,7 +69,7 @@ pub struct Mapping {
     pub separator: Option<Separator>,
     /// The decimal sign.
     pub decimal: Option<Decimal>,
-    /// Whether a line with names comes before the numbers.
+    /// True if a line with names comes before the numbers.
     pub header: Option<bool>,
     /// True if the table is a matrix: v in the first row, u in the first column, heights in
     /// between.

@@ -75,12 +75,12 @@ impl Meaning {
         Self::ALL.iter().find(|(meaning, _)| *meaning == self).map_or("ignore", |(_, name)| name)
     }
 
-    /// Whether its cells are numbers; those of others are texts.
+    /// True if its cells are numbers; those of others are texts.
     pub fn is_number(self) -> bool {
         !matches!(self, Meaning::Tooth | Meaning::Flank | Meaning::Trace | Meaning::Id | Meaning::Ignore)
     }
 
-    /// Whether a unit of that kind belongs to it.
+    /// True if a unit of that kind belongs to it.
     pub fn takes(self, unit: Unit) -> bool {
         let angle = matches!(unit, Unit::Degree | Unit::ArcMinute | Unit::Radian);
         match self {

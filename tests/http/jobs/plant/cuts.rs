@@ -42,7 +42,7 @@ impl Cuts {
         self.next.store(1 + cut as usize, Ordering::SeqCst);
     }
 
-    /// Whether a cut waits for the next commit.
+    /// True if a cut waits for the next commit.
     pub fn is_armed(&self) -> bool {
         self.next.load(Ordering::SeqCst) > 0
     }
@@ -112,14 +112,14 @@ async fn pass(client: TcpStream, server: UnixStream, cuts: &Cuts) {
 struct Commits {
     /// Beginning of an incomplete message.
     rest: Vec<u8>,
-    /// Whether the first message has come, which has no type.
+    /// True if the first message has come, which has no type.
     begun: bool,
     /// The names of prepared statements that commit.
     statements: HashSet<Vec<u8>>,
 }
 
 impl Commits {
-    /// Whether a message that commits ends in these bytes.
+    /// True if a message that commits ends in these bytes.
     fn passes(&mut self, sent: &[u8]) -> bool {
         self.rest.extend_from_slice(sent);
         let mut commits = false;

@@ -90,7 +90,7 @@ impl Interrupted<'_> {
         self.plant.over.store(true, Ordering::SeqCst);
     }
 
-    /// Whether there was everything that a run is to survive.
+    /// True if there was everything that a run is to survive.
     fn is_whole(&self) -> bool {
         let cuts = self.cuts.fallen();
         self.interruptions.iter().chain(&cuts).all(|count| *count > 0)

@@ -36,7 +36,7 @@ impl Shares {
         Shares { total, undetermined, lost }
     }
 
-    /// Whether term j owes most of its variance to a direction of eigenvalue `lambda` in which it
+    /// True if term j owes most of its variance to a direction of eigenvalue `lambda` in which it
     /// has the weight `weight`.
     pub(super) fn owes(&self, j: usize, weight: f64, lambda: f64) -> bool {
         let square = weight * weight;
