@@ -1,6 +1,7 @@
-//! One row for each kind of work: a digest of every digit answered and, where it may take seconds,
-//! the median of its time. `cargo xtask portability` compares the digests of a build with the
-//! workspace's flags and of one without; docs/reference/performance.md has a table of both times.
+//! One row for each kind of work: a digest of every digit of the results and, where it may take
+//! seconds, the median of its time. `cargo xtask portability` compares the digests of a build with
+//! the workspace's flags and of one without; docs/reference/performance.md has a table of both
+//! times.
 //!
 //! Run: `cargo run --release -p engine-benches --example portable [SECONDS]`
 

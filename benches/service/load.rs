@@ -1,6 +1,6 @@
-//! A load generator: so many keep-alive connections, each sending the same request again as soon as
-//! it is answered. It runs on the thread of the bench alone, so that of two cores the server has at
-//! least one.
+//! A load generator: so many keep-alive connections, each sending the same request again after each
+//! response. It runs on the thread of the bench alone, so that of two cores the server has at least
+//! one.
 
 use std::{io, net::SocketAddr};
 

@@ -1,5 +1,5 @@
-//! Numbers of settings that make no sense beyond some bounds: a server that cannot answer, and
-//! times that no clock reaches.
+//! Bounds of settings outside which they make no sense: a server that cannot respond, and times
+//! that no clock reaches.
 
 use std::{fmt::Display, ops::RangeInclusive, str::FromStr};
 

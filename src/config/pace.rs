@@ -6,7 +6,7 @@ use std::time::Duration;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Pace {
     /// Time between two looks at the progress of a request. A problem that is found before the
-    /// first is answered as that of a plain request.
+    /// first is returned as that of a plain request.
     pub look: Duration,
     /// Silence after which a comment keeps proxies from closing the connection.
     pub comment: Duration,

@@ -23,9 +23,9 @@ use crate::{
     telemetry,
 };
 
-/// Between two times that keys are asked for where the provider did not answer.
+/// Time between two requests for keys after the provider did not respond.
 const RETRY: Duration = Duration::from_secs(15);
-/// Between two times that they are asked for because of a token.
+/// Time between two requests for keys because of a token.
 const PAUSE: Duration = Duration::from_secs(60);
 /// How long an answer may take, and how long it may be.
 const PATIENCE: Duration = Duration::from_secs(10);
@@ -79,9 +79,9 @@ struct Source {
 /// See the module's documentation.
 pub struct Provider {
     source: Source,
-    /// Between two times that keys are asked for.
+    /// Time between two requests for keys.
     refresh: Duration,
-    /// None as long as it has not answered once.
+    /// Keys of the provider; none until it has responded once.
     current: RwLock<Option<Arc<KeySet>>>,
     /// One asks at a time.
     asked: Mutex<Asked>,
@@ -90,14 +90,14 @@ pub struct Provider {
 /// When the provider was asked.
 #[derive(Default)]
 struct Asked {
-    /// The last time, and whether it answered.
+    /// Time of the last request, and its success.
     last: Option<(Instant, bool)>,
     /// Because of a token that names a key that is not known.
     for_token: Option<Instant>,
 }
 
 impl Asked {
-    /// The time until it is asked again whatever comes, `refresh` after it has answered.
+    /// Time until the next request in any case: `refresh` after a success.
     fn rest(&self, refresh: Duration) -> Duration {
         self.last.map_or(Duration::ZERO, |(at, answered)| {
             (if answered { refresh } else { RETRY }).saturating_sub(at.elapsed())
@@ -132,7 +132,8 @@ impl Provider {
         self.current().is_some_and(|keys| keys.has(digest))
     }
 
-    /// The key of that name for an algorithm. One that is not known is asked for.
+    /// Returns the key of that name for an algorithm. An unknown one is requested from the
+    /// provider.
     pub async fn key(&self, name: Option<&str>, algorithm: Algorithm) -> Result<Key, TokenError> {
         let seen = self.current();
         let find = |keys: &Arc<KeySet>| keys.find(name, algorithm).cloned();

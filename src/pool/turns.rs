@@ -1,11 +1,10 @@
 //! Queues of waiting work by party: whose turn is next, and who is refused.
 //!
-//! Parties that wait have turns, each with its oldest. Where several wait, none of them is given
-//! more workers than its share while another is below; but no worker is idle as long as anything
-//! waits. Of the places of the queue a party may take all while it alone waits, and its share while
-//! others do. When the queue is full, who has less waiting than another takes the place of the
-//! youngest of whoever has most: a party that asks for little is never refused for one that asks
-//! for much.
+//! Waiting parties take turns, each with its oldest work. If several wait, none of them gets more
+//! workers than its share while another is below; but no worker is idle as long as anything waits.
+//! A party may use all places of the queue while it alone waits, and its share while others do.
+//! When the queue is full, a party with less waiting than another takes the place of the youngest
+//! work of the party with most: a party with few requests is never refused for one with many.
 
 use std::{
     collections::{HashMap, VecDeque},

@@ -6,7 +6,7 @@ use metrics::{Counter, Histogram, Label};
 
 use super::{AUTHENTICATIONS, FIT_SECONDS, REQUEST_SECONDS, REQUESTS, series::Known};
 
-/// Requests answered on one route: how many, and how fast, by method and status.
+/// Counts and durations of the requests on one route, by method and status.
 type Answers = Vec<((&'static str, u16), (Counter, Histogram))>;
 
 thread_local! {
@@ -15,7 +15,7 @@ thread_local! {
     static FITS: Known<&'static str, Histogram> = Known::default();
 }
 
-/// Notes that a request was answered.
+/// Records the response to a request.
 pub fn record_answer(method: &'static str, route: &str, status: u16, elapsed: Duration) {
     ANSWERS.with(|answers| {
         answers.with(

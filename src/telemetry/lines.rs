@@ -15,7 +15,7 @@ use tracing_subscriber::fmt::MakeWriter;
 /// How long lines are gathered after the first one.
 const FLUSH_DELAY: Duration = Duration::from_millis(20);
 
-/// Bytes that are kept without a reader; lines beyond are dropped rather than held up.
+/// Bytes that are kept without a reader; later lines are dropped rather than held up.
 const CAPACITY: usize = 16 << 20;
 
 #[derive(Default)]

@@ -49,8 +49,8 @@ pub struct Head<'a> {
     pub above: Above<'a>,
 }
 
-/// The span of a request, none where it is not sampled, and what its answer has as `traceparent`,
-/// nothing where there are no traces. `head` is asked for where there are.
+/// Returns the span of a request, none if it is not sampled, and the `traceparent` of its response,
+/// `None` if there are no traces. `head` is called only if there are.
 pub fn request_span<'a>(head: impl FnOnce() -> Head<'a>) -> (Span, Option<String>) {
     let Some(sampler) = SAMPLER.get() else { return (Span::none(), None) };
     let head = head();
@@ -150,7 +150,7 @@ pub fn queue_span(parent: &Span) -> Span {
     below(parent, || info_span!(target: TARGET, parent: parent, "queue", otel.kind = "internal"))
 }
 
-/// Computing, below the span of whoever asked for it.
+/// Span of a computation, below the span of its request.
 pub fn compute_span(parent: &Span) -> Span {
     below(parent, || info_span!(target: TARGET, parent: parent, "compute", otel.kind = "internal"))
 }
@@ -175,7 +175,7 @@ pub fn store_span(system: &'static str, operation: &'static str) -> Span {
     })
 }
 
-/// A request that the server makes of another, without what the URL asks for.
+/// Span of a request that the server makes, without the URL's query.
 pub fn asking_span(method: &'static str, url: &str) -> Span {
     let parent = here();
     below(&parent, || {

@@ -199,8 +199,8 @@ impl std::fmt::Display for Held {
     }
 }
 
-/// A few nodes that are ten times as noisy as the others, of which nothing is said: intervals of
-/// the coefficients and of the heights at every seventh node (second of twenty), and the band over
+/// A few nodes that are ten times as noisy as the others, without being declared: intervals of the
+/// coefficients and of the heights at every seventh node (second of twenty), and the band over
 /// them.
 fn few_noisy(plain: &FitSpec, draws: usize) -> Result<(), Box<dyn std::error::Error>> {
     println!("\n| nodes | σ ten times as great | coefficients, least | most | heights, least | most | band | warned |");

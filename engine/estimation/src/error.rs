@@ -89,7 +89,7 @@ impl Unconverged {
 }
 
 impl FitError {
-    /// The faults of what was asked for, where it was refused for these.
+    /// Errors of the request, if it was refused for these.
     pub fn faults(&self) -> Option<&Faults> {
         match self {
             FitError::Invalid(faults) | FitError::BeyondDouble(faults) => Some(faults),

@@ -16,7 +16,7 @@ impl From<&BSplineBasis> for Axis {
 }
 
 impl Axis {
-    /// How many control points it asks for.
+    /// Number of control points.
     pub(super) fn size(&self) -> usize {
         self.knots.len() - self.degree - 1
     }

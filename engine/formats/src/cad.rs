@@ -1,8 +1,7 @@
 //! Splines as every CAD system takes them.
 //!
-//! Points of space, ends of full multiplicity, weights above 0 or none, no jumps inside. Whatever a
-//! B-spline may have beyond that is brought to this form without changing the shape or its
-//! parametrisation:
+//! Points of space, ends of full multiplicity, weights above 0 or none, no jumps inside. Any other
+//! B-spline is brought to this form without changing the shape or its parametrisation:
 //! - y(x) and z(u, v) become (x, y, 0) and (u, v, z); with Greville abscissae as coordinates a
 //!   spline gives its own parameter. Where there are weights the product of parameter and
 //!   denominator is a spline of one degree more, and the whole is raised to it.
@@ -114,7 +113,7 @@ impl CadSurface {
     }
 }
 
-/// The message of a shape with numbers beyond the range of a double, by its place among the shapes.
+/// Message for a shape with numbers above the range of a double, by its place among the shapes.
 pub fn not_finite(shape: usize) -> String {
     format!("shape {shape} leaves the range of doubles on its way to the file")
 }

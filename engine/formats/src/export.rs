@@ -7,7 +7,7 @@ pub(crate) fn nothing() -> Faults {
     Faults::one("", "there is nothing to write")
 }
 
-/// The message of a node beyond the range of the file's numbers.
+/// Message for a node outside the range of the file's numbers.
 pub(crate) fn node_range(index: usize) -> String {
     format!("node {index} leaves the range of the file's numbers")
 }

@@ -16,7 +16,7 @@ use flankfit_numerics::{cancel::Asking, check::Faults};
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct QuadMesh {
     nodes: Vec<Vector>,
-    /// Zero where there is none; empty where none were asked for.
+    /// Zero where there is none; empty if none were requested.
     normals: Vec<Vector>,
     faces: Vec<Face>,
 }

@@ -123,7 +123,7 @@ fn too_many(wanted: usize) -> Faults {
     Faults::one("samples[0]", format_args!("{wanted} nodes are more than {MOST_NODES}"))
 }
 
-/// Refuses a point beyond the range of a double at parameters (u, v).
+/// Refuses a point outside the range of a double at parameters (u, v).
 pub(super) fn no_place(at: [f64; 2]) -> Faults {
     Faults::one("", format_args!("the place at the parameters {at:?} leaves the range of doubles"))
 }

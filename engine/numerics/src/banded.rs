@@ -1,9 +1,9 @@
 //! Banded matrices: factorisation with row exchanges, solves with the matrix and with its
 //! transpose.
 //!
-//! Interpolation by splines asks for these: `n` equations of which each knows a handful of
-//! neighbours. Work is O(n · bandwidth²), memory O(n · bandwidth). Over [`super::Dd`] a solve keeps
-//! all digits of a double for any spacing that doubles can represent.
+//! Interpolation by splines leads to these: `n` equations, each with a few neighbouring unknowns.
+//! Work is O(n · bandwidth²), memory O(n · bandwidth). Over [`super::Dd`] a solve keeps all digits
+//! of a double for any spacing that doubles can represent.
 
 use super::cancel;
 use super::real::Real;

@@ -31,7 +31,7 @@ impl fmt::Display for Fault {
 
 impl std::error::Error for Fault {}
 
-/// All faults that were found. The first [`Faults::MOST`] are kept, all are counted.
+/// All errors that were found. The first [`Faults::MOST`] are kept, all are counted.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Faults {
     list: Vec<Fault>,
@@ -39,7 +39,7 @@ pub struct Faults {
 }
 
 impl Faults {
-    /// Number of faults that are kept.
+    /// Number of errors that are kept.
     pub const MOST: usize = 100;
 
     /// Returns a single fault.
@@ -57,7 +57,7 @@ impl Faults {
         }
     }
 
-    /// Adds the faults of another list.
+    /// Adds the errors of another list.
     pub fn append(&mut self, other: Self) {
         self.count += other.count;
         let left = Self::MOST - self.list.len();
@@ -73,7 +73,7 @@ impl Faults {
         })
     }
 
-    /// Places the faults of what is at `from`, and within it, at `to`.
+    /// Moves the errors at and within `from` to `to`.
     #[must_use]
     pub fn moved(self, from: &str, to: &str) -> Self {
         self.map(|fault| match rest_of(&fault.path, from) {
@@ -89,12 +89,12 @@ impl Faults {
         self
     }
 
-    /// The faults that were kept.
+    /// Errors that were kept.
     pub fn list(&self) -> &[Fault] {
         &self.list
     }
 
-    /// Number of faults that were found.
+    /// Number of errors that were found.
     pub fn count(&self) -> usize {
         self.count
     }

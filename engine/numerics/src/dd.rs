@@ -2,8 +2,8 @@
 //!
 //! The pair is normalised, `|lo| <= ulp(hi) / 2`, so two equal values have equal parts. One
 //! operation errs by at most a few units of 2^-104, relative to its result. Nothing here looks at
-//! overflow: a value beyond the range of a double becomes NaN or infinite ([`Dd::is_finite`]).
-//! Below about 1e-290 the low part runs out of exponents.
+//! overflow: a value above the range of a double becomes NaN or infinite ([`Dd::is_finite`]). Below
+//! about 1e-290 the low part runs out of exponents.
 //!
 //! The building blocks are the error-free transformations of Dekker, Knuth and Ogita, Rump and
 //! Oishi.

@@ -8,7 +8,7 @@
 
 use super::{cancel, dot};
 
-/// A normal whose part beyond the active ones is shorter than this is a sum of them.
+/// A normal whose part orthogonal to the active ones is shorter than this is a sum of them.
 const DEPENDENT: f64 = 1e-10;
 
 /// No point lies in all half-spaces.

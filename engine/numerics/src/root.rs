@@ -11,7 +11,7 @@ const STEPS: usize = 200;
 
 /// A root of `f` between two places with their values; `None` where the signs are the same. Ends
 /// where the bracket is narrower than `tolerance(x)`, where f is 0, or where f has no value (NaN):
-/// the better end is answered.
+/// the better end is returned.
 ///
 /// ```
 /// use flankfit_numerics::root::root;

@@ -1,5 +1,5 @@
 //! Gear models: attributes of gear and flanks with their units, topographies of every layout,
-//! several gears, faults with places.
+//! several gears, errors with places.
 
 use flankfit_engine::{
     formats::{

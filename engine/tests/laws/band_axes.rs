@@ -39,7 +39,7 @@ fn found(gear: &Gear, band: Band) -> Found {
 #[test]
 fn lines_over_diameters_are_straight_over_diameters() {
     let gear = Gear::new(GearData::spur(52, 1.0)).expect("it exists");
-    // a little beyond the samples, which are rounded
+    // a little outside the samples, which are rounded
     let ends = [DIAMETERS[0] - 1e-6, DIAMETERS[1] + 1e-6];
     let line = |shift: f64| ends.map(|d| [d, shift + 10.0 * (d - DIAMETERS[0])]).to_vec();
     let (kind, side) = (Kind::Profile, None);

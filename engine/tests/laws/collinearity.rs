@@ -100,7 +100,7 @@ proptest! {
                 }
             }
         }
-        // Every eigenvalue beyond Belsley's rule has its sentence.
+        // Every eigenvalue above Belsley's rule has its sentence.
         let beyond = lambda.iter().filter(|l| lambda[n - 1] / **l > 900.0 * (1.0 + 1e-9)).count();
         prop_assert!(report.near_dependencies.len() >= beyond, "{} of {beyond}", report.near_dependencies.len());
     }

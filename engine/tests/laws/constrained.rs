@@ -172,8 +172,8 @@ fn what_least_squares_meets_leaves_it_as_it_is() {
     }
 }
 
-/// With slopes allowed down to −ε everywhere, Σ w r² falls by ε Σ multiplier: adding ε x to heights
-/// asks for the same.
+/// With slopes allowed down to −ε everywhere, Σ w r² falls by ε Σ multiplier: adding ε x to the
+/// heights has the same effect.
 #[test]
 fn multipliers_are_what_the_constraint_costs() {
     let rss = |tilt: f64| {
@@ -209,8 +209,8 @@ fn errors_are_those_with_the_active_places_held() {
     assert_eq!(found.constraints.unwrap().constraints[0].active.len(), 1);
 }
 
-/// A truth on the edge of what is allowed (a level), at which naive intervals fail most: those that
-/// are answered hold, and the constrained estimate lies nearer in the mean by half.
+/// A truth on the edge of what is allowed (a level), at which naive intervals fail most: the
+/// returned ones hold, and the constrained estimate lies nearer in the mean by half.
 #[test]
 fn intervals_hold_where_the_constraint_binds() {
     let (draws, mut random) = (400, Random::new(5));

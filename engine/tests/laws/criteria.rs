@@ -55,7 +55,7 @@ impl Trial<'_> {
         assert_close("rms", choice.rms, rms, 1e-6, 0.0);
     }
 
-    /// Whether `t` is what the criterion asks for.
+    /// Checks that `t` is the criterion's choice.
     fn best(&self, criterion: Criterion, t: f64, result: &FitResult) {
         let (sums, filter, [low, high]) = (self.sums, self.filter, self.range);
         let name = criterion.name();

@@ -112,7 +112,7 @@ proptest! {
 
     #[test]
     fn inside_the_hull_of_its_control_points(curve in b_spline(), normal in vector()) {
-        // in every direction: no value beyond the extremes of the degree + 1 control points that
+        // in every direction: no value outside the extremes of the degree + 1 control points that
         // count
         for t in places(&curve, 40) {
             let mut basis = vec![0.0; curve.basis().degree() + 1];

@@ -1,4 +1,4 @@
-//! Models of the errors together with everything else that a fit may be asked for.
+//! Models of the errors together with all other parts of a fit.
 
 use crate::{oracle::random::Random, problems::fit};
 use flankfit_engine::estimation::{
@@ -111,7 +111,7 @@ fn told_correlations_are_a_plain_fit_of_white_rows() {
     }
 }
 
-/// Sums, forms along the worst direction and rows asked for have the errors of the covariance
+/// Sums, forms along the worst direction and requested rows have the errors of the covariance
 /// matrix, not those of σ alone.
 #[test]
 fn every_standard_error_is_that_of_the_covariance() {

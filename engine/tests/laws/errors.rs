@@ -225,8 +225,8 @@ fn what_does_not_go_together_is_refused() {
     refused(&curve, &at_zero, "variance.power_of: a node lies at 0");
 }
 
-/// Heights that alternate, or rise where the model is level, are correlated beyond what is
-/// searched.
+/// Heights that alternate, or rise where the model is level, are correlated outside the searched
+/// range.
 #[test]
 fn correlations_beyond_what_is_searched_are_warned_of() {
     let mut random = Random::new(40);

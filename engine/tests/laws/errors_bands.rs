@@ -118,7 +118,7 @@ fn intervals_of_many_small_groups_hold() {
     assert!(fitted >= 300 && held >= 0.93, "{fitted} of {draws}: {held}");
 }
 
-/// A few nodes at an end that are ten times as noisy as the others, of which nothing is said: the
+/// A few nodes at an end that are ten times as noisy as the others, without being declared: the
 /// variance of a form is then that of few nodes. 1,000 draws each: a coverage is uncertain by
 /// 0.007, the least of several by more.
 #[test]

@@ -77,9 +77,8 @@ fn sums_and_their_errors_are_those_of_least_squares() {
     }
 }
 
-/// Raw powers far from 0: the sums keep their digits where the coefficients have none.
-/// Read as it is printed, with the coefficients that are answered, a sentence is right to less than
-/// its own interval.
+/// Raw powers far from 0: the sums keep their digits where the coefficients have none. Read as it
+/// is printed, with the returned coefficients, a sentence is right to less than its own interval.
 #[test]
 fn sentences_are_true_as_printed() {
     let x: Vec<f64> = (0..41).map(|k| 30.0 + 0.1 * f64::from(k)).collect();

@@ -105,7 +105,7 @@ fn filters(random: &mut Random, nodes: &Nodes) -> Vec<Filter> {
     }
 }
 
-/// Everywhere that can be asked for.
+/// All places that can be requested.
 fn predict(nodes: &Nodes) -> Option<Predict> {
     let at = match nodes {
         Nodes::Curve(curve) => Places::Curve(curve.x().to_vec()),
@@ -189,7 +189,7 @@ fn spec(random: &mut Random, nodes: &Nodes, wildness: usize) -> FitSpec {
     }
 }
 
-/// Every number of an answer passes through its debug form (warnings are sentences and may speak of
+/// Every number of a result passes through its debug form (warnings are sentences and may name
 /// infinity).
 fn finite(result: &FitResult) -> Result<(), String> {
     let text = format!("{:#?}", FitResult { warnings: Vec::new(), ..result.clone() });

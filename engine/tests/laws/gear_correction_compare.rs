@@ -104,7 +104,7 @@ fn what_cannot_be_told_is_undecided_and_has_no_ratio() {
             assert_eq!(answer.response_ratio, None);
         }
     }
-    // far beyond 1, yet not distinguished from 0: that is no strength
+    // far above 1, yet not distinguished from 0: that is no strength
     let far = one_setting(8.0, 0.0, 3.5);
     assert!(far.chi_squared < far.chi_squared_limit);
     assert_eq!(far.verdict, Verdict::Undecided, "{}", far.sentence);

@@ -50,8 +50,8 @@ pub fn range(gear: &Gear, kind: Kind) -> [f64; 2] {
     }
 }
 
-/// `count` samples a little beyond the range, with the deviation as a function of u in [-1, 1] over
-/// the range.
+/// `count` samples that reach a little over the range, with the deviation as a function of u in
+/// [-1, 1] over the range.
 pub fn trace(gear: &Gear, kind: Kind, side: Side, count: usize, deviation: impl Fn(f64) -> f64) -> Trace {
     let [low, high] = range(gear, kind);
     let u = |i: usize| -1.05 + 2.13 * i as f64 / (count - 1) as f64;

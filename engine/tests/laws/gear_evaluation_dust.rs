@@ -7,7 +7,7 @@ use flankfit_engine::gear::{
     evaluation::{Posted, Suspect, evaluate},
 };
 
-/// The evaluation range and nothing beyond: ends of the trace are its own.
+/// The evaluation range alone: ends of the trace are its own.
 fn suspected(deviation: Vec<f64>) -> Vec<Suspect> {
     let last = (deviation.len() - 1) as f64;
     let at = (0..deviation.len()).map(|k| 1.0 + 18.0 * k as f64 / last).collect();

@@ -265,7 +265,7 @@ fn impossible_requests_name_their_place() {
 }
 
 /// A border that cuts the outermost nodes off leaves a range that the others reach little of: its
-/// figures are answered, but held against no limits, with the share in a warning.
+/// figures are returned, but not compared with limits, with the share in a warning.
 #[test]
 fn what_the_nodes_do_not_cover_is_held_against_no_limits() {
     let gear = gear();

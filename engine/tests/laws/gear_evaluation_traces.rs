@@ -300,7 +300,8 @@ fn sound_flanks_are_not_warned_of() {
 }
 
 /// Helices with the other sign contradict the profiles where there is a twist (or, with one zero,
-/// any level). Traces of a flank that is not of second order contradict too, and no sign mends it.
+/// any level). Traces of a flank that is not of second order contradict too, and no sign corrects
+/// it.
 #[test]
 fn traces_that_contradict_each_other_are_warned_of() {
     let (gear, mut random) = (gear(), Random::new(37));

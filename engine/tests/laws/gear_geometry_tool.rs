@@ -128,7 +128,7 @@ proptest! {
         let flank = Flank::new(&gear, Side::Left);
         let form = root.form_roll();
         let scale = gear.reference_radius();
-        // But for an overhang that cuts once more beyond.
+        // But for an overhang that cuts once more outside.
         prop_assert!(2.0 * end.radius <= gear.diameter(form) + 1e-9 * scale);
         let form = if fillet.tool.protuberance > 0.0 { gear.roll_length(2.0 * end.radius).unwrap() } else { form };
         prop_assert!((2.0 * end.radius - gear.diameter(form)).abs() < 1e-9 * scale);
@@ -385,8 +385,7 @@ fn a_root_circle_and_a_tool_that_disagree_are_told() {
     assert!(codes(75.0).is_empty());
 }
 
-/// A pitch line that turns the gear a million times while the tool passes asks for billions of
-/// points.
+/// A pitch line that turns the gear a million times while the tool passes needs billions of points.
 #[test]
 fn an_envelope_has_a_total_of_points() {
     let points = [[-1.57, -1.25], [-1.2403609562, -1.25], [-0.4214279291, 1.0]];

@@ -1,5 +1,5 @@
 //! Measured points against the nominal flank: the closed form of the distance, ball compensation,
-//! borders, faults.
+//! borders, errors.
 
 use crate::gear_registration::{above, gear, helical, rolls, side};
 use crate::oracle::random::Random;

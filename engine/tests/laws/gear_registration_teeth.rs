@@ -171,8 +171,8 @@ fn without_a_majority_of_names_there_is_no_place() {
     assert!(faults.list()[0].message.contains("1 pitch "), "{}", faults.list()[0].message);
 }
 
-/// A part that is turned, with only the axial shift free: the screw that does the same is answered,
-/// with a warning.
+/// A part that is turned, with only the axial shift free: the equivalent screw is returned, with a
+/// warning.
 #[test]
 fn an_axial_shift_that_stands_for_a_rotation_is_said() {
     let gear = helical(22.0, Hand::Right);

@@ -134,7 +134,7 @@ fn kinds_say_what_intervals_rest_on() {
         assert!(high - low <= 2.1 * c.interval.unwrap().gain.unwrap() * c.least_squares_std_error.unwrap() * 2.2);
         assert!((low + high).abs() <= 0.5 * (high - low), "{low} {high}");
     }
-    // a limit far beyond what the noise allows says nothing
+    // a limit far above what the noise allows has no effect
     let loose = of(&spec(Some(1e12)));
     for (c, plain) in loose.coefficients.iter().zip(&of(&spec(None)).coefficients) {
         assert_close("gain", c.interval.unwrap().gain.unwrap(), 1.0, 1e-6, 0.0);

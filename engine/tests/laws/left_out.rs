@@ -69,7 +69,7 @@ fn a_predicted_error_that_nothing_corrects() {
     of(scheme);
 }
 
-/// One place far away, whose powers are beyond doubles, takes nothing from the others.
+/// One place far away, whose powers exceed doubles, takes nothing from the others.
 #[test]
 fn places_beyond_doubles() {
     let all = Kinds { confidence: true, prediction: true, simultaneous: true };
@@ -112,7 +112,7 @@ fn a_prior_without_noise_to_weigh_it_against() {
     assert!(!warned(&told, "prior_unused") && told.coefficients[0].value > 0.0);
 }
 
-/// Whatever is beyond doubles is the prior's fault, not the nodes' or the regularisation's.
+/// Numbers above doubles are the prior's error, not the nodes' or the regularisation's.
 #[test]
 fn extreme_priors_are_refused_at_their_spread() {
     for std_error in [1e-300, 1e-160, 1e160, 1e300, 1.7e308] {

@@ -211,7 +211,7 @@ fn averaged_knots_and_faults() {
     assert!(field(&coordinates, by, &outside).starts_with("points.xyz["));
 }
 
-/// A point of weight 0 beyond the others is not what knots are laid over.
+/// Knots do not cover a point of weight 0 outside the others.
 #[test]
 fn points_of_weight_0_say_nothing() {
     let x: Vec<f64> = (0..40).map(|i| f64::from(i) * 0.1).collect();

@@ -104,7 +104,7 @@ proptest! {
             / x.iter().map(|x| (x - mx).powi(2)).sum::<f64>();
         let straight = smooth(&x, &y, None, &fixed(1e20));
         prop_assert!((straight.effective_degrees_of_freedom - 2.0).abs() < 1e-9);
-        // a λ whose square is beyond all doubles
+        // a λ whose square exceeds all doubles
         for lambda in [1e150, 1e300] {
             let stiff = smooth(&x, &y, None, &fixed(lambda));
             prop_assert!((stiff.rss[0] / straight.rss[0] - 1.0).abs() < 1e-9, "{} {}", stiff.rss[0], straight.rss[0]);

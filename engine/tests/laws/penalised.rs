@@ -112,8 +112,8 @@ pub fn check(result: &FitResult, x: &Rows, y: &[f64], penalty: &Rows, unit: bool
     let best = |criterion: Criterion| {
         result.regularization.choices.iter().find(|c| c.criterion == ChosenBy::Criterion(criterion))
     };
-    // variance part of the predicted error cannot be undercut, and nothing answered beats the
-    // criterion's own choice
+    // variance part of the predicted error cannot be undercut, and no listed choice beats the
+    // criterion's own
     let own = best(Criterion::MinMse).expect("min_mse").predicted_mse.unwrap();
     for choice in &result.regularization.choices {
         assert!(choice.predicted_mse.unwrap() >= own * (1.0 - 1e-9), "{choice:?} beats {own}");

@@ -1,5 +1,5 @@
-//! Ineqs. 16–23, corrected: nodes moved within their uncertainty never move the coefficients beyond
-//! the bounds.
+//! Ineqs. 16–23, corrected: nodes moved within their uncertainty never move the coefficients
+//! outside the bounds.
 
 use crate::oracle::random::Random;
 use crate::oracle::spectral::Columns;

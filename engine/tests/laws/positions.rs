@@ -127,7 +127,7 @@ fn the_slope_of_a_line_varies_as_fuller_says() {
     // σ_vv = σ²(1 + slope² ρ²)
     let sigma = vv / (1.0 + slope * slope * ratio);
     let (uu, uv) = (ratio * sigma, -slope * ratio * sigma);
-    // the estimated abscissae, and what they vary beyond the true ones
+    // the estimated abscissae, and their variance in addition to the true ones'
     let estimated: Vec<f64> = x.iter().zip(&y).map(|(x, y)| x - (y - level - slope * x) * uv / vv).collect();
     let mean = estimated.iter().sum::<f64>() / m;
     let scatter = uu - uv * uv / vv;

@@ -1,11 +1,11 @@
 //! Intervals with a prior of earlier iterations whose moves are estimated: how often they hold, and
 //! the error of the value next to them.
 //!
-//! The construction holds 0.95 for a known σ, whatever the flank did. What these laws add is what
-//! it leaves open: σ estimated by the nodes of now, down to one degree of freedom, and another σ
-//! before; Student's interval where what was known lies too far off; iterations with unequal
-//! numbers of nodes and such as do not determine every coefficient. Whether a prior is let go makes
-//! no difference, and a part of the sets lets it go here.
+//! The construction holds 0.95 for a known σ, whatever the flank did. These laws test the remaining
+//! cases: σ estimated by the present nodes, down to one degree of freedom, and another σ before;
+//! Student's interval if the earlier values lie too far off; iterations with unequal numbers of
+//! nodes and such as do not determine every coefficient. Whether a prior is dropped makes no
+//! difference; it is dropped in a part of the sets.
 //!
 //! A coverage of 400 sets is uncertain by 0.011, the least of four by more; the mean over the cases
 //! of a law has to be 0.94 or more.
@@ -258,8 +258,8 @@ fn intervals_hold_whatever_the_noise_before_was() {
     assert!(same.warned < 0.01, "{same:?}");
 }
 
-/// A step that no prior allows for is let go by two iterations too: the interval is Student's
-/// about least squares.
+/// A step that no prior allows for leads to a dropped prior after two iterations too: the interval
+/// is Student's about least squares.
 #[test]
 fn what_is_too_far_off_leaves_students_interval() {
     let flank = Flank::same(2, 20);

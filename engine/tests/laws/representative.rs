@@ -125,7 +125,7 @@ proptest! {
         }
     }
 
-    /// Elsewhere: `Â_B = (X̄ᵀX̄)⁻¹X̄ᵀY` with X̄ = X + B and the answered rows of B, its covariance
+    /// Elsewhere: `Â_B = (X̄ᵀX̄)⁻¹X̄ᵀY` with X̄ = X + B and the returned rows of B, its covariance
     /// and its bias.
     #[test]
     fn elsewhere_it_is_equation_29(seed in 0u64..1000, count in 1usize..3) {

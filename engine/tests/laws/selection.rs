@@ -162,8 +162,8 @@ fn powers(result: &FitResult) -> Vec<[usize; 2]> {
     result.coefficients.iter().map(|c| of(&c.key)).collect()
 }
 
-/// The terms 1, u, u², v and uv make the surface. Whatever basis is asked for, the same functions
-/// are looked at, each set of terms is that of a fit of its own, and the true one is found.
+/// The terms 1, u, u², v and uv make the surface. In every basis the same functions are candidates,
+/// each set of terms is that of a fit of its own, and the true one is found.
 #[test]
 fn terms_are_found_in_every_basis() {
     let surface = Surface::new();
@@ -232,7 +232,7 @@ fn every_step_loses_least() {
     assert_eq!(terms, [[0, 0]]);
 }
 
-/// Columns keep their numbers and names, and rows that are asked for those of all columns.
+/// Columns keep their numbers and names, and requested rows are those of all columns.
 #[test]
 fn columns_of_a_matrix() {
     let mut random = Random::new(8);

@@ -165,7 +165,7 @@ proptest! {
     }
 }
 
-/// Two equal columns: the smaller rank is answered, the full one is refused by name.
+/// Two equal columns: the smaller rank is accepted, the full one is refused by name.
 #[test]
 fn truncation_of_dependent_columns() {
     let x: Vec<Vec<f64>> = (0..8)
@@ -241,7 +241,7 @@ fn what_cannot_be_shrunk_is_refused() {
     let spec = FitSpec { regularization: stein(ShrinkageFactor::JamesStein, None), ..linear() };
     let Err(FitError::Invalid(faults)) = try_fit(&two.nodes(), &spec) else { panic!("two directions") };
     assert_eq!(faults.list()[0].path.clone(), "regularization.type");
-    // without σ least squares is answered
+    // without σ least squares is used
     let square = Problem::graded(3, 4, 0, 2.0);
     let result = fit(&square.nodes(), &spec);
     assert!(warned(&result, "criterion_unavailable") && result.regularization.shrinkage_factor.is_none());

@@ -118,7 +118,7 @@ fn slopes_are_extended_to_the_whole_or_have_their_share_of_the_limits() {
     let tolerances = Tolerances::new(&gear).expect("within the scope");
     let of = |characteristic| tolerances.rounded(characteristic, 5).expect("class 5");
     let (f_h_alpha, f_h_beta) = (of(Characteristic::ProfileSlope), of(Characteristic::HelixSlope));
-    // the last two extend beyond the face
+    // the last two extend over the face
     for z in [[1.0, 19.0], [5.0, 10.0], [0.0, 20.0], [-4.0, 26.0], [0.0, 20.5]] {
         let factor = FACE_WIDTH / (z[1] - z[0]);
         let share = (1.0 / factor).min(1.0);
@@ -165,7 +165,7 @@ fn borders_and_a_missing_face_width() {
     }
 }
 
-/// Deviations along the normal are smaller by cos β_b. Figures count in the direction asked for,
+/// Deviations along the normal are smaller by cos β_b. Figures count in the requested direction,
 /// with limits in the same direction; tolerances of a class are converted, so that a figure has the
 /// same share of them in either.
 #[test]

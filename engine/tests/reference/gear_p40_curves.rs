@@ -159,7 +159,7 @@ fn of_pitches(file: &File, value: &Value) -> Option<f64> {
     }
 }
 
-/// Values within the printed digit and beyond it, and the greatest difference, µm.
+/// Values within the printed digit and outside it, and the greatest difference, µm.
 #[derive(Clone, Copy, Debug, Default)]
 struct Tally {
     within: usize,

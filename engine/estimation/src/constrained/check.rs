@@ -18,7 +18,7 @@ pub(super) fn of_matrix() -> Faults {
 /// Coefficients at most: some seconds of work.
 pub(super) const MOST_COEFFICIENTS: usize = 400;
 
-/// Refuses what cannot be asked for with constraints, and constraints that do not suit the model.
+/// Refuses requests that constraints exclude, and constraints that do not suit the model.
 pub(crate) fn check(design: &Design, spec: &FitSpec) -> Result<(), Faults> {
     if spec.constraints.is_empty() {
         return Ok(());

@@ -26,8 +26,8 @@ use flankfit_numerics::{
 const TOLERANCE: f64 = 1e-8;
 /// Least margin above 0 in the end, relative likewise.
 const FLOOR: f64 = 1e-11;
-/// How far inside the constraints the function lies along which the last step goes: derivatives of
-/// at least this, where 1 was asked for at the places that were looked at.
+/// Distance inside the constraints of the function along which the last step goes: derivatives of
+/// at least this, where 1 was required at the places that were examined.
 const INSIDE: f64 = 0.5;
 /// Rounds in which violated places are looked for, at most.
 const ROUNDS: usize = 60;

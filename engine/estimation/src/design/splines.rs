@@ -12,7 +12,7 @@ use crate::{
 use flankfit_geometry::{BSplineBasis, Mapping, WeightNet, polynomial::Family};
 use flankfit_numerics::check::{Fault, Faults};
 
-/// The knots asked for, as the functions of each axis.
+/// Requested knots, as the functions of each axis.
 pub(crate) fn splines(
     knots: &Knots,
     (p, q): (usize, usize),
@@ -59,12 +59,12 @@ pub(super) fn weight_net(weights: &[f64], (rows, columns): (usize, usize), surfa
     WeightNet::new(weights.to_vec(), rows, columns, surface).map_err(|faults| faults.within("model.weights"))
 }
 
-/// No span where equal ones are asked for.
+/// Error for no span where equal ones are requested.
 pub(crate) fn no_span(place: &str) -> Faults {
     Faults::one(place, "at least one span")
 }
 
-/// No node may lie beyond the knots.
+/// Refuses nodes outside the knots.
 pub(crate) fn within_knots(design: &Design, nodes: &Nodes, sample: &Sample) -> Result<(), Faults> {
     let Basis::Product { u, v } = &design.basis else { return Ok(()) };
     let span = |axis: &Axis| match axis {

@@ -38,7 +38,7 @@ impl Dropped {
     }
 }
 
-/// The refusal of a fit whose figures are beyond double.
+/// Error for a fit whose results exceed double precision.
 pub fn beyond() -> FitError {
     let message = "figures of this fit leave the range of double precision: choose another unit or basis";
     FitError::BeyondDouble(Faults::one("nodes", message))
@@ -93,7 +93,7 @@ pub fn checked_filtering(
     if sound { Ok((filters, columns)) } else { Err(beyond()) }
 }
 
-/// The parts that come only when asked for.
+/// Parts that are included only on request.
 fn look_at_parts(result: &mut FitResult, dropped: &mut Dropped) {
     dropped.unless("constraints", &mut result.constraints, ConstraintsReport::is_finite);
     dropped.unless("representative", &mut result.representative, |piece| {

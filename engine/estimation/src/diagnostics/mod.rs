@@ -1,5 +1,5 @@
-//! Diagnostics of a fit: dependent columns, the reach of uncertain nodes, correct digits, numbers
-//! beyond double precision.
+//! Diagnostics of a fit: dependent columns, the effect of uncertain nodes, correct digits, numbers
+//! above double precision.
 
 pub(crate) mod collinearity;
 pub(crate) mod correct_digits;

@@ -41,7 +41,7 @@ const UNDETERMINED: f64 = 1e-10;
 const ROUNDING: f64 = 1e-10;
 /// √(π/2): ratio of σ to the mean absolute value of a normal variable.
 const SIGMA_OF_MEAN: f64 = 1.253_314_137_315_500_3;
-/// Products `nodes × coefficients²` up to which every node's leverage is computed; beyond, only
+/// Products `nodes × coefficients²` up to which every node's leverage is computed; above, only
 /// those of nodes with at least half the residual that the test requires, and several nodes are
 /// deleted at a time.
 const CHEAP: usize = 200_000;

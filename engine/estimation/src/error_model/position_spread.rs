@@ -19,7 +19,7 @@ use super::positions::Settled;
 use crate::{design::Design, factor::Factor};
 use flankfit_numerics::{cancel::Asking, dot, symmetric, triangular};
 
-/// Scatter beyond this share of the information is counted as so much.
+/// Scatter above this share of the information is counted as so much.
 const MOST: f64 = 0.9;
 /// By how many times its first order a bend shifts coefficients at most.
 const SHIFTED: f64 = 2.0;

@@ -23,7 +23,7 @@ use crate::{
 };
 use flankfit_numerics::{cancel::Asking, dot, triangular};
 
-/// Steps and changes of positions in standard errors at which they are answered.
+/// Steps and changes of positions, in standard errors, at which the iteration ends.
 const SETTLED: f64 = 1e-9;
 /// … and over the length of the heights, where nothing is left over.
 const ROUNDING: f64 = 1e-13;

@@ -27,7 +27,7 @@ enum Kind {
     Mixture(Mixture, DMatrix<f64>),
     /// Student's distribution with each form's own degrees of freedom.
     Variances(VarianceSpread),
-    /// The same, about least squares of nodes whose variances nothing is said of.
+    /// The same, about least squares of nodes with unknown variances.
     Sandwich(Sandwich),
 }
 

@@ -73,7 +73,7 @@ impl Rows<'_> {
     }
 }
 
-/// Relative change of variances at which they are answered, and rounds at most.
+/// Relative change of variances at which the iteration ends, and rounds at most.
 const SETTLED: f64 = 1e-10;
 const ROUNDS: usize = 1000;
 

@@ -103,7 +103,7 @@ pub(crate) fn residuals(
     let keep = spec.include.residuals;
     let untouched = filtered.iter().all(|f| f.removed == 0.0);
     if untouched {
-        // the figures are those of the least squares, whether each residual is asked for or not
+        // the sums are those of least squares, also if single residuals are not requested
         let values = if keep { linear.of_working(&least_squares.working, true).values } else { None };
         return Residuals { rss: least_squares.rss, max_abs: least_squares.max_abs, values };
     }

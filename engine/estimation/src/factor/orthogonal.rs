@@ -64,7 +64,7 @@ pub(crate) struct Factor {
     pub rounded: f64,
 }
 
-/// Squares of numbers beyond the range of double.
+/// Error for squares above the range of double.
 pub(crate) fn squares_beyond() -> Faults {
     let message =
         "powers or squares of these numbers leave the range of double precision: choose another unit or basis";

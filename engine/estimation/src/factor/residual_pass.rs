@@ -27,7 +27,7 @@ pub(crate) struct ResidualPass {
     /// `Σ w r²`.
     pub rss: Dd,
     pub max_abs: f64,
-    /// The residuals, when asked for.
+    /// Residuals, if requested.
     pub values: Vec<f64>,
 }
 

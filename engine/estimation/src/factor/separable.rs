@@ -147,7 +147,7 @@ impl Separable {
         separable
     }
 
-    /// `Σ r²`, `max |r|` and, if asked for, the residuals `Z − Q_u B Q_vᵀ` of `b` (row by row).
+    /// `Σ r²`, `max |r|` and, if requested, the residuals `Z − Q_u B Q_vᵀ` of `b` (row by row).
     pub(crate) fn residuals(&self, grid: &Grid, b: &[Dd], precision: Precision, keep: bool) -> (f64, f64, Vec<f64>) {
         let pass = self.pass(grid, b, precision, if keep { Output::Values } else { Output::Sums });
         (pass.rss.to_f64(), pass.max_abs, pass.values)

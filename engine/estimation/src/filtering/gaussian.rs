@@ -15,7 +15,7 @@
 //! so that a wave of the cut-off length λc is halved. *Ends and missing nodes:* weights are
 //! normalised by the sum of those that are there (order 0: a constant is kept everywhere; order 2:
 //! a parabola is). A node that is missing stays missing. The function is cut off where it falls
-//! below 2⁻⁵³, far beyond the standard's least width. Where the nodes under the window do not
+//! below 2⁻⁵³, far outside the standard's least width. Where the nodes under the window do not
 //! determine order 2, a lower one is taken.
 //!
 //! *Robust:* δ = (1 − (r/c)²)² for |r| < c, else 0 (Tukey's biweight), r the distance of a node
@@ -40,7 +40,7 @@ use flankfit_numerics::{
 const GAMMA_0: f64 = 0.469_718_639_349_825_7;
 /// √(q/π) with (1 + q) exp(−q) = 1/2.
 const GAMMA_2: f64 = 0.730_913_428_094_675_9;
-/// √(53 ln 2/π): beyond so many γλc the weighting function is below 2⁻⁵³.
+/// √(53 ln 2/π): farther than so many γλc the weighting function is below 2⁻⁵³.
 const REACH: f64 = 3.420;
 /// 3/Φ⁻¹(0.75): three standard deviations in medians of |r|.
 const TUKEY: f64 = 4.447_806_655_516_806;

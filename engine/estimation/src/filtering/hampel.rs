@@ -61,7 +61,7 @@ pub(super) fn over(shape: (usize, usize), z: &[f64], present: &[bool], window: u
     let around = |i: usize, n: usize| i.saturating_sub(reach)..(i + reach + 1).min(n);
     let handle = cancel::current();
     let row = |i: usize| {
-        // no window holds more than the grid, however large it was asked for
+        // no window holds more than the grid, whatever its requested size
         let mut here = Vec::with_capacity(window.min(nu) * window.min(nv));
         let found: Vec<Peak> = (0..nv)
             .asking(20 * window.min(nu) * window.min(nv))

@@ -1,7 +1,7 @@
 //! Filters of the nodes before a fit: nodes in, nodes out, and what that did.
 //!
 //! Measured flanks carry peaks and roughness. Filters take them away before the model is fitted, in
-//! the order asked for: `hampel` finds peaks, `gaussian` (ISO 16610-21 and -31) and `spline` (ISO
+//! the requested order: `hampel` finds peaks, `gaussian` (ISO 16610-21 and -31) and `spline` (ISO
 //! 16610-22) keep the long waves. Cut-offs are in the unit of the axis; the result of a Gaussian or
 //! spline filter is the low-pass part (waviness and form).
 //!

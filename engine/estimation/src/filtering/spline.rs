@@ -9,7 +9,7 @@
 //! from the ends a sine of wavelength λ keeps `1/(1 + (sin(πh/λ)/sin(πh/λc))⁴)` of its amplitude,
 //! hence one half at the cut-off whatever the spacing. Elsewhere κ is taken at the local spacing,
 //! and tends to the continuous spline's (λc/2π)⁴ as that gets small; a gap wider than λc/2 counts
-//! as λc/2 does. Nothing is asked of the ends (natural: w″ = 0 beyond them), so a straight line is
+//! as λc/2 does. Nothing is asked of the ends (natural: w″ = 0 outside them), so a straight line is
 //! kept everywhere. Nodes that are missing are no knots and stay missing; repeated measurements of
 //! one place are one knot with their mean.
 //!

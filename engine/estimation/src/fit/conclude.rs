@@ -220,7 +220,7 @@ impl<'a> Solved<'a> {
         outliers(self.linear, self.heights.largest).map(Warning::OutliersSuspected)
     }
 
-    /// The regularisation that was asked for.
+    /// Applies the requested regularisation.
     fn regularized(&self, warnings: &mut Vec<Warning>) -> Result<Applied, FitError> {
         let Solved { spec, linear, .. } = *self;
         // residuals of robust estimates are always looked at: their sums are reported with the

@@ -1,4 +1,4 @@
-//! Models of the errors that a spec asks for, checked against the nodes.
+//! Models of the errors in a spec, checked against the nodes.
 
 use crate::{
     data::Nodes,
@@ -80,7 +80,7 @@ pub(super) fn check(nodes: &Nodes, spec: &FitSpec) -> Result<(), Faults> {
     faults.into_result(())
 }
 
-/// Paths to what asks for errors which are not white.
+/// Paths of the members that request errors which are not white.
 pub fn asked_models(spec: &FitSpec) -> impl Iterator<Item = &'static str> {
     let unequal = spec.variance != Variance::Constant;
     spec.errors.is_some().then_some("errors").into_iter().chain(unequal.then_some("variance"))

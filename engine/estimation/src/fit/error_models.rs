@@ -105,7 +105,7 @@ fn fit_checked(nodes: &Nodes, sample: &Sample, spec: &FitSpec) -> Result<FitResu
     if m.saturating_mul(n + 2) > MOST {
         return Err(Faults::one(field, too_large(m, n)).into());
     }
-    // where nothing is said of variances every place looks at every node
+    // with unknown variances every place needs every node
     let places = spec.predict.as_ref().filter(|_| spec.variance == Variance::Hc3).map_or(0, |asked| asked.at.count());
     let most = MOST_PRODUCTS / m.saturating_mul(n).max(1);
     if places > most {

@@ -1,11 +1,12 @@
 //! Estimable sums: what near dependencies leave known.
 //!
 //! Terms that share in a near dependency form a group, as do those of dependencies that share a
-//! term. With the columns of the group last, `X = Q [R₁ R₁₂; 0 R₂]`: R₂ is what the group's columns
-//! have beyond all others, `R₂ᵀR₂` the information on its coefficients whatever the others are.
-//! With `R₂ = U diag(μ) Vᵀ` on columns of unit length the sums `VₖᵀA` are independent, have the
-//! standard errors σ/μₖ, and the value `Uₖᵀ(Qᵀy)₂/μₖ`, in which the large coefficients that cancel
-//! in the sum never appear. Well determined are those with `μ_max/μₖ` up to 30 (Belsley's limit).
+//! term. With the columns of the group last, `X = Q [R₁ R₁₂; 0 R₂]`: R₂ is the part of the group's
+//! columns orthogonal to all others, `R₂ᵀR₂` the information on its coefficients whatever the
+//! others are. With `R₂ = U diag(μ) Vᵀ` on columns of unit length the sums `VₖᵀA` are independent,
+//! have the standard errors σ/μₖ, and the value `Uₖᵀ(Qᵀy)₂/μₖ`, in which the large coefficients
+//! that cancel in the sum never appear. Well determined are those with `μ_max/μₖ` up to 30
+//! (Belsley's limit).
 
 use nalgebra::{DMatrix, DVector};
 

@@ -28,7 +28,7 @@ pub(super) struct Forms<'a> {
     pub sigma: Option<f64>,
     /// Standard deviation of a further measurement; `None` where it has no band.
     pub further: Option<f64>,
-    /// Whether bands are those of a posterior, also where its prior was let go.
+    /// True if bands are those of a posterior, also after its prior was dropped.
     pub posterior: bool,
     /// Parts of the intervals of a posterior, if moves were estimated.
     pub posterior_intervals: Option<&'a FormIntervals>,
@@ -190,7 +190,7 @@ impl Forms<'_> {
     /// The interval about a posterior, widened for a further measurement whose own error is `own`.
     /// Where moves were estimated it is about least squares with ends of its own, and the distances
     /// of the ends are combined with the further error each by itself (Zou and Donner, Statistics
-    /// in Medicine 27, 2008); the value that is answered lies within.
+    /// in Medicine 27, 2008); the returned value lies within.
     pub(super) fn of_posterior(&self, estimated: &Estimated, noise: &Noise, own: f64) -> Option<[f64; 2]> {
         let quantile = noise.quantile();
         let Some(intervals) = self.posterior_intervals else {

@@ -24,7 +24,7 @@ impl Solved<'_> {
         }
     }
 
-    /// Covariance matrices and predictions, where they were asked for.
+    /// Covariance matrices and predictions, if requested.
     pub(super) fn forms(
         &self,
         applied: &Applied,

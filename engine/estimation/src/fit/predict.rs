@@ -254,7 +254,7 @@ impl Factors {
         factor
     }
 
-    /// The largest factor that was asked for, with its method and Scheffé's.
+    /// Largest factor that was requested, with its method and Scheffé's.
     fn largest(&self) -> Option<(f64, SimultaneousMethod, f64)> {
         self.known.values().copied().max_by(|a, b| a.0.total_cmp(&b.0))
     }
@@ -274,8 +274,8 @@ const BY_DOUBLES: usize = 32;
 /// Relative change by twice the steps at which they are enough.
 const SETTLED: f64 = 1e-3;
 
-/// The path or sheet of unit vectors over the domain, widened to the places asked for; `None`
-/// for a robust estimate, whose errors do not follow from R alone.
+/// The path or sheet of unit vectors over the domain, widened to the requested places; `None` for a
+/// robust estimate, whose errors do not follow from R alone.
 fn tube(forms: &Forms, places: &[[f64; 2]], biased: bool) -> Option<Tube> {
     if forms.robust.is_some() || forms.errors.is_some_and(|errors| !errors.is_weighted()) {
         return None;

@@ -18,7 +18,7 @@ use flankfit_numerics::distribution::{normal, pearson};
 
 /// Rate of false alarms.
 const LEVEL: f64 = 1e-3;
-/// Standard deviations beyond the mean from which on a tail can be so small.
+/// Standard deviations above the mean from which on a tail can be so small.
 const SUSPICIOUS: f64 = 2.5;
 /// Residuals this small against the heights are rounding.
 const ROUNDING: f64 = 1e-10;
@@ -33,8 +33,8 @@ struct Found {
 }
 
 impl Solved<'_> {
-    /// The warning, where c along u or v (of a grid), or along the abscissae of a curve, is beyond
-    /// what white noise would make of it.
+    /// Warning, if c along u or v (of a grid), or along the abscissae of a curve, exceeds what
+    /// white noise would cause.
     pub(super) fn correlated_residuals(&self) -> Option<Warning> {
         let Evidence::Posted { sample, nodes } = self.linear.evidence else { return None };
         let rss = self.least_squares.rss;

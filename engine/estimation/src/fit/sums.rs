@@ -13,8 +13,8 @@ use crate::{
 use flankfit_numerics::{Dd, Real, cancel::Asking};
 
 impl Solved<'_> {
-    /// The sums that were asked for, each a linear form of the coefficients: the weighted sum of
-    /// the rows of its places.
+    /// Requested sums, each a linear form of the coefficients: the weighted sum of the rows of its
+    /// places.
     pub(super) fn sums(&self, applied: &Applied) -> Option<Vec<Option<WeightedSum>>> {
         let asked = self.spec.sums.as_ref()?;
         let design = self.linear.design;

@@ -79,7 +79,7 @@ pub fn bias_aware(form: &LinearForm, r: f64, noise: &Noise) -> BiasAware {
     };
     let k = match found {
         Some(ln_k) => ln_k.exp(),
-        // noise beyond all that r allows, or none at all
+        // noise above all that r allows, or none at all
         None if least > 0.0 => f64::INFINITY,
         None => 0.0,
     };

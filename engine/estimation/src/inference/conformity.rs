@@ -41,8 +41,8 @@ pub struct Inferred {
 pub enum Decision {
     /// The least probability is 0.95 at least.
     Conforms,
-    /// The figure is so far beyond a limit as that of a part that lies within is measured with a
-    /// probability of 0.05 at most: about 1.645 standard errors, 1.96 of very close limits.
+    /// The figure is so far outside a limit as that of a part within is measured with a probability
+    /// of 0.05 at most: about 1.645 standard errors, 1.96 of very close limits.
     DoesNotConform,
     /// Neither.
     CannotBeTold,
@@ -122,9 +122,8 @@ impl Inferred {
         Conformity { limits, probability, decision }
     }
 
-    /// True if a part within the limits would be measured as far beyond them seldom enough. Of such
-    /// parts one at the nearer limit is so most often, beyond the other limit as well as beyond
-    /// this one.
+    /// True if a part within the limits would be measured as far outside them seldom enough. The
+    /// part at the nearer limit is measured so most often, outside either limit.
     fn lies_beyond(&self, [low, high]: [f64; 2]) -> bool {
         let beyond = (self.value - high).max(low - self.value) - self.bias_bound;
         if !(beyond > 0.0 && self.std_error > 0.0) {

@@ -7,9 +7,9 @@
 //! function has a parameter of its own inside its support), so that X keeps its full rank. Spans
 //! that miss by most come first when not all of them can have a knot.
 //!
-//! Near points the error says nothing of the curve between them. A round whose curve swings out
-//! there further than all of the points are apart is not taken; of the others the one that misses
-//! by least is answered.
+//! Points determine nothing of the curve between them. A round whose curve oscillates there by more
+//! than the extent of all points is not taken; of the others the one with the least error is
+//! returned.
 
 use super::{
     settings::Adaptive,
@@ -33,7 +33,7 @@ const MOST_STEPS: usize = 64;
 const NARROWEST: f64 = 1e-9;
 /// Distinct parameters that a span keeps at least.
 const LEAST_IN_SPAN: usize = 2;
-/// Control points for each distinct parameter at most, beyond the knots to start with.
+/// Control points for each distinct parameter at most, in addition to the initial knots.
 const CROWDED: f64 = 0.75;
 
 /// One round.

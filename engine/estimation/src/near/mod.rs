@@ -1,5 +1,5 @@
-//! Curves and surfaces *near* points: what a fit of B-splines or NURBS looks like as a shape, and
-//! fits beyond [`super::fit()`].
+//! Curves and surfaces *near* points: the shape of a fit of B-splines or NURBS, and fits in
+//! addition to [`super::fit()`].
 //!
 //! | what | where |
 //! |---|---|

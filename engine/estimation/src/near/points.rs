@@ -1,4 +1,4 @@
-//! Points that a curve is to pass near, and where in a request for one its faults are found.
+//! Points that a curve is to pass near, and the paths of their errors in a request.
 
 use flankfit_geometry::curve::Parametrization;
 use flankfit_numerics::check::{Fault, Faults, rest_of};
@@ -47,12 +47,12 @@ fn parameters(points: &CurvePoints) -> &'static str {
     }
 }
 
-/// Places faults of knots among the parameters and settings of the curve.
+/// Places errors of knots among the parameters and settings of the curve.
 pub(super) fn of_knots(points: &CurvePoints, faults: Faults) -> Faults {
     faults.moved("nodes", parameters(points)).moved("control_points", "method.control_count")
 }
 
-/// Places faults of the parameters that points have.
+/// Places errors of the parameters of points.
 pub(super) fn of_parameters(points: &CurvePoints, faults: Faults) -> Faults {
     faults.map(|Fault { path, message }| Fault {
         path: if path.is_empty() { "points".to_owned() } else { format!("{}{path}", parameters(points)) },
@@ -60,8 +60,8 @@ pub(super) fn of_parameters(points: &CurvePoints, faults: Faults) -> Faults {
     })
 }
 
-/// Places faults of the fit of a coordinate among those of the curve: of its nodes only abscissae
-/// and weights are found in all coordinates alike.
+/// Places errors of the fit of a coordinate among those of the curve: only abscissae and weights
+/// are common to all coordinates.
 pub(super) fn translated(points: &CurvePoints, faults: Faults) -> Faults {
     faults.map(|Fault { path, message }| {
         let entry = |list: &str| rest_of(&path, list).filter(|rest| !rest.is_empty());

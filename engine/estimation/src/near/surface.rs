@@ -145,7 +145,7 @@ fn no_b_spline() -> Faults {
     Faults::one("model.type", "big surfaces are of type `b_spline`")
 }
 
-/// Places faults of the weight of a penalty.
+/// Places errors of the weight of a penalty.
 fn of_parameter(faults: Faults) -> FitError {
     let parameter = "regularization.parameter";
     faults.moved("parameter", parameter).moved("degrees_of_freedom", parameter).into()

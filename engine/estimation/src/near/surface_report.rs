@@ -73,7 +73,7 @@ pub struct Coordinate {
     pub sigma: Option<f64>,
     /// Standard errors of the control values, v running fastest, on request.
     pub standard_errors: Option<Vec<f64>>,
-    /// One per counted node (those of weight 0 are left out), in the order posted, when asked for.
+    /// One per counted node (those of weight 0 are left out), in the order posted, if requested.
     pub residuals: Option<Vec<f64>>,
 }
 

@@ -3,14 +3,14 @@
 //! `eᵀS⁻¹e/n` against F(n, ν), with the moves as large as the jumps **before** say: the jump that
 //! is judged has no part in it. Few jumps leave much open, so the probability is the mean over all
 //! sizes of the moves, not that at the likeliest: of flanks that always move evenly two in 5,000 at
-//! most are let go after six iterations (docs/explanation/prior.md), by the likeliest size it would
-//! be several times as many.
+//! most are dropped after six iterations (docs/explanation/prior.md), by the likeliest size it
+//! would be several times as many.
 
 use super::chain::{Branch, weights};
 use crate::result::PriorConflict;
 use flankfit_numerics::distribution::fisher;
 
-/// Probabilities below which a prior is let go.
+/// Probabilities below which a prior is dropped.
 const IMPROBABLE: f64 = 1e-4;
 
 /// Denominators of F above which it is chi squared.

@@ -30,8 +30,8 @@ const OWN: f64 = 0.9;
 /// [`steps`].
 const ALONE: f64 = 0.15;
 const WHOLE: f64 = 0.15;
-/// Sizes of steps by itself beyond [`steps`], after which next to nothing is drawn back; each
-/// counts as one of these does. They matter only where nothing else is likely.
+/// Sizes of steps of the form alone in addition to [`steps`], after which the value is hardly drawn
+/// back; each has the weight of one of these. They matter only where nothing else is likely.
 const FAR: [f64; 3] = [1e6, 1e9, 1e12];
 /// Weight of size 0, where the others have their own size as weight: coefficients that seem
 /// constant may only have moved too little to be noticed.
@@ -188,7 +188,7 @@ impl Prediction {
             steps().chain(FAR).map(|s| ((ALONE * each).ln(), Moments { variance: middle.variance + s * s, ..middle }));
         let whole: Vec<(f64, Moments)> =
             stepped.into_iter().map(|(ln, part)| ((WHOLE * each).ln() + ln, part)).collect();
-        // beyond any step that the flank is allowed
+        // above any step that the flank is allowed
         let beyond = whole.iter().max_by(|a, b| a.0.total_cmp(&b.0)).copied();
         let beyond = beyond.into_iter().flat_map(|(ln, part)| {
             FAR.map(|s| (ln + (ALONE * each).ln(), Moments { variance: part.variance + s * s, ..part }))
@@ -221,7 +221,7 @@ impl Prediction {
     fn end(&self, way: f64, noise: &Noise) -> f64 {
         let student: &Student = &noise.student;
         let two_sided = noise.quantile();
-        // above 0 where c is held; beyond bounds of q only the sign counts
+        // above 0 where c is held; outside the bounds of q only the sign counts
         let held = |distance: f64| {
             let c = way * distance;
             let aside = (c - self.mean(c)).abs();

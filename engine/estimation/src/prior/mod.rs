@@ -64,7 +64,7 @@ pub(crate) struct Outcome {
     pub conflict: Option<PriorConflict>,
     /// Root mean square of q, where moves were estimated.
     pub ratio: Option<f64>,
-    /// `None` where the prior was let go.
+    /// Posterior; `None` if the prior was dropped.
     pub posterior: Option<Mixture>,
     /// Parts of the intervals, if moves were estimated.
     pub intervals: Option<Arc<FormIntervals>>,
@@ -72,7 +72,7 @@ pub(crate) struct Outcome {
     pub unequal: Option<UnequalNoise>,
 }
 
-/// Refuses what cannot be asked for with a prior, and a prior that does not suit the model.
+/// Refuses requests that a prior excludes, and a prior that does not suit the model.
 pub(crate) fn check(design: &Design, spec: &FitSpec) -> Result<(), Faults> {
     let Some(prior) = &spec.prior else { return Ok(()) };
     let mut faults = Faults::default();
@@ -212,7 +212,7 @@ pub(crate) fn weigh(current: &Current, prior: &Prior) -> Result<Option<Outcome>,
         }
     };
     let conflict = match &estimated {
-        // one move is held against the largest that is allowed for
+        // one move is compared with the largest admissible one
         Some((_, _, stepped, false)) => Some(conflict::conflict(stepped, noise.freedom)).filter(|found| found.let_go),
         _ => Some(conflict::conflict(&branches, noise.freedom)),
     };

@@ -16,7 +16,7 @@ pub(crate) struct Residuals {
     pub rss: f64,
     /// `None` where the nodes are gone.
     pub max_abs: Option<f64>,
-    /// When asked for and the nodes are there.
+    /// Single residuals, if requested and the nodes are kept.
     pub values: Option<Vec<f64>>,
 }
 

@@ -189,7 +189,8 @@ impl Base {
     }
 }
 
-/// As many eigenvalues as lie beyond the usual condition limit, λ* by the default criterion.
+/// Regularises as many eigenvalues as lie above the usual condition limit, λ* by the default
+/// criterion.
 fn usual_regularization(scheme: Scheme) -> Regularization {
     Regularization::Spectral {
         scheme,

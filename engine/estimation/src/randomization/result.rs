@@ -78,7 +78,7 @@ pub struct LevelResult {
     pub matrix_b: Option<LevelOfB>,
 }
 
-/// Results of the regularising matrix of one level (first order, as many eigenvalues as lie beyond
+/// Results of the regularising matrix of one level (first order, as many eigenvalues as lie above
 /// the usual condition limit).
 #[derive(Clone, Debug, PartialEq)]
 pub struct LevelOfB {

@@ -1,4 +1,4 @@
-//! The regularisation that a spec asks for.
+//! Regularisation of a spec.
 
 use super::{
     admissible::check_admissible,
@@ -9,7 +9,7 @@ use super::{
 use crate::{data::folds, error::FitError, result::Warning, spec::Regularization};
 use flankfit_numerics::check::Faults;
 
-/// Applies what the spec asks for.
+/// Applies the regularisation of the spec.
 pub(crate) fn apply(context: &Context, warnings: &mut Vec<Warning>) -> Result<Applied, FitError> {
     check_admissible(context.linear.design, context.spec)?;
     if context.spec.folds.is_some() && !context.spec.cross_validates() {

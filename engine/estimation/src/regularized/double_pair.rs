@@ -1,8 +1,8 @@
 //! The pair (W, L) of [`super::pair`] decomposed in double precision, where that leaves the figures
 //! their digits: eigenvectors of `R⁻ᵀ LᵀL R⁻¹`, block by block.
 //!
-//! Eigenvalues of a symmetric matrix come with errors of a few roundings ε of the largest one, ω.
-//! What follows from that, and is looked at before anything of it is answered:
+//! Eigenvalues of a symmetric matrix have errors of a few roundings ε of the largest one, ω. This
+//! is checked before any result is used:
 //! * δᵢ is taken as the Rayleigh quotient `‖Lzᵢ‖²`, whose relative error is of the second order in
 //!   `ε ω/δᵢ`; a direction is without penalty where nothing but rounding is left, and there may be
 //!   none in between;

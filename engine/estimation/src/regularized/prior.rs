@@ -89,9 +89,9 @@ fn is_finite(applied: &Applied) -> bool {
     figures.iter().chain(lists.into_iter().flatten()).all(|x| x.is_finite())
 }
 
-/// Least squares of the nodes alone. Where moves were estimated the intervals are still those that
-/// hold whatever the flank did: least squares' own miss more often where they decided that the
-/// prior is let go.
+/// Least squares of the nodes alone. If moves were estimated the intervals are still those that
+/// hold whatever the flank did: least squares' own miss more often after they decided that the
+/// prior is dropped.
 fn plain(
     context: &Context,
     prior: &Prior,

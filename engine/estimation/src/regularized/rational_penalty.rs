@@ -13,12 +13,12 @@ use crate::design::Axis;
 use flankfit_geometry::{WeightNet, rational::quotient};
 use flankfit_numerics::{Dd, Real, Triangle, quadrature::gauss_legendre};
 
-/// Most Gauss points on a span beyond the degree.
+/// Most Gauss points on a span in addition to the degree.
 const MOST_BEYOND: f64 = 56.0;
 
-/// Gauss points beyond the degree for weights that differ by `ratio` within a cell: a denominator
-/// that rises from 1 to `ratio` over a span as a parabola does has its zeros at a distance of
-/// 1/√(ratio − 1).
+/// Gauss points in addition to the degree for weights that differ by `ratio` within a cell: a
+/// denominator that rises from 1 to `ratio` over a span as a parabola does has its zeros at a
+/// distance of 1/√(ratio − 1).
 fn points_beyond(ratio: f64) -> usize {
     if ratio <= 1.0 { 0 } else { (16.0 / (1.0 / (ratio - 1.0).sqrt()).asinh()).ceil().min(MOST_BEYOND) as usize }
 }

@@ -10,7 +10,7 @@ use flankfit_numerics::check::Faults;
 /// Numbers of B that an answer may hold.
 const MOST_OF_B: usize = 1_000_000;
 
-/// Refuses a matrix B of more entries than are answered.
+/// Refuses a matrix B of more entries than are returned.
 pub(super) fn check_b(rows: usize, columns: usize) -> Result<(), Faults> {
     if rows * columns <= MOST_OF_B {
         return Ok(());

@@ -84,7 +84,7 @@ impl Drawn {
     }
 }
 
-/// Draws Â to the target with the weight asked for.
+/// Draws Â to the target with the requested weight.
 pub(super) fn attraction(
     context: &Context,
     asked: &Attraction,

@@ -30,7 +30,7 @@ use crate::{
 /// Rows of B, and B as a product.
 type FormedB = (Vec<Vec<f64>>, MatrixBFactors);
 
-/// Applies the rule asked for.
+/// Applies the requested rule.
 pub(super) fn apply(context: &Context, warnings: &mut Vec<Warning>) -> Result<Applied, FitError> {
     let Context { spec, spectrum, columns, least_squares, linear, .. } = *context;
     let problem = context.spectral_problem(&spectrum.lambda, &spectrum.a);

@@ -42,8 +42,8 @@ use flankfit_numerics::{Dd, Real, check::Faults, triangular};
 
 const NOT_CONVERGED: FitError = FitError::NotConverged(Unconverged::PenaltyPair);
 
-/// Applies the penalty asked for: in double precision, or where that leaves too few digits in twice
-/// of it.
+/// Applies the requested penalty: in double precision, or if that leaves too few digits in twice of
+/// it.
 pub(super) fn apply(context: &Context, asked: &Tikhonov, warnings: &mut Vec<Warning>) -> Result<Applied, FitError> {
     let penalty = penalty::factor(context, asked)?;
     if let Some(pair) = DoublePair::new(context, &penalty) {

@@ -58,7 +58,7 @@ pub struct OrthonormalBasis {
     #[cfg_attr(feature = "contract", serde(rename = "type"))]
     pub kind: PolynomialBasis,
     /// Condition of the Fisher information matrix of these columns at unit length, as
-    /// `spectrum.condition` is of those asked for; left out where the nodes leave some function
+    /// `spectrum.condition` is of the requested ones; left out if the nodes leave some function
     /// undetermined.
     pub condition: Option<f64>,
 }

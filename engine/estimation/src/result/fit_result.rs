@@ -81,7 +81,7 @@ pub struct FitResult {
     pub covariance: Option<Covariance>,
     /// Present with `predict`.
     pub predictions: Option<Predictions>,
-    /// Present when sums were asked for and the nodes determine the coefficients; a sum that double
+    /// Present if sums were requested and the nodes determine the coefficients; a sum that double
     /// precision does not hold is `None`.
     #[cfg_attr(feature = "contract", serde(skip))]
     pub sums: Option<Vec<Option<WeightedSum>>>,

@@ -60,7 +60,7 @@ pub struct Influence {
 }
 
 impl Influence {
-    /// True if every number is one.
+    /// True if every number is finite.
     pub(crate) fn is_finite(&self) -> bool {
         let list = |list: &[Option<f64>]| list.iter().flatten().all(|x| x.is_finite());
         let lists = [&self.internally_studentized, &self.externally_studentized, &self.cooks_distance, &self.dffits];

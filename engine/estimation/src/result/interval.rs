@@ -24,8 +24,8 @@ pub enum IntervalKind {
     LeastSquares,
     /// About a filtered estimate whose bias a given norm limit bounds.
     BiasAware,
-    /// About the mean of the posterior of nodes and prior, from its standard deviation; where moves
-    /// were estimated the one that holds whatever they were, even if the prior is let go.
+    /// About the mean of the posterior of nodes and prior, from its standard deviation; if moves
+    /// were estimated the one that holds whatever they were, even if the prior is dropped.
     Posterior,
 }
 
@@ -42,7 +42,7 @@ impl IntervalKind {
 }
 
 impl Interval {
-    /// True if every number is one.
+    /// True if every number is finite.
     pub(crate) fn is_finite(&self) -> bool {
         let ends = self.ends.iter().chain(self.least_squares.iter().flatten());
         ends.chain(&self.gain).all(|x| x.is_finite())

@@ -137,7 +137,7 @@ impl Predictions {
         }
     }
 
-    /// True if every number is one.
+    /// True if every number is finite.
     pub(crate) fn is_finite(&self) -> bool {
         let errors = |errors: &Option<Vec<f64>>| finite(errors.iter().flatten());
         let bands = |bands: &Option<Vec<[f64; 2]>>| finite(bands.iter().flatten().flatten());
@@ -154,7 +154,7 @@ impl Predictions {
 }
 
 impl Covariance {
-    /// True if every number is one.
+    /// True if every number is finite.
     pub(crate) fn is_finite(&self) -> bool {
         finite(self.coefficients.iter().chain(&self.least_squares).flatten())
     }

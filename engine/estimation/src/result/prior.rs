@@ -83,7 +83,7 @@ pub struct UnequalNoise {
 }
 
 impl PriorReport {
-    /// True if every number is one.
+    /// True if every number is finite.
     pub(crate) fn is_finite(&self) -> bool {
         let moved = self.move_std_error.iter().flatten().chain(&self.move_ratio);
         let conflict = self.conflict.iter().flat_map(|found| [&found.statistic, &found.p]);

@@ -57,7 +57,7 @@ pub struct Candidate {
 }
 
 impl Selection {
-    /// True if every number is one.
+    /// True if every number is finite.
     pub(crate) fn is_finite(&self) -> bool {
         self.candidates.iter().all(|c| {
             let maybe = [c.lambda, c.aic, c.aicc, c.bic, c.press, c.blocked_cv, c.reml, c.sigma];

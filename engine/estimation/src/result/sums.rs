@@ -2,7 +2,7 @@
 
 use super::{interval::Interval, term::Coefficient};
 
-/// A weighted sum of heights of the fitted function, as a coefficient is answered.
+/// A weighted sum of heights of the fitted function, with the members of a coefficient.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WeightedSum {
     /// Estimate.

@@ -47,7 +47,7 @@ pub enum Warning {
     /// Relative errors of coefficients that are all 0.
     #[error("the coefficients are all 0: bounds on their relative error divide by their length, so there are none")]
     NoRelativeError,
-    /// A node uncertainty beyond the square bound.
+    /// A node uncertainty above the square bound.
     #[error("the node uncertainty times the condition reaches 1: the square bound does not exist there")]
     PerturbationUnbounded,
     /// A limit below the norm of the estimate.
@@ -350,7 +350,7 @@ pub enum Warning {
         /// Nodes at most.
         most: usize,
     },
-    /// Places whose figures are beyond the range of double.
+    /// Places whose results exceed the range of double.
     #[error(
         "{} left out of the predictions (number {}{}, from 0): figures there leave the range of double precision",
         counted(*.count, "place is", "places are"),
@@ -358,7 +358,7 @@ pub enum Warning {
         if .places.len() < *.count { ", …" } else { "" }
     )]
     PlacesBeyondDouble {
-        /// The places in the order asked for, ten at most.
+        /// The places in the requested order, ten at most.
         places: Vec<usize>,
         /// How many there are.
         count: usize,
@@ -423,7 +423,7 @@ pub enum Warning {
         /// The highest of shapes.
         most: usize,
     },
-    /// A shape over a domain without width, or beyond the range of double.
+    /// A shape over a domain without width, or with numbers above the range of double.
     #[error("the domain is a single place, or control points leave the range of double: there is no shape")]
     NoShapeOfPoint,
     /// Places outside the domain.

@@ -1,4 +1,4 @@
-//! The estimator that a spec asks for, as the least-squares problem that it solves.
+//! Estimator of a spec, as the least-squares problem that it solves.
 
 use super::{
     l_estimator, least_absolute, likelihood, lp, lts, m_estimator, normal_scores,

@@ -20,7 +20,7 @@ pub(super) fn warning(on: usize, m: usize) -> Warning {
     Warning::ExactFit { on, nodes: m }
 }
 
-/// A scale with what hangs on it, as it is answered.
+/// A scale and the results that depend on it.
 pub(super) struct Settled {
     /// Scale of the residuals; `None` if it is not determined.
     pub scale: Option<f64>,

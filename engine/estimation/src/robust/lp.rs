@@ -65,7 +65,7 @@ pub(super) fn minimise(p: f64, rows: &Rows, highest: f64) -> Walk {
     let floor = (f64::EPSILON * highest).max(1e-14 * largest).max(f64::MIN_POSITIVE);
     let mut x = vec![0.0; n];
     let mut r = rows.b.clone();
-    // beyond p = 2 the second derivative is smooth
+    // above p = 2 the second derivative is smooth
     let mut epsilon = if p > 2.0 { floor } else { median_abs(&r).max(floor) };
     let (mut iterations, mut reached, mut converged) = (0, 0.0, true);
     if largest > f64::EPSILON * highest && p != 2.0 {

@@ -1,8 +1,8 @@
 //! Least trimmed squares (Rousseeuw 1984): the least sum of the h smallest `rₖ²`, `rₖ = √wₖ (zₖ −
 //! xₖᵀA)`.
 //!
-//! ρ = r² among the h smallest and 0 beyond, ψ = r or 0, weight 1 or 0, in squares of the unit of
-//! the heights. `h = ⌊coverage·m⌋`, but at least `⌊(m + n + 1)/2⌋`, where the breakdown point is
+//! ρ = r² among the h smallest and 0 otherwise, ψ = r or 0, weight 1 or 0, in squares of the unit
+//! of the heights. `h = ⌊coverage·m⌋`, but at least `⌊(m + n + 1)/2⌋`, where the breakdown point is
 //! highest (Rousseeuw and Leroy 1987, section 3.4).
 //!
 //! * Few nodes: every subset is tried, so that the answer is the global one.

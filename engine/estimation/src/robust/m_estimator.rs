@@ -10,8 +10,8 @@
 //! loss has several local solutions, and the answer is the one reached from the start.
 //!
 //! Exact fit: when more than half of the nodes lie on one surface the MAD falls to 0. The limit of
-//! the weights is then 1 on the surface and 0 off it, which is what is answered, with scale 0 and
-//! no standard errors.
+//! the weights is then 1 on the surface and 0 off it, which is the result, with scale 0 and no
+//! standard errors.
 //!
 //! The share of gross errors may take the place of a tuning constant, given or estimated
 //! ([`super::minimax`]); an estimated one is found anew in each iteration.

@@ -2,9 +2,9 @@
 //!
 //! Of all distributions (1 − ε)Φ + εH, H symmetric and otherwise unknown, the one that is hardest
 //! to estimate in has the density (1 − ε)/√(2π)·exp(−ρ_k(u)), normal in the middle and exponential
-//! beyond ±k, with `2φ(k)/k − 2Φ(−k) = ε/(1 − ε)`. Huber's ψ_k is its maximum-likelihood estimator,
-//! and no estimator has a smaller greatest asymptotic variance over the class (Huber 1964; 1981,
-//! section 4.5). That variance is `1/((1 − ε)(1 − 2Φ(−k)))`, in squares of the scale.
+//! outside ±k, with `2φ(k)/k − 2Φ(−k) = ε/(1 − ε)`. Huber's ψ_k is its maximum-likelihood
+//! estimator, and no estimator has a smaller greatest asymptotic variance over the class (Huber
+//! 1964; 1981, section 4.5). That variance is `1/((1 − ε)(1 − 2Φ(−k)))`, in squares of the scale.
 //!
 //! ε that is not known is estimated by maximum likelihood among these least favourable
 //! distributions, the residuals in scales being given.
@@ -105,7 +105,7 @@ mod tests {
             let found = likeliest_k(&u);
             assert!((found - k).abs() < 0.01, "{k}: {found}");
         }
-        // nothing beyond any k: no gross errors
+        // nothing above any k: no gross errors
         assert_eq!(likeliest_k(&[0.1; 50]), RANGE[1]);
     }
 }

@@ -2,7 +2,7 @@
 
 use flankfit_numerics::root::boundary;
 
-/// Below this the tail follows from a power series, beyond it from a continued fraction.
+/// Limit below which the tail follows from a power series, and above from a continued fraction.
 const SERIES: f64 = 2.5;
 
 /// φ(x).

@@ -451,7 +451,7 @@ impl Round {
     /// True if pairs outside the window are in the same order at `x`.
     fn keeps_order(&self, free: &Free, order: &[u32], x: &[f64]) -> bool {
         let r = free.residuals(x);
-        // every one beyond the window must be above the largest up to its beginning
+        // every one after the window must be above the largest up to its beginning
         let (mut largest, mut first) = (f64::NEG_INFINITY, 0);
         order.iter().enumerate().all(|(place, &k)| {
             while self.window.last[first] < place {

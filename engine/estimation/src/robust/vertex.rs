@@ -22,7 +22,7 @@ use flankfit_numerics::{
 
 /// Residuals below this share of the largest height count as 0.
 const ZERO: f64 = 1e-13;
-/// A dual beyond 1 by less than this is rounding.
+/// A dual above 1 by less than this is rounding.
 const SLACK: f64 = 1e-9;
 /// Changes of the basis after which everything is computed afresh.
 const FRESH: usize = 32;

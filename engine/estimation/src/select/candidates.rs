@@ -61,8 +61,7 @@ pub(super) fn check_work(asked: &Select, models: usize, m: usize, n: usize, cost
     Ok(())
 }
 
-/// Every candidate with its figures; `degrees` are those up to the largest one, where they are
-/// asked for.
+/// Every candidate with its criteria; `degrees` are those up to the largest one, if requested.
 pub(super) fn looked_at(
     asked: &Select,
     problem: &Problem,

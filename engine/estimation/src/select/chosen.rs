@@ -82,7 +82,7 @@ pub(crate) fn choose(nodes: &Nodes, spec: &FitSpec, asked: &Select) -> Result<Ch
 }
 
 impl Chosen {
-    /// The fit of the chosen model with what spoke for it.
+    /// The fit of the chosen model with the comparison of the candidates.
     pub(crate) fn told(self, mut result: FitResult) -> Result<FitResult, FitError> {
         if self.nodes.is_some() {
             for Coefficient { key, .. } in &mut result.coefficients {
@@ -150,7 +150,7 @@ fn check(spec: &FitSpec, asked: &Select) -> Result<(), Faults> {
     faults.into_result(())
 }
 
-/// The largest model, and the degrees below it where those are asked for.
+/// The largest model, and the degrees below it if requested.
 fn largest(spec: &FitSpec, asked: &Select, surface: bool, m: usize) -> Result<(FitSpec, Vec<Degree>), Faults> {
     let Candidates::Degrees(most) = asked.candidates else { return Ok((spec.clone(), Vec::new())) };
     let total = surface && matches!(&spec.model, Model::Polynomial { terms: Terms::Total, .. });
@@ -229,7 +229,7 @@ fn some_columns(matrix: &Matrix, design: &Design, columns: &[usize]) -> Matrix {
     }
 }
 
-/// The spec with the same columns of the rows that it asks for.
+/// The spec with the same columns of the rows in it.
 fn of_rows(spec: &FitSpec, all: usize, columns: &[usize]) -> Result<FitSpec, Faults> {
     let mut spec = without(spec);
     if let Some(predict) = &mut spec.predict

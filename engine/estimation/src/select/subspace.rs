@@ -8,7 +8,7 @@ use flankfit_numerics::{Dd, lanes::Laned, qr_with_rhs, triangular};
 /// Condition of the columns up to which doubles do.
 const EASY: f64 = 1e4;
 
-/// R and Qᵀ√Ωz of the largest model, as exactly as the condition of its columns asks for.
+/// R and Qᵀ√Ωz of the largest model, in the precision that the condition of its columns requires.
 pub(super) enum Triangle {
     Double(DMatrix<f64>, DVector<f64>),
     Exact(DMatrix<Dd>, DVector<Dd>),

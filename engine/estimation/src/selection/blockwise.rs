@@ -57,8 +57,8 @@ impl Blockwise {
     }
 
     /// `Σ w r²` of the nodes left out, where the estimate takes `removed[i]` of `heights[i]` away
-    /// along direction i; infinite where the others do not determine a block. Directions beyond
-    /// those named keep everything.
+    /// along direction i; infinite where the others do not determine a block. Other directions keep
+    /// everything.
     pub(crate) fn sum(&self, removed: &[f64], heights: &[f64]) -> f64 {
         let size = self.blocks.first().map_or(0, |block| block.cross.len());
         let taken = |i: usize| removed.get(i).copied().unwrap_or(0.0);

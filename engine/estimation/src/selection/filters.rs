@@ -1,4 +1,4 @@
-//! Filters on the eigenvectors: the rule asked for and its parameter.
+//! Filters on the eigenvectors: the requested rule and its parameter.
 
 use super::{
     classical::ridge_parameter,
@@ -30,8 +30,7 @@ impl SelectedFilter {
     }
 }
 
-/// The rule asked for, with its parameter; `auto` counts the eigenvalues beyond the condition
-/// limit.
+/// The requested rule, with its parameter; `auto` counts the eigenvalues above the condition limit.
 pub(crate) fn rule(
     regularization: &Regularization,
     lambda: &[f64],

@@ -1,4 +1,4 @@
-//! The choice of λ* (Eq. 49 and beyond).
+//! The choice of λ* (Eq. 49 and other criteria).
 //!
 //! Least condition has a closed form. Every other criterion is a sum over the spectrum, searched on
 //! ln λ*: a grid finds *all* local minima (there may be several, and the eigenvalues are kinks),

@@ -1,9 +1,8 @@
 //! One selector of a parameter of regularisation: from the request to the parameter that is used,
 //! with the choices of all criteria.
 //!
-//! A kind of regularisation says how its criteria are answered and what a parameter gives; which
-//! criteria are walked, what is refused, which warnings follow and where the curve is evaluated is
-//! the same for all of them.
+//! A kind of regularisation defines how its criteria are evaluated and the effect of a parameter.
+//! The order of the criteria, refusals, warnings and the curve are the same for all of them.
 
 use super::search::{Place, Unavailable};
 use crate::{
@@ -28,7 +27,7 @@ pub(crate) trait ParameterProblem {
     /// Choice of `criterion`.
     fn choose(&self, criterion: Criterion) -> Result<Self::Answer, Self::Refusal>;
 
-    /// The answer to what was asked for.
+    /// Returns the requested parameter.
     fn answer(&self, parameter: Parameter) -> Result<Self::Answer, Self::Refusal> {
         match parameter {
             Parameter::Fixed(value) => self.fixed(value),
@@ -56,7 +55,7 @@ pub(crate) trait Comparison: ParameterProblem<Refusal = Unavailable> {
 
 /// The parameter that is used, and what else could have been.
 pub(crate) struct Selection<A> {
-    /// `None` where the criterion has no answer: least squares is answered.
+    /// `None` if the criterion has no parameter: least squares is used.
     pub answer: Option<A>,
     pub criterion: Option<Criterion>,
     pub fixed: bool,
@@ -120,7 +119,7 @@ pub(crate) fn select<P: Comparison>(
     Ok(Selection { answer, criterion, fixed, choices, curve })
 }
 
-/// Says that `what` needs σ, and that least squares is answered without it.
+/// Warns that `what` needs σ, and that least squares is used without it.
 pub(crate) fn warn_of_missing_sigma(what: NeedsSigma, warnings: &mut Vec<Warning>) {
     warnings.push(Warning::SigmaMissing(what));
 }

@@ -8,7 +8,7 @@
 //! * `l_curve`: greatest curvature of `(log √RSS, log √P)`;
 //! * `min_mse`: minimise `RSS + 2 σ² edf`, which estimates the squared error of the fitted values
 //!   but for a constant (Mallows), with a given σ;
-//! * or as many effective degrees of freedom as asked for.
+//! * or as many effective degrees of freedom as requested.
 //!
 //! Several coordinates with one λ have their RSS and P added up.
 
@@ -79,8 +79,8 @@ const MOST_CELLS: f64 = 64.0;
 const FLAT: f64 = 1e-6;
 const SHARP: f64 = 1e-12;
 
-/// Finds λ; faults are placed from what holds `noise_sigma`, `parameter` and `degrees_of_freedom`.
-/// `at(λ)` is `None` where the equations cannot be solved in double precision.
+/// Finds λ; errors are placed at `noise_sigma`, `parameter` and `degrees_of_freedom`. `at(λ)` is
+/// `None` where the equations cannot be solved in double precision.
 pub fn find(asked: Smoothing, problem: &Problem, at: impl Fn(f64) -> Option<Figures> + Sync) -> Result<Found, Faults> {
     let penalised = Penalised { problem, at };
     match asked {

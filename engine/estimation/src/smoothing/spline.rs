@@ -42,7 +42,7 @@ pub struct SmoothingSpec {
     pub smoothing: Smoothing,
     /// σ of a height of weight 1, for `discrepancy` and `min_mse`.
     pub noise_sigma: Option<f64>,
-    /// True if fitted values and their standard errors are answered.
+    /// True if fitted values and their standard errors are requested.
     pub pointwise: bool,
 }
 
@@ -72,7 +72,7 @@ pub struct SmoothingSpline {
     pub sigma: Vec<Option<f64>>,
     /// ∫ g″², over all coordinates.
     pub roughness: f64,
-    /// Fitted values; present when asked for.
+    /// Fitted values, if requested.
     pub pointwise: Option<Pointwise>,
 }
 
@@ -210,7 +210,7 @@ fn coordinates(given: usize) -> Faults {
     Faults::one("points", format_args!("{given} coordinates: one, two or three are possible"))
 }
 
-/// Numbers beyond the range of a double on the way.
+/// Error for intermediate numbers above the range of a double.
 fn beyond() -> Faults {
     Faults::one("points", "these numbers leave the range of double precision: choose another unit")
 }

@@ -185,7 +185,7 @@ impl Criterion {
     /// The closed forms for ridge.
     pub const RIDGE: [Criterion; 3] = [Criterion::Hkb, Criterion::Hkb1975, Criterion::LawlessWang];
 
-    /// Those that are answered only when asked for.
+    /// Criteria that are evaluated only on request.
     pub const MORE: [Criterion; 4] = [Criterion::Reml, Criterion::Press, Criterion::BlockedCv, Criterion::Sure];
 
     /// The criteria for the rank of a truncated singular value decomposition.

@@ -144,7 +144,7 @@ impl MEstimator {
     pub const TOLERANCE: f64 = 1e-13;
     /// Iterations allowed unless asked otherwise.
     pub const ITERATIONS: usize = 1000;
-    /// The most that can be asked for.
+    /// Greatest number that can be requested.
     pub const MOST_ITERATIONS: usize = 10_000;
 
     /// `loss` with MAD/0.6745, from least squares.

@@ -4,7 +4,7 @@
 #[cfg(feature = "contract")]
 use super::form;
 
-/// One filter; filters are applied in the order asked for.
+/// One filter; filters are applied in the requested order.
 ///
 /// ```
 /// use flankfit_estimation::{

@@ -63,7 +63,7 @@ pub struct FitSpec {
     pub expected_size: ExpectedSize,
     /// Standard deviation of a height of weight 1; by default estimated from the residuals.
     pub noise_sigma: Option<f64>,
-    /// Standard uncertainties of the nodes; with them perturbation bounds are answered.
+    /// Standard uncertainties of the nodes; with them perturbation bounds are returned.
     pub node_uncertainty: Option<NodeUncertainty>,
     /// Correlations of the errors; `None` where they are independent.
     pub errors: Option<Errors>,
@@ -83,7 +83,7 @@ pub struct FitSpec {
     pub select: Option<Select>,
     /// Which nodes blocked cross-validation leaves out together.
     pub folds: Option<Folds>,
-    /// Parts of the answer beyond the default.
+    /// Parts of the response in addition to the default.
     pub include: Include,
     /// Filters applied to the nodes before the fit, in this order.
     pub filters: Vec<Filter>,
@@ -269,7 +269,7 @@ pub enum PositionKind {
 pub struct Include {
     /// Residuals, node by node.
     pub residuals: bool,
-    /// The two n×n collinearity matrices also beyond the size up to which they are always found.
+    /// The two n×n collinearity matrices also above the size up to which they are always computed.
     pub collinearity: bool,
     /// The figures that criteria look at, along λ*.
     pub lambda_curve: bool,

@@ -39,7 +39,7 @@ pub enum LEstimator {
         /// Share of the nodes that is left out at either end, between 0 and 1/2.
         share: f64,
     },
-    /// Least squares of all nodes, those beyond the same two quantiles moved to them (Welsh 1987).
+    /// Least squares of all nodes, those outside the same two quantiles moved to them (Welsh 1987).
     Winsorized {
         /// Share of the nodes that is moved at either end, between 0 and 1/2.
         share: f64,

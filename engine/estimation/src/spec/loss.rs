@@ -27,9 +27,9 @@ pub enum Loss {
         k: f64,
     },
     /// Tukey's biweight (Beaton and Tukey 1974): ρ = c²/6·(1 − (1 − (u/c)²)³) up to c, then c²/6; ψ
-    /// = u(1 − (u/c)²)²; weight (1 − (u/c)²)², 0 beyond c.
+    /// = u(1 − (u/c)²)²; weight (1 − (u/c)²)², 0 above c.
     Tukey {
-        /// Residuals beyond c scales have weight 0.
+        /// Residuals above c scales have weight 0.
         c: f64,
     },
     /// Hampel (1974), three parts: ψ = u up to a, a·sign(u) up to b, falling to 0 at c; ρ ends at
@@ -45,7 +45,7 @@ pub enum Loss {
     /// Andrews' sine (1974): ρ = a²(1 − cos(u/a)), ψ = a·sin(u/a), weight sin(u/a)/(u/a) up to aπ;
     /// then 2a², 0, 0.
     Andrews {
-        /// Residuals beyond aπ scales have weight 0.
+        /// Residuals above aπ scales have weight 0.
         a: f64,
     },
 }

@@ -73,7 +73,7 @@ pub struct Kinds {
     pub confidence: bool,
     /// For a further measurement of weight 1 at each place by itself.
     pub prediction: bool,
-    /// For the true heights of the whole domain at once; of rows those of all rows asked for.
+    /// For the true heights of the whole domain at once; for rows those of all requested rows.
     pub simultaneous: bool,
 }
 

@@ -112,7 +112,7 @@ pub enum PriorSpread {
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chain {
-    /// Which iterations were asked for.
+    /// Requested iterations.
     pub which: Which,
     /// How far the flank moves from one to the next.
     pub moves: Moves,

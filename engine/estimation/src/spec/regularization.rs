@@ -66,7 +66,7 @@ pub enum Regularization {
         scheme: Scheme,
         /// How many eigenvalues are raised, L.
         count: Count,
-        /// λₙ/λᵢ beyond which [`Count::Auto`] regularises a direction.
+        /// λₙ/λᵢ above which [`Count::Auto`] regularises a direction.
         condition_limit: f64,
         /// λ*, the eigenvalue that small ones are raised to.
         lambda_star: Parameter,

@@ -87,8 +87,8 @@ pub enum Candidates {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum TermSearch {
-    /// From all terms on, one after the other is let go: always that which raises the residual sum
-    /// of squares least.
+    /// Starts with all terms and drops one after the other: always that which raises the residual
+    /// sum of squares least.
     Backward,
     /// The terms that elastic-net estimates keep as their penalty λ falls, `min ½ mean(w r²) + λ(α
     /// Σ|a| + ½(1 − α) Σa²)` in columns of unit variance, the constant free.

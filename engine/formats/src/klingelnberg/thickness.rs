@@ -20,7 +20,7 @@ use flankfit_gear::{
     involute::{inv_of_roll, roll_of_inv},
 };
 
-/// Difference of x beyond which no allowance of the tooth thickness explains it: 0.15 modules.
+/// Difference of x above which no allowance of the tooth thickness explains it: 0.15 modules.
 const ALLOWANCE: f64 = 0.2;
 
 /// Mean, least and greatest, mm.

@@ -21,7 +21,7 @@ use std::fmt::Display;
 use super::{UtcTime, number::real_within};
 use flankfit_numerics::check::Faults;
 
-/// Media type under which such files are asked for.
+/// Media type of such files in `Accept`.
 pub const MEDIA_TYPE: &str = "application/x-q-das-dfq";
 
 /// Digits behind the point of a value (K2022): of a micrometre a nanometre.

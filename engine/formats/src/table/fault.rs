@@ -11,7 +11,7 @@ use flankfit_numerics::words::counted;
 pub struct TableFault {
     /// Path to what is wrong in `mapping`; none where it is the table.
     pub path: Option<String>,
-    /// The fault in words, and how to mend it.
+    /// The error in words, and its remedy.
     pub message: String,
     /// Error in the columns that distinguish flanks, if it is one.
     pub flanks: Option<FlankFault>,

@@ -1,4 +1,4 @@
-//! Messages that faults of many kinds have in common.
+//! Messages that errors of many kinds have in common.
 
 use crate::words::{Shown, counted, entries};
 
@@ -32,12 +32,12 @@ pub fn per_position(given: usize, positions: usize) -> String {
     format!("{}, but {positions} would match the positions", entries(given))
 }
 
-/// A deviation beyond what is measured, µm.
+/// Message for a deviation above what is measured, µm.
 pub fn deviation_beyond(value: f64, most: f64) -> String {
     format!("{} is beyond {} µm: check the unit", Shown(value), Shown(most))
 }
 
-/// A length beyond what is measured, mm.
+/// Message for a length above what is measured, mm.
 pub fn length_beyond(value: f64, most: f64) -> String {
     format!("{} is beyond {} mm: check the unit", Shown(value), Shown(most))
 }

@@ -12,7 +12,8 @@ use crate::quadrature::gauss_legendre;
 /// of the density.
 const BY_FRACTION: f64 = 100.0;
 
-/// Nothing lies beyond it whatever the degrees of freedom, and its square is a double.
+/// Place above which the tail is 0 in double precision for all degrees of freedom, and whose square
+/// is a double.
 const BEYOND: f64 = 1e150;
 
 /// Student's t of a number of degrees of freedom.

@@ -1,4 +1,4 @@
-//! Roots of the secular equation `1 + Σ wⱼ/(dⱼ − λ) = 0`, one beyond each pole.
+//! Roots of the secular equation `1 + Σ wⱼ/(dⱼ − λ) = 0`, one above each pole.
 //!
 //! A root is sought as its distance τ from the nearer pole, so that all differences `dⱼ − λ` keep
 //! their digits; by the rational interpolation of Li ("middle way", LAPACK working note 89), in a
@@ -45,7 +45,7 @@ fn sum(w: &[f64], gap: &[f64], tau: f64) -> [f64; 2] {
     [(value[0] + value[1]) + (value[2] + value[3]), (slope[0] + slope[1]) + (slope[2] + slope[3])]
 }
 
-/// The root beyond pole `i` of ascending poles `d` with weights `w` > 0; `gap` takes `dⱼ − λ`.
+/// Root above pole `i` of ascending poles `d` with weights `w` > 0; `gap` takes `dⱼ − λ`.
 pub(super) fn root(i: usize, d: &[f64], w: &[f64], gap: &mut [f64]) -> f64 {
     let k = d.len();
     let last = i + 1 == k;
@@ -80,7 +80,7 @@ pub(super) fn root(i: usize, d: &[f64], w: &[f64], gap: &mut [f64]) -> f64 {
             break;
         }
         let own = gap[i] - tau;
-        // beyond the last pole there is none: one of weight 0 takes its place
+        // above the last pole there is none: one of weight 0 takes its place
         let next = if last { gap[i] + width - tau } else { gap[i + 1] - tau };
         let slope = here.slope();
         let a = (own + next) * f - own * next * slope;

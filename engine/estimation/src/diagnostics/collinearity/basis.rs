@@ -16,7 +16,7 @@ use crate::{
 use flankfit_geometry::polynomial::Family;
 use flankfit_numerics::{jacobi, symmetric, triangular};
 
-/// Condition index beyond which a dependency is called near (Belsley's rule).
+/// Condition index above which a dependency is called near (Belsley's rule).
 pub(super) const NEAR: f64 = 30.0;
 /// Eigenvalues below this share of the largest are computed from singular values.
 const SMALL: f64 = 1e-8;

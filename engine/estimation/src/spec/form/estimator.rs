@@ -157,7 +157,7 @@ pub(in crate::spec) enum Scores {
     Normal,
 }
 
-/// Nodes beyond two regression quantiles left out (`trimmed`), or moved to them (`winsorized`);
+/// Nodes outside two regression quantiles left out (`trimmed`), or moved to them (`winsorized`);
 /// several regression quantiles with weights (`quantiles`).
 #[derive(Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]

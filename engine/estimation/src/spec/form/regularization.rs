@@ -102,8 +102,8 @@ pub(in crate::spec) enum Regularization {
         #[serde(skip_serializing_if = "Option::is_none")]
         #[schema(format = Uuid)]
         fit_id: Option<String>,
-        /// Data of the piece, as answered with `include: ["representative"]`. Looked up, and stored
-        /// with the fit, where `iteration` is given.
+        /// Data of the piece, as returned with `include: ["representative"]`. Looked up, and stored
+        /// with the fit, if `iteration` is given.
         #[serde(skip_serializing_if = "Option::is_none")]
         piece: Option<Box<Piece>>,
     },
