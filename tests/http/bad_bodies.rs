@@ -113,8 +113,8 @@ async fn the_limit_counts_decompressed_bytes() {
     for (name, body) in [
         ("gzip", gzip(padded(10_001).as_bytes())),
         ("zstd", zstd::encode_all(padded(10_001).as_bytes(), 3).unwrap()),
-        // A bomb: 200 MB of white space in some 200 kB (which is beyond this limit even as it is)
-        // and 2 MB in 2 kB.
+        // A bomb: 200 MB of white space in some 200 kB (which exceeds this limit even as it is) and
+        // 2 MB in 2 kB.
         ("gzip", gzip(&vec![b' '; 200_000_000])),
         ("gzip", gzip(&vec![b' '; 2_000_000])),
     ] {

@@ -1,4 +1,4 @@
-//! Criteria for λ* and ranks beyond the usual, and corrected predictions, over HTTP.
+//! Criteria for λ* and ranks other than the usual, and corrected predictions, over HTTP.
 
 use flankfit::api::examples::REQUEST_EXAMPLES;
 use serde_json::{Value, json};

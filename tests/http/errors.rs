@@ -1,4 +1,4 @@
-//! Models of the errors over HTTP: answered, refused by pointer, stored and replayed.
+//! Models of the errors over HTTP: results, refusals by pointer, storing and replay.
 
 use flankfit::api::examples::REQUEST_EXAMPLES;
 use serde_json::{Value, json};

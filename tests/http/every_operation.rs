@@ -179,7 +179,7 @@ fn without_secret(text: &str) -> String {
 }
 
 /// A key is for one request: of every operation that takes one, another body is refused, and the
-/// same one is answered as before.
+/// same one gets the first response again.
 #[tokio::test]
 async fn a_key_is_for_one_body() {
     let app = TestApp::start().await;

@@ -1,4 +1,4 @@
-//! Filters before a fit: what is answered, what is refused, and that stored fits keep them.
+//! Filters before a fit: results, refusals, and that stored fits keep them.
 
 use flankfit::api::examples::REQUEST_EXAMPLES;
 use serde_json::{Value, json};

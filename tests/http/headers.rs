@@ -98,7 +98,7 @@ async fn a_read_whose_tag_is_known_is_304() {
         let answer = send(app.get(&path).header("if-none-match", "\"other\"")).await;
         assert_eq!((answer.status.as_u16(), &answer.text), (200, &whole.text), "{path}");
     }
-    // what has changed is answered in full, under its new tag
+    // a changed resource is returned in full, under its new tag
     let before = send(app.get(&place)).await.header("etag").to_owned();
     let patch = app.client.patch(app.url(&place)).header("content-type", "application/json").body(r#"{"name":"z53"}"#);
     assert_eq!(send(patch.header("if-none-match", &before)).await.status, 200, "only reads are left out");

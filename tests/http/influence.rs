@@ -1,4 +1,4 @@
-//! Influence of single nodes over HTTP: answered, refused by pointer, stored and replayed.
+//! Influence of single nodes over HTTP: results, refusals by pointer, storing and replay.
 
 use flankfit::api::examples::REQUEST_EXAMPLES;
 use serde_json::{Value, json};

@@ -1,5 +1,5 @@
-//! Intervals, covariances and predictions over HTTP: answered, refused by pointer, stored and
-//! replayed.
+//! Intervals, covariances and predictions over HTTP: results, refusals by pointer, storing and
+//! replay.
 
 use flankfit::api::examples::REQUEST_EXAMPLES;
 use serde_json::{Value, json};

@@ -129,7 +129,7 @@ async fn a_body_with_a_key_waits_packed() {
     let busy = app.occupy_worker().await;
     let waiting = tokio::spawn(send(request()));
     app.until_waiting(1).await;
-    // what made the job may have been let go of a moment later
+    // the memory of the job may have been released a moment later
     until_held(&app, |held| held == length).await;
     drop(busy);
     let first = waiting.await.unwrap();
@@ -167,7 +167,7 @@ fn export(samples: usize) -> String {
     format!(r#"{{"surface":{surface},"format":"stl_text","samples":[{samples},{samples}]}}"#)
 }
 
-/// A client that asks for a large file and reads nothing of it.
+/// A client that requests a large file and reads nothing of it.
 async fn unread(app: &TestApp, body: &str) -> TcpStream {
     let socket = TcpSocket::new_v4().unwrap();
     socket.set_recv_buffer_size(4096).unwrap();

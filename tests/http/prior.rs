@@ -165,7 +165,7 @@ async fn a_replay_stands_on_the_same_iterations_whatever_is_said_later() {
     assert_eq!(replayed(&app, &job, 3, &further["id"]).await, json!({"identical": true}));
     let first = send(app.get(&format!("{job}/iterations/1/fits"))).await.json()["items"][0]["id"].clone();
     assert_eq!(replayed(&app, &job, 1, &first).await, json!({"identical": true}));
-    // what is asked for later is of the same posterior
+    // a part requested later is of the same posterior
     let place = format!("{job}/iterations/6/fits/{}?include=covariance", fit.as_str().unwrap());
     let result = send(app.get(&place)).await.json()["result"].clone();
     let variance = result["covariance"]["coefficients"][1][1].as_f64().unwrap();
@@ -247,7 +247,7 @@ async fn what_is_no_prior_of_these_nodes_is_refused() {
     assert_eq!(send(app.post(&format!("{job}/streams"), stream.to_string())).await.pointers(), ["/prior/iterations"]);
 }
 
-/// A prior beyond doubles is refused, and is no internal error.
+/// A prior above doubles is refused, and is no internal error.
 #[tokio::test]
 async fn a_prior_beyond_doubles_is_refused() {
     let app = TestApp::start().await;
@@ -276,7 +276,7 @@ async fn a_prior_that_is_posted() {
     whole["prior"]["covariance"] =
         json!([[c[0][0], c[1][0], c[2][0]], [c[1][0], c[1][1], c[2][1]], [c[2][0], c[2][1], c[2][2]]]);
     assert_eq!(app.fit(&whole.to_string()).await.json(), body);
-    // and the answered spec says the same again
+    // and the returned spec is the same again
     let mut again = body["spec"].clone();
     again["nodes"] = request["nodes"].clone();
     assert_eq!(app.fit(&again.to_string()).await.json(), body);

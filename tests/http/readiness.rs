@@ -134,7 +134,7 @@ impl Server {
         self.client.get(format!("{}{path}", self.base))
     }
 
-    /// Asks so often at a time; each must be answered with that status.
+    /// Sends so many requests at a time; each must have that status.
     async fn ask_at_once(&self, count: usize, status: u16) {
         let requests = (0..count).map(|_| send(self.get("/readyz"))).collect::<JoinSet<_>>();
         for answer in requests.join_all().await {
@@ -189,7 +189,7 @@ async fn a_store_that_does_not_answer_within_a_second_makes_the_server_not_ready
     // all who ask meanwhile have one outcome
     server.ask_at_once(20, 503).await;
     let pings = server.pings();
-    // and what needs no store asks for none
+    // and requests that need no store do not touch it
     for path in ["/healthz", "/readyz?for=compute"] {
         assert_eq!(send(server.get(path)).await.status, 200, "{path}");
     }

@@ -1,4 +1,4 @@
-//! Every kind of regularisation over HTTP: answered, refused by pointer, stored and replayed.
+//! Every kind of regularisation over HTTP: results, refusals by pointer, storing and replay.
 
 use flankfit::api::examples::REQUEST_EXAMPLES;
 use serde_json::{Value, json};

@@ -1,5 +1,5 @@
-//! Models chosen by the nodes, and λ* by leaving out blocks, over HTTP: answered, refused by
-//! pointer, stored and replayed.
+//! Models chosen by the nodes, and λ* by leaving out blocks, over HTTP: results, refusals by
+//! pointer, storing and replay.
 
 use flankfit::api::examples::REQUEST_EXAMPLES;
 use serde_json::{Value, json};

@@ -74,8 +74,7 @@ async fn sent(app: &TestApp, (method, path): &(Method, String), body: &Value) ->
     send(request.body(body.to_string())).await
 }
 
-/// Returns the verdict of an answer on a request: status and errors. Accepted requests may be
-/// answered with a file.
+/// Returns the verdict on a request: status and errors. Accepted requests may return a file.
 fn verdict(answer: &Answer) -> (u16, Vec<Value>) {
     let status = answer.status.as_u16();
     if status < 300 {

@@ -105,7 +105,7 @@ async fn impossible_studies_are_pointed_at() {
         let pointers = study(&app, &request).await.pointers();
         assert_eq!(pointers[0], expected, "{what} {field}: {pointers:?}");
     }
-    // faults of nodes and model keep their places
+    // errors of nodes and model keep their paths
     let mut request = small();
     request.as_object_mut().unwrap().remove("x");
     request["nodes"] = curve;

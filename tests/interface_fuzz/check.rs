@@ -9,7 +9,7 @@ use super::{contract::Operation, request::Request, send::Answer};
 
 /// Seconds of wall clock, and of processor time with it, that no request may take.
 pub const MOST_SECONDS: f64 = 5.0;
-/// Bytes held at once beyond those at its start.
+/// Bytes held at once in addition to those at its start.
 pub const MOST_BYTES: usize = 300_000_000;
 
 /// Violated invariant: a stable name of its kind, and a message.

@@ -72,7 +72,7 @@ impl Service {
         (head.status.as_u16(), head.headers, spool)
     }
 
-    /// The answer to a request without faults, with a body where that is not empty.
+    /// Response to a request without errors, with a body unless that is empty.
     pub async fn ask(
         &self,
         method: &str,
@@ -90,7 +90,7 @@ impl Service {
         (status, headers, answer.into_bytes())
     }
 
-    /// An answer that must be what is asked for: the stock of a batch.
+    /// Response that must be successful: the stock of a batch.
     async fn make(&self, method: &str, path: &str, body: &str) -> Value {
         let (status, _, answer) = self.ask(method, path, &[], body).await;
         let text = String::from_utf8(answer).expect("JSON is UTF-8");

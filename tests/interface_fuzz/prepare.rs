@@ -20,7 +20,7 @@ pub async fn prepare(service: &Service, request: &mut Request, rng: &mut Rng) {
     };
 }
 
-/// The headers and the body of an answer that is what was asked for.
+/// Headers and body of a successful response.
 async fn made(
     service: &Service,
     path: &str,
@@ -31,7 +31,7 @@ async fn made(
     (200..300).contains(&status).then_some((headers, answer))
 }
 
-/// Deletes a job that has nothing, as it is now where it is asked for that.
+/// Deletes a job without content, at its present version if requested.
 async fn empty_job(service: &Service, request: &mut Request) -> Option<()> {
     let (headers, _) = made(service, "/v1/jobs", &[], &example("create_job")).await?;
     request.target = headers.get("location")?.to_str().ok()?.to_owned();

@@ -26,7 +26,8 @@ use super::{
     send::{self, Answer},
 };
 
-/// A worker that ends so asks for another one that goes on with the next batch.
+/// Exit code of a worker that is to be replaced by another one, which continues with the next
+/// batch.
 pub const AGAIN: u8 = 3;
 /// An answer that has not come by then never comes.
 const HANGS: Duration = Duration::from_secs(30);

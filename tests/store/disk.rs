@@ -35,7 +35,7 @@ struct Content {
 static FILES: Mutex<Option<HashMap<PathBuf, Content>>> = Mutex::new(None);
 /// Directories that take no more writes, with the code that SQLite hears.
 static REFUSING: Mutex<Vec<(PathBuf, c_int)>> = Mutex::new(Vec::new());
-/// Files that must not grow beyond a length.
+/// Files that must not grow above a length.
 static MOST: Mutex<Vec<(PathBuf, usize)>> = Mutex::new(Vec::new());
 static REAL: OnceLock<usize> = OnceLock::new();
 

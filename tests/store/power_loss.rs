@@ -95,7 +95,7 @@ async fn of_concurrent_writes_every_answered_one_survives_a_power_loss() {
                 (stored.number, new.id)
             });
         }
-        // The power goes while some writes are answered and others are under way.
+        // The power goes while some writes are acknowledged and others are under way.
         let mut answered = Vec::new();
         while answered.len() < 9 {
             answered.push(writers.join_next().await.unwrap().unwrap());

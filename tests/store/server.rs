@@ -37,7 +37,7 @@ pub struct Server {
 }
 
 impl Server {
-    /// The server of most tests, started when it is first asked for.
+    /// The server of most tests, started at its first use.
     pub fn shared() -> &'static Server {
         static SERVER: OnceLock<Server> = OnceLock::new();
         SERVER.get_or_init(Server::start)

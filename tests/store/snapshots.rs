@@ -112,7 +112,7 @@ async fn a_read_that_is_given_up_leaves_no_old_state() {
                     is_read = true;
                     break;
                 }
-                // given up before the server has answered, or before the answer was read
+                // given up before the server has responded, or before the response was read
                 if poll < step || step % 2 == 0 {
                     tokio::time::sleep(Duration::from_millis(1)).await;
                 }
@@ -144,7 +144,7 @@ async fn reads_of_several_statements_see_one_state() {
     let held = Held { url, repository: repository.clone(), values, job };
     // fits of the second iteration, behind the records of the first
     held.sees_one_state(async || repository.trace(job, WHOLE).await.map_err(|error| error.to_string())).await;
-    // rows behind the entries: of another state they would be faults
+    // rows behind the entries: of another state they would be errors
     held.sees_one_state(async || {
         let verdict = store.auditor().job(Tenant::default(), job).await.map_err(|error| error.to_string())?;
         Ok(verdict)

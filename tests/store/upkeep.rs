@@ -1,4 +1,4 @@
-//! One writer, and what is kept no longer than it is asked for.
+//! One writer, and the life of what it keeps.
 
 use std::{
     sync::{

@@ -97,7 +97,7 @@ fn cargo(arguments: &[&str]) -> String {
 }
 
 /// The packages that a target is built from, development included. Metadata alone would name some
-/// that a feature could need and no feature asks for.
+/// that no enabled feature needs.
 fn packages(target: &str) -> Vec<Value> {
     let tree = cargo(&["tree", "--workspace", "--target", target, "--prefix", "none", "--format", "{p}"]);
     let used: BTreeSet<String> = tree

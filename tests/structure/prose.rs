@@ -11,7 +11,8 @@ const FOLDERS: &str = "benches engine/estimation engine/formats engine/numerics 
 const BEGINNINGS: [&str; 5] = ["Of ", "What ", "Whether it ", "Where ", "There "];
 
 /// Words outside code spans that no comment has.
-const AVOIDED: [&str; 8] = ["told", "tells", "stands", "beside", "answers", "mended", "room", "door"];
+const AVOIDED: [&str; 10] =
+    ["told", "tells", "stands", "beside", "beyond", "answers", "faults", "mended", "room", "door"];
 
 #[test]
 fn comments_are_in_plain_words() {

@@ -50,7 +50,7 @@ fn curves_have_the_fitted_heights() {
     let nodes = Nodes::curve(x.clone(), (0..x.len()).map(height).collect(), None).unwrap();
     for degree in [0, 1, 3, 6, 12, 20, 25] {
         for basis in BASES {
-            // beyond degree 12 raw powers of 32 ± 2 leave the range that a spectrum distinguishes
+            // above degree 12 raw powers of 32 ± 2 exceed the range that a spectrum distinguishes
             if basis == PolynomialBasis::Monomial && degree > 12 {
                 continue;
             }

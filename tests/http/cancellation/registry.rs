@@ -25,7 +25,7 @@ const SOON: Duration = Duration::from_secs(2);
 /// still read), and in the midst of it.
 const MOMENTS: [Duration; 2] = [Duration::ZERO, Duration::from_millis(150)];
 
-/// How often a client tries to leave before it is answered, at half the moment each time.
+/// Number of attempts of a client to leave before its response, at half the moment each time.
 const TRIES: usize = 20;
 
 enum Entry {
@@ -225,8 +225,8 @@ fn every_operation_ends_with_its_client() {
     server.kill();
 }
 
-/// How long the worker went on after a client that left at `moment`, or earlier on a machine that
-/// has answered by then; and when.
+/// Time for which the worker continued after a client that left at `moment`, or earlier on a
+/// machine that has responded by then; and the moment.
 fn left_in_time(
     address: &str,
     process: u32,

@@ -111,7 +111,7 @@ async fn callers_are_counted_by_what_their_key_is() {
     }
     // let in, but not to this
     send(asked.get("/v1/keys").bearer_auth(key.trim())).await.problem(403, "forbidden");
-    // nobody is asked for a key here
+    // no key is required here
     assert_eq!(send(asked.get("/healthz").bearer_auth("wrong")).await.status, 200);
     let so_far = Counts { ok: 4.0, missing: 2.0, invalid: 4.0, forbidden: 1.0, none: 0.0 };
     assert_eq!(counts(&asked).await, so_far);
@@ -136,7 +136,7 @@ async fn callers_of_an_open_server_are_counted_too() {
     assert_eq!(counts(&asked).await, Counts { none: 3.0, ..Counts::default() });
 }
 
-/// Nobody asks for readiness here.
+/// Nobody requests readiness here.
 #[tokio::test]
 async fn a_server_tells_whether_its_store_answers_by_itself() {
     let asked = Asked::start(&[]);

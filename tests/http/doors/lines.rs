@@ -10,7 +10,7 @@ use super::talkative::Talkative;
 
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// Level, route and status of what was answered.
+/// Level, route and status of the logged responses.
 fn answered(said: &str) -> Vec<(String, String, u64)> {
     let lines = said.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok());
     let answered = lines.filter(|line| line["message"] == "answered");

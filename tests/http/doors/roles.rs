@@ -132,7 +132,7 @@ async fn every_role_has_its_operations_and_no_other() {
     }
     assert_eq!(granted + refused, ROLES.len() * operations.len());
     assert!(granted > 150 && refused > 150, "{granted} granted, {refused} refused");
-    // whoever asks for methods is not asked who they are
+    // a request for methods needs no key
     send(app.client.request(Method::OPTIONS, app.url("/v1/jobs"))).await.problem(405, "method_not_allowed");
     app.stop().await;
 }

@@ -83,7 +83,7 @@ async fn every_algorithm_is_accepted() {
     let key = key_of(&app, "default", Role::Reader).await;
     assert_eq!(whoami(&app, &key).await.json()["kind"], "secret");
     send(app.get("/v1/whoami")).await.problem(401, "unauthorized");
-    // one set serves all, and was asked for once
+    // one set serves all, and was requested once
     assert_eq!(issuer.asked().len(), 1);
     app.stop().await;
 }

@@ -207,7 +207,7 @@ async fn requests_of_the_server_carry_the_trace_on() {
     }
     assert!(!issuer.asked()[0].to_ascii_lowercase().contains("traceparent"), "nobody asked for it");
     let whoami = || reqwest::Client::new().get(format!("{}/v1/whoami", server.base));
-    // the keys that it asked for are those it knows, before there are others
+    // the requested keys are the known ones, before there are others
     let known = whoami().bearer_auth(issuer.token(&other, json!({"role": "reader"}))).send().await.unwrap();
     assert_eq!((known.status().as_u16(), issuer.asked().len()), (200, 1));
     issuer.publish(&[&key]);
@@ -354,8 +354,8 @@ async fn nobody_waits_for_a_collector_that_says_nothing() {
     };
     fit().await;
     asked.recv_timeout(Duration::from_secs(60)).unwrap();
-    // All of this is answered while the collector has the first spans and is waited for: they are
-    // not counted as lost before.
+    // All of these responses are sent while the collector has the first spans and is waited for:
+    // they are not counted as lost before.
     let mut answered = 0;
     while dropped(&server.base, "export").await == 0 {
         fit().await;

@@ -70,8 +70,8 @@ fn evaluation(share: f64, settings: Value) -> Value {
     body
 }
 
-/// Figures are about the involute unless the design is asked for; bands say for themselves. The
-/// design's figures are along the direction of the requirements, traces are transverse.
+/// Figures are about the involute unless the design is requested; bands have a choice of their own.
+/// The design's figures are along the direction of the requirements, traces are transverse.
 #[tokio::test]
 async fn traces_are_read_against_either() {
     let app = TestApp::start().await;
@@ -119,7 +119,7 @@ async fn traces_are_read_against_either() {
     }
 }
 
-/// A file is read against the design if its spec asks for it, and what was evaluated can be posted
+/// A file is read against the design if its spec says so, and the evaluated traces can be posted
 /// again.
 #[tokio::test]
 async fn files_are_read_against_the_design() {

@@ -47,7 +47,7 @@ async fn figures_of_a_surface_have_intervals_and_conform() {
     assert!(number(&wider["twist_um"]["interval"][1]) > number(&told["twist_um"]["interval"][1]));
 }
 
-/// A limit beyond any figure is how a client writes that there is none on that side.
+/// A limit above any figure is how a client writes that there is none on that side.
 #[tokio::test]
 async fn a_limit_may_have_one_side() {
     let app = TestApp::start().await;

@@ -51,7 +51,7 @@ async fn a_correction_is_kept_and_compared_with_the_next_measurement() {
     assert_eq!(predicted["deviation_um"].as_array().unwrap().len(), 20);
     let before = send(app.get(&format!("{place}/1/correction?include=nodes"))).await.json();
     assert_eq!((&before["result"], &before["request"], before.get("id")), (&correction, &request, id.as_ref()));
-    // what is kept is all of it; what is answered is what is asked for
+    // everything is kept; the response has the requested parts
     let short = send(app.get(&format!("{place}/1/correction"))).await.json();
     assert!(short["result"]["predicted"].get("deviation_um").is_none() && short["result"].get("result").is_none());
     assert!(short["request"]["sensitivity"].get("matrix").is_none(), "{}", short["request"]);
@@ -294,7 +294,7 @@ async fn a_correction_by_a_machine_predicts_figures_by_name() {
     }
     let [low, high] = [0, 1].map(|end| told["answer"]["response_ratio_interval"][end].as_f64().unwrap());
     assert!(low < 0.5 && 0.5 < high && high < 1.0, "{}", told["answer"]);
-    // a matrix may speak of any nodes
+    // a matrix may be of any nodes
     let matrix = send(app.post(&path, json!({"sensitivity": sensitivity()}).to_string())).await.json();
     assert_eq!(matrix.get("figures"), None);
     app.stop().await;

@@ -265,7 +265,7 @@ async fn traces_with_their_sections_tell_the_surface_of_their_flank() {
     let diameter = |l: f64| base.hypot(2.0 * l);
     let z: Vec<f64> = (0..=30).map(|i| 0.5 * f64::from(i)).collect();
     let roll: Vec<f64> = (0..=40).map(|i| 5.0 + 0.15 * f64::from(i)).collect();
-    // material over u on roll lengths 6 to 10 and v on z 1 to 14: all six terms; beyond the ranges
+    // material over u on roll lengths 6 to 10 and v on z 1 to 14: all six terms; outside the ranges
     // a heap that must not count
     let material = |l: f64, z: f64| {
         let (u, v) = ((l - 8.0) / 2.0, (z - 7.5) / 6.5);
@@ -379,7 +379,7 @@ async fn evaluations_are_kept_with_an_iteration_and_take_the_gear_of_the_job() {
     let kinds: Vec<_> =
         trace["iterations"][0]["records"].as_array().unwrap().iter().map(|r| r["kind"].as_str().unwrap()).collect();
     assert_eq!(kinds, ["evaluation", "deviations"]);
-    // a job without a gear asks for one
+    // a job without a gear needs one
     let bare = send(app.post("/v1/jobs", json!({"name": "w"}).to_string())).await.json();
     let place = format!("/v1/jobs/{}/iterations", bare["id"].as_str().unwrap());
     assert_eq!(send(app.post(&place, nodes.to_string())).await.status, 201);

@@ -178,7 +178,7 @@ async fn a_file_of_another_gear_is_refused_and_one_that_differs_is_told() {
     assert_eq!((refused.status.as_u16(), refused.pointers()), (422, vec!["/file".to_owned()]), "{}", refused.text);
     assert!(refused.text.contains("52") && refused.text.contains("51"), "{}", refused.text);
     assert_eq!(send(app.get(&format!("{other}/iterations/1"))).await.status, 404);
-    // asked for all the same
+    // with a given gear it is imported all the same
     let asked = import(&app, &other, file(false), "1.mka", Some(json!({"gear": with("teeth", json!(51))}))).await;
     assert_eq!(asked.status, 201, "{}", asked.text);
     let shifted = job(&app, Some(with("profile_shift_coefficient", json!(0.2)))).await;

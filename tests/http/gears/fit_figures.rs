@@ -106,7 +106,7 @@ async fn fits_tell_the_figures_of_their_flank_by_what_the_job_requires_then() {
     assert_eq!(get(&app, &format!("{job}/trace")).await["iterations"][0]["fits"][0]["figures"], figures);
     assert_eq!(get(&app, &format!("{job}/iterations")).await["items"][0]["chosen_fit"]["figures"], figures);
 
-    // a requirement that is changed later leaves them; another fit is held against it
+    // a requirement that is changed later leaves them; another fit is compared with it
     let other = json!({"profile_slope_um": [-1.0, 1.0]});
     let patch = json!({"requirements": {"tolerance_limits": other}});
     assert_eq!(send(app.client.patch(app.url(&job)).json(&patch)).await.status, 200);

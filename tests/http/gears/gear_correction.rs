@@ -125,7 +125,7 @@ async fn both_flanks_are_corrected_by_the_mean_over_their_teeth() {
     let [one, two] = [&correction, &other].map(|made| setting(made, "helix_angle"));
     assert!((number(&one["change"]) / number(&two["change"]) - 1.0).abs() < 1e-3, "{one} {two}");
     assert!(number(&one["std_error"]) > 5.0 * number(&two["std_error"]), "{one} {two}");
-    // as one flank alone asks for
+    // as for one flank alone
     let single = made(&app, &format!("{alike}/iterations/1/correction"), &asked()).await;
     assert!((number(&setting(&single, "helix_angle")["change"]) / number(&two["change"]) - 1.0).abs() < 0.02);
 

@@ -98,7 +98,7 @@ async fn curves_become_an_iteration_with_its_evaluation() {
     assert_eq!(made.status, 201, "{}", made.text);
     let iteration = made.json();
     assert_eq!(iteration["number"], 1);
-    // undefined samples and those beyond the evaluation range are no nodes; coefficients are µm of
+    // undefined samples and those outside the evaluation range are no nodes; coefficients are µm of
     // material over roll length and z
     let nodes = iteration["node_count"].as_u64().unwrap();
     assert!(nodes > 5 * SAMPLES as u64 && nodes < 6 * SAMPLES as u64 - 3 * 4, "{nodes}");

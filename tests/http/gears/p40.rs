@@ -1,4 +1,4 @@
-//! Files of a Klingelnberg P40 over HTTP: what the instrument printed is answered.
+//! Files of a Klingelnberg P40 over HTTP: the printed values are returned.
 
 use serde_json::{Value, json};
 

@@ -345,7 +345,7 @@ async fn pitches_are_held_against_what_the_job_requires_and_keep_it() {
     assert_eq!((&runout["limits_um"], &runout["within"]), (&json!([0.0, 7.0]), &json!(false)));
     assert_eq!((runout.get("conformity"), left.get("single_pitch_conformity")), (None, None), "nothing tells an error");
 
-    // what is required later changes nothing that was answered
+    // later requirements change no stored result
     let patch = json!({"requirements": {"pitch_limits": {"class": 11}}});
     assert_eq!(send(app.client.patch(app.url(&job)).json(&patch)).await.status, 200);
     assert_eq!(send(app.get(made.header("location"))).await.text, made.text);

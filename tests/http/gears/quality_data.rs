@@ -11,7 +11,7 @@ use crate::{
 
 const DFQ: &str = "application/x-q-das-dfq";
 
-/// A file that is answered, with its head.
+/// A file in a response, with its head.
 async fn file(request: RequestBuilder, status: u16) -> (File, HeaderMap) {
     let answer = request.header("accept", DFQ).send().await.unwrap();
     let (found, headers) = (answer.status().as_u16(), answer.headers().clone());

@@ -1,4 +1,4 @@
-//! Numbers that are too large, places of faults, gears and borders that leave nothing.
+//! Numbers that are too large, paths of errors, gears and borders that leave nothing.
 
 use serde_json::{Value, json};
 

@@ -67,7 +67,7 @@ async fn evaluations_are_held_against_what_the_job_requires_and_keep_it() {
     assert!(tolerances.to_string().contains("helix_total"), "{tolerances}");
     assert_eq!(left["total_within"], json!(true));
 
-    // what is required later changes nothing that was answered
+    // later requirements change no stored result
     let patch = json!({"requirements": {"tolerance_limits": {"left": {"helix_slope_um": [-1.0, 1.0]}}}});
     let patched = send(app.client.patch(app.url(&job)).json(&patch)).await;
     assert_eq!(patched.json()["requirements"], patch["requirements"], "{}", patched.text);

@@ -166,7 +166,7 @@ pub async fn send(request: RequestBuilder) -> Answer {
     Answer { status: response.status(), headers: response.headers().clone(), text: response.text().await.unwrap() }
 }
 
-/// Returns a part of an answer as it is answered by itself, with its own list of the warnings
+/// Returns a part of a response as it is returned by itself, with its own list of the warnings
 /// gathered from it.
 pub fn alone(answer: &Value, part: &str) -> Value {
     let mut alone = answer.pointer(part).unwrap().clone();

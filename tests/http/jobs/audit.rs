@@ -1,4 +1,4 @@
-//! Who changed what, as it is answered, and as somebody else's program verifies it.
+//! Audit as it is returned, and as another program verifies it.
 
 use std::{path::Path, process::Command};
 
@@ -89,7 +89,7 @@ fn the_program_says_how_it_is_used_and_what_it_cannot_read() {
     assert_eq!(run(&["default"]), (Some(0), "intact 0 -\n".to_owned()));
 }
 
-/// `tools/verify_audit.py` finds the rows of an archive in the entries that are answered.
+/// `tools/verify_audit.py` finds the rows of an archive in the returned entries.
 #[tokio::test]
 async fn python_knows_the_rows_of_an_archive() {
     let mut app = TestApp::start().await;

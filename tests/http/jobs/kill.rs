@@ -1,5 +1,4 @@
-//! `kill -9` under concurrent writers: everything that was answered with 201 is there afterwards,
-//! whole.
+//! `kill -9` under concurrent writers: everything acknowledged with 201 is there afterwards, whole.
 
 use std::{
     io::{BufRead, BufReader},
@@ -227,7 +226,7 @@ async fn what_was_answered_survives_being_killed() {
     server.kill();
 }
 
-/// Everything answered is there as it was answered, and the numbers have no gap.
+/// Everything acknowledged is returned as in its response, and the numbers have no gap.
 async fn check(client: &Client, base: &str, job: &str, answered: &[Value], checked: &mut usize) {
     let mut iterations = Vec::new();
     let mut cursor = String::new();

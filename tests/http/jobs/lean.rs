@@ -50,7 +50,7 @@ fn only_added(short: &str, long: &str, at: &str) {
         let long = members(long);
         for (key, value) in members(short) {
             let at = format!("{at}/{key}");
-            // what was asked for is a part of what is answered, and may have more in it too
+            // a requested part is in the response, and may have more in it too
             let other = long.get(&key).unwrap_or_else(|| panic!("{at} is gone"));
             if key == "warnings" {
                 // there may be one more: that there is nothing of that name to add
@@ -153,7 +153,7 @@ async fn what_is_asked_for_later_is_what_was_asked_for_at_first() {
     only_added(&short.text, &later.text, "");
     only_added(&later.json()["result"].to_string(), &full["fits"][0]["result"].to_string(), "");
     assert_eq!(later.header("etag"), None);
-    // what is there already is answered as it is stored
+    // existing parts are returned as they are stored
     let stored = app.get(&place(&full)).await.expect(200).text;
     assert_eq!(app.get(&format!("{}?include=residuals,residuals", place(&full))).await.expect(200).text, stored);
     for query in ["include=everything", "include=residuals,", "include=", "includes=residuals"] {

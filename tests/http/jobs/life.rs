@@ -36,7 +36,7 @@ fn check_traced(told: &Value, first: &Value, second: &Value) {
 }
 
 /// Checks the iteration at `place` that was just created with the answer `created`, parsed as
-/// `first`: it lists its fit by figures, and the fit itself is answered in full, byte for byte.
+/// `first`: it lists its fit by figures, and the fit itself is returned in full, byte for byte.
 async fn check_seen(app: &TestApp, place: &str, created: &str, first: &Value) {
     let seen = app.get(place).await.expect(200);
     let body: IterationBody = serde_json::from_str(&seen.text).unwrap();

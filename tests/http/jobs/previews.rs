@@ -112,7 +112,7 @@ async fn fitted_heights_are_those_of_the_coefficients() {
     assert_eq!(plain["residuals"]["node_indices"].as_array().unwrap().len(), 19);
     assert!(plain["residuals"].get("heights").is_none());
 
-    // a filter that finds the peak: the heights answered are those that were fitted
+    // a filter that finds the peak: the returned heights are those that were fitted
     asked["filters"] = json!([{"type": "hampel", "window": 3, "action": "replace"}]);
     asked["include"] = json!(["fitted"]);
     let filtered = app.post(&path, &asked).await.expect(200).json();

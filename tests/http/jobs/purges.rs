@@ -161,7 +161,7 @@ async fn what_was_purged_is_gone_and_its_numbers_stay() {
         (format!("{job}/iterations"), with_prior),
         (format!("{job}/streams"), model),
         (format!("{stream}/nodes"), block.clone()),
-        // also what was answered before
+        // also blocks that were acknowledged before
         (format!("{stream}/nodes"), json!({"sequence": 1, "nodes": nodes()})),
         (format!("{stream}/finish"), json!({})),
         (format!("{finished}/finish"), json!({})),

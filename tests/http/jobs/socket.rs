@@ -100,8 +100,8 @@ async fn node_by_node_with_the_answers_of_requests() {
     assert_eq!(close(&mut last).await, Some(CloseCode::Away));
 }
 
-/// Browsers open WebSockets to anywhere: a page of elsewhere is refused, unless its origin was
-/// named. A close is answered.
+/// Browsers open WebSockets to anywhere: a page of another origin is refused, unless its origin was
+/// named. A close is confirmed.
 #[tokio::test]
 async fn pages_of_other_origins_do_not_connect() {
     let named = |settings: &mut flankfit::config::ServeSettings| {

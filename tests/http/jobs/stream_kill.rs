@@ -1,5 +1,5 @@
-//! `kill -9` in the middle of a stream: every block that was answered counts, once, and the
-//! estimate goes on as if nothing had been.
+//! `kill -9` in the middle of a stream: every acknowledged block counts, once, and the estimate
+//! continues as if nothing had happened.
 
 use reqwest::Client;
 use serde_json::json;

@@ -61,7 +61,7 @@ fn the_commands_of_the_document_lead_to_a_plant() {
     let logs = ["errors", "plant/one.log", "plant/haproxy.log", "plant/postgres.log"].map(read).join("\n");
     assert!(run.status.success(), "{said}\n{logs}");
     let numbers: Vec<&str> = said.lines().filter(|line| line.starts_with("\"number\":")).collect();
-    // the first is asked for twice
+    // the first is requested twice
     let expected = [1, 1, 2, 3, 4].map(|number| format!("\"number\":{number}"));
     assert_eq!(numbers, expected);
     for number in expected {

@@ -92,7 +92,7 @@ pub async fn until_ready(base: &str) {
     }
 }
 
-/// Requests that a server has answered with success, by the kind of its clients.
+/// Number of successful responses of a server, by the kind of its clients.
 async fn answered(base: &str) -> BTreeMap<&'static str, u64> {
     let metrics = reqwest::get(format!("{base}/metrics")).await.unwrap().text().await.unwrap();
     let kinds = ["/v1/fits", "/v1/jobs/{job_id}/iterations", "/v1/streams/{stream_id}/nodes"];

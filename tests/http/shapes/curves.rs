@@ -5,7 +5,7 @@ use crate::harness::{TestApp, send};
 use flankfit::api::curves::result::BuiltCurveBody;
 use serde_json::{Value, json};
 
-/// The values of a curve that was answered, at places.
+/// Values of a returned curve, at places.
 pub async fn values(app: &TestApp, curve: &Value, at: &[f64]) -> Vec<Value> {
     let request = json!({"curve": curve, "at": at});
     let answer = send(app.post("/v1/curves/evaluate", request.to_string())).await;

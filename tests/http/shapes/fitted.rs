@@ -1,4 +1,4 @@
-//! A fitted polynomial as a surface: answered, and taken by what works on surfaces.
+//! A fitted polynomial as a surface: returned, and accepted by the operations on surfaces.
 
 use super::{close, numbers};
 use crate::harness::{TestApp, send};

@@ -202,7 +202,7 @@ async fn faults_are_told_by_pointer() {
     // a field that is null counts as absent
     let plainly = ask(&app, &request(json!([plain]))).await;
     assert_eq!(ask(&app, &with("form", Value::Null)).await["families"], plainly["families"]);
-    // a tolerance below rounding is answered, and said not to be met
+    // a tolerance below rounding is accepted, with a warning that it is not met
     let found = ask(&app, &with("tolerance", json!(1e-300))).await;
     assert_eq!(found["warnings"][0]["code"], "tolerance_not_met");
     let mut meshed = request(json!([plain, family(json!([1, 0, 0]), json!([0.0, 1.0]))]));

@@ -1,4 +1,4 @@
-//! Jobs are listed with what became of them, found by what is asked for, and counted.
+//! Jobs are listed with their results, found by filters, and counted.
 
 use std::{collections::BTreeMap, sync::Arc};
 

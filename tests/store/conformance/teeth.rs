@@ -1,4 +1,4 @@
-//! The gear of a job and what was measured are held against each other where they are written.
+//! The gear of a job and the measured teeth are compared where they are written.
 
 use std::sync::Arc;
 

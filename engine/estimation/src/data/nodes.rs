@@ -25,9 +25,9 @@ use flankfit_numerics::{
 /// assert_eq!(grid.posted(), 6);
 ///
 /// // Every number that is wrong is named.
-/// let faults =
+/// let errors =
 ///     Nodes::curve(vec![0.0, 1.0, 2.0], vec![0.5, f64::NAN, f64::INFINITY], None).unwrap_err();
-/// let paths: Vec<&str> = faults.list().iter().map(|fault| &*fault.path).collect();
+/// let paths: Vec<&str> = errors.list().iter().map(|fault| &*fault.path).collect();
 /// assert_eq!(paths, ["y[1]", "y[2]"]);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

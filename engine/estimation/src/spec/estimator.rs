@@ -116,7 +116,7 @@ pub const DEFAULT_COVERAGE: f64 = 0.75;
 ///     ..FitSpec::new(Model::Linear)
 /// };
 /// let found = fit(&nodes, &spec)?;
-/// // Nodes beyond c = 4.685 scales have no weight.
+/// // Nodes above c = 4.685 scales have no weight.
 /// let robust = found.robust.expect("the estimator is a robust one");
 /// assert!(robust.converged);
 /// assert_eq!(robust.rejected, Some(vec![5]));

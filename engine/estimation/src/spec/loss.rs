@@ -14,7 +14,7 @@ use std::f64::consts::PI;
 /// // A residual of 2.69 scales is twice Huber's k: it has half the weight.
 /// assert_eq!(Loss::HUBER.weight(2.69), 0.5);
 /// assert_eq!(Loss::HUBER.psi(2.69), 1.345);
-/// // Tukey's biweight leaves it out beyond 4.685 scales.
+/// // Tukey's biweight leaves it out above 4.685 scales.
 /// assert_eq!(Loss::TUKEY.weight(5.0), 0.0);
 /// assert!(Loss::TUKEY.rejects() && !Loss::HUBER.rejects());
 /// ```

@@ -78,7 +78,7 @@ impl Plant {
         self.over.load(Ordering::SeqCst)
     }
 
-    /// Asks until somebody has answered, and not that it cannot.
+    /// Repeats the request until there is a response other than 503.
     pub async fn ask(&self, path: &str, request: impl Fn(RequestBuilder) -> RequestBuilder) -> Answer {
         let begun = Instant::now();
         loop {
@@ -175,7 +175,7 @@ impl Plant {
         stored
     }
 
-    /// Asks until somebody has answered.
+    /// Repeats the request until there is a response.
     pub async fn get(&self, url: &str) -> Answer {
         let begun = Instant::now();
         loop {

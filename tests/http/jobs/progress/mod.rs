@@ -33,7 +33,7 @@ async fn eager() -> TestApp {
     TestApp::around(crate::harness::TestApp::start_with(|settings| settings.pace.look = Duration::ZERO).await)
 }
 
-/// The request, to be answered with progress.
+/// Returns the request with progress in its response.
 pub fn with_progress(request: RequestBuilder) -> RequestBuilder {
     request.header("accept", "text/event-stream")
 }
