@@ -1,8 +1,8 @@
-//! Why there is no fit.
+//! Reasons why there is no fit.
 
 use flankfit_numerics::check::Faults;
 
-/// Why no fit could be given.
+/// Reason why there is no fit.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FitError {
     /// Something in the request is impossible (too few nodes, an unsorted axis, a domain that

@@ -14,7 +14,7 @@ pub(crate) struct Cells {
     pub weight: Option<Vec<f64>>,
     /// Heights of each coordinate.
     pub heights: Vec<Vec<f64>>,
-    /// Which posted node each is.
+    /// Index of the posted node of each.
     pub posted: Vec<u32>,
     /// Start of cell `i` of u and `j` of v among the nodes: entry `i · (spans of v) + j`; one more
     /// entry at the end.

@@ -60,7 +60,7 @@ impl<T: Real> Pieces<T> {
         Pieces { degree: p, size: basis.size(), breaks, spans }
     }
 
-    /// How many spans there are.
+    /// Number of spans.
     pub(crate) fn count(&self) -> usize {
         self.spans.len()
     }

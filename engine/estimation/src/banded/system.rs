@@ -72,7 +72,7 @@ pub(crate) struct Solved {
     pub last_correction: f64,
 }
 
-/// Why there is no solution.
+/// Reason why there is no solution.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Unsolved {
     /// These coefficients cannot be determined.

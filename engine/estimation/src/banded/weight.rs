@@ -21,7 +21,7 @@ pub(crate) const SEED: u64 = 0x5e_ed0f_7ace;
 /// λ is searched in units of trace(F)/trace(P), within these natural logarithms.
 const RANGE: [f64; 2] = [-23.0, 16.0];
 
-/// How the trace of the smoother was found.
+/// Method by which the trace of the smoother was computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Trace {
     /// From the inverse within the band, to rounding.
@@ -35,7 +35,7 @@ pub enum Trace {
     },
 }
 
-/// How traces of this system are found.
+/// Method by which traces of this system are computed.
 pub(crate) fn trace_of(system: &System) -> Trace {
     let (n, w) = (system.size() as f64, system.normal.fisher.width() as f64);
     if n * w * w <= EXACT { Trace::Exact } else { Trace::Estimated { probes: PROBES, seed: SEED } }

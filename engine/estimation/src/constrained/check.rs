@@ -1,4 +1,4 @@
-//! Which constraints a model can meet, before a node is seen.
+//! Checks of constraints against a model, before a node is seen.
 
 use crate::{
     design::{Axis, Basis, Design, no_range},

@@ -18,7 +18,7 @@ pub(super) struct Patch {
     /// Rows run along u.
     pub coefficients: Vec<f64>,
     pub columns: usize,
-    /// Which part, in shares of the cell.
+    /// Position of the patch, in shares of the cell.
     pub from: [f64; 2],
     pub size: [f64; 2],
 }

@@ -21,7 +21,7 @@ pub(super) struct Pieces {
 /// One piece.
 pub(super) struct Piece {
     pub range: [f64; 2],
-    /// Which function the first column is of.
+    /// Index of the function of the first column.
     pub first: usize,
     /// Bernstein coefficients of the derivative of each function that is not 0 here.
     pub change: DMatrix<Dd>,
@@ -81,8 +81,8 @@ impl Piece {
         Piece { range, first: 0, change }
     }
 
-    /// By Taylor's coefficients at the left end: Bernstein coefficient i of a polynomial of degree
-    /// d is `Σₖ C(i, k) (d − k)!/d! hᵏ f⁽ᵏ⁾`, k up to i.
+    /// Builds the pieces from Taylor's coefficients at the left end: Bernstein coefficient i of a
+    /// polynomial of degree d is `Σₖ C(i, k) (d − k)!/d! hᵏ f⁽ᵏ⁾`, k up to i.
     fn of_splines(basis: &BSplineBasis, range: [f64; 2], order: usize) -> Self {
         let p = basis.degree();
         let degree = p - order.min(p);

@@ -21,8 +21,8 @@ use flankfit_numerics::{
     triangular,
 };
 
-/// By how much derivatives may be below 0 before the last step, relative to the largest derivative
-/// of least squares.
+/// Greatest violation of derivatives before the last step, relative to the largest derivative of
+/// least squares.
 const TOLERANCE: f64 = 1e-8;
 /// Least margin above 0 in the end, relative likewise.
 const FLOOR: f64 = 1e-11;
@@ -51,7 +51,7 @@ pub(super) struct Solution {
     pub before: Vec<f64>,
     pub bounds: Vec<f64>,
     pub active: Vec<Active>,
-    /// By how much Σ w r² has grown, and by how much it grows at least.
+    /// Increase of Σ w r², and a lower bound of it.
     pub grown: f64,
     pub grown_at_least: f64,
     /// Length of the gradient of the Lagrangian over that of Qᵀy.

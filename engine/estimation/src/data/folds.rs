@@ -17,7 +17,7 @@ const DEFAULT_COUNT: usize = 10;
 pub(crate) struct Partition {
     /// Numbers of blocks, from 0.
     pub block: Vec<usize>,
-    /// How many blocks there are.
+    /// Number of blocks.
     pub count: usize,
 }
 

@@ -136,7 +136,7 @@ impl Grid {
         &self.z
     }
 
-    /// Which nodes count, where that was said.
+    /// Mask of the nodes that count, if one was given.
     pub fn valid(&self) -> Option<&[bool]> {
         self.valid.as_deref()
     }
@@ -153,7 +153,7 @@ impl Matrix {
         &self.x
     }
 
-    /// How many columns it has.
+    /// Number of columns.
     pub fn columns(&self) -> usize {
         self.columns
     }
@@ -303,7 +303,7 @@ impl Nodes {
         }
     }
 
-    /// How many nodes were posted, missing ones included.
+    /// Number of posted nodes, missing ones included.
     pub fn posted(&self) -> usize {
         match self {
             Nodes::Curve(c) => c.y.len(),

@@ -8,7 +8,7 @@ pub(crate) struct Sample<'a> {
     places: Places<'a>,
     heights: &'a [f64],
     weight: Option<&'a [f64]>,
-    /// Which posted nodes count; `None` when all do.
+    /// Indices of the posted nodes that count; `None` if all do.
     index: Option<Vec<u32>>,
     count: usize,
     /// Whitened rows and heights that replace the posted ones where errors are not white.
@@ -108,7 +108,7 @@ impl<'a> Sample<'a> {
         self.count
     }
 
-    /// Which posted nodes count, when not all do.
+    /// Indices of the posted nodes that count; `None` if all do.
     pub(crate) fn index(&self) -> Option<&[u32]> {
         self.index.as_deref()
     }

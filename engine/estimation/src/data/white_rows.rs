@@ -2,7 +2,7 @@
 
 use flankfit_numerics::Dd;
 
-/// By counted node: the working columns, the height, and what became of the constant.
+/// Whitened values by counted node: the working columns, the height, and the constant.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct WhiteRows {
     pub width: usize,

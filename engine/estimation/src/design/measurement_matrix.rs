@@ -24,9 +24,10 @@ pub(crate) struct Design {
     pub terms: Vec<(usize, usize)>,
     pub labels: Vec<String>,
     pub keys: Vec<TermKey>,
-    /// Which coefficient multiplies the constant function, where one does.
+    /// Index of the coefficient that multiplies the constant function, if one does.
     pub constant: Option<usize>,
-    /// Whether the constant lies in the span of the columns, where that is known beforehand.
+    /// True if the constant lies in the span of the columns; `None` if that is not known
+    /// beforehand.
     pub constant_in_span: Option<bool>,
     pub domain: Option<Domain>,
     /// Weights of NURBS: working functions are then `NᵢNⱼ / W`, the caller's `wᵢⱼ` times those.

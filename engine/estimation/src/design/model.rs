@@ -169,7 +169,7 @@ pub(crate) fn product_on(
     })
 }
 
-/// Which products of powers take part.
+/// Products of powers that take part.
 enum Part<'a> {
     All,
     /// Terms whose powers add up to at most so many.

@@ -23,7 +23,7 @@ pub(crate) struct Tile {
     pub v: [F64x4; GROUPS],
     pub z: [F64x4; GROUPS],
     pub w: [F64x4; GROUPS],
-    /// How many places hold nodes of their own.
+    /// Number of places that hold nodes of their own.
     pub counted: usize,
 }
 

@@ -18,7 +18,7 @@ use flankfit_numerics::{Dd, cancel::Asking, triangular};
 const SIGMAS: f64 = 4.0;
 /// Relative standard deviation of rounding to a double, at worst.
 const ROUNDING: f64 = f64::EPSILON / 3.4641016151377544;
-/// How many nodes the slope of the surface is looked at.
+/// Number of nodes at which the slope of the surface is examined.
 const LOOKED_AT: usize = 256;
 /// Intervals of the lattice that replaces nodes that are not kept.
 const LATTICE: usize = 16;
@@ -171,7 +171,7 @@ fn abscissae_of_sums(fit: &Fitted, summary: &SummaryStatistics) -> (f64, f64) {
     }
 }
 
-/// How much steeper than high a function on this axis can be (Markov's inequality).
+/// Greatest ratio of slope to height of a function on this axis (Markov's inequality).
 fn markov(axis: &Axis) -> f64 {
     match axis {
         Axis::Polynomial { mapping, size, .. } => ((size - 1) * (size - 1)) as f64 * mapping.scale,

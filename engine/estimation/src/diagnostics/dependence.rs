@@ -10,8 +10,8 @@ use crate::{
     spectrum::{Directions, ScaledColumns, caller_columns},
 };
 
-/// Whether the columns can add up to 1 at every node. Where the model does not say, the constant is
-/// projected on them: `‖P1‖² = Σ (Vᵢᵀ X̃ᵀΩ1)²/λᵢ` against `Σw`.
+/// Decides if the columns can add up to 1 at every node. If the model leaves that open, the
+/// constant is projected on them: `‖P1‖² = Σ (Vᵢᵀ X̃ᵀΩ1)²/λᵢ` against `Σw`.
 pub(crate) fn constant_in_span(
     design: &Design,
     factor: &Factor,

@@ -19,7 +19,7 @@ use super::{
 };
 use flankfit_numerics::{cancel::Asking, distribution::Student, length, root::root, triangular};
 
-/// Which process is looked for.
+/// Kind of process that is searched.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Family {
     Ar1,

@@ -21,7 +21,7 @@ use flankfit_numerics::{cancel::Asking, dot, symmetric, triangular};
 
 /// Scatter above this share of the information is counted as so much.
 const MOST: f64 = 0.9;
-/// By how many times its first order a bend shifts coefficients at most.
+/// Greatest shift of coefficients by a bend, as a multiple of its first order.
 const SHIFTED: f64 = 2.0;
 
 /// The scatter of the positions as the coefficients feel it.
@@ -30,7 +30,7 @@ pub(crate) struct Scatter {
     pub root: DMatrix<f64>,
     /// The largest share of the information along any direction that is scatter.
     pub share: f64,
-    /// By how many standard errors, at most, a sum of coefficients is shifted by the bend.
+    /// Greatest shift of a sum of coefficients by the bend, in standard errors.
     pub bend: f64,
     /// Relative standard error of the weights, in the root mean square.
     pub weights: f64,

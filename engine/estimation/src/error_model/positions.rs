@@ -58,7 +58,7 @@ pub(crate) struct Settled {
     pub rounds: usize,
     /// The share of positions in the variance, on average.
     pub share: f64,
-    /// How far the positions were moved at most.
+    /// Greatest move of a position.
     pub largest_shift: f64,
 }
 

@@ -109,7 +109,7 @@ impl Shares {
 mod tests {
     use super::*;
 
-    /// By hand: the mean of eight heights, h = 1/8.
+    /// Values by hand: the mean of eight heights, h = 1/8.
     #[test]
     fn degrees_of_freedom_are_those_of_the_nodes_that_count() {
         let freedom = |residuals: [f64; 8], form: f64| {

@@ -54,7 +54,7 @@ const FEW: f64 = 5.0;
 const SEVERAL: usize = 2;
 
 impl VarianceSpread {
-    /// How many groups a fit of so many coefficients may have.
+    /// Greatest number of groups for a fit of so many coefficients.
     pub(crate) fn most(coefficients: usize) -> usize {
         (MOST / coefficients.pow(2).max(1)).clamp(2, MOST_GROUPS)
     }

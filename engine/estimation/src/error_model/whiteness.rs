@@ -97,7 +97,7 @@ mod tests {
         assert_eq!(Whiteness::of(&[1.0; 30], &even(30, 1), 0), None);
     }
 
-    /// By hand: two lines of two.
+    /// Values by hand: two lines of two.
     #[test]
     fn lines_are_apart() {
         let found = Whiteness::of(&[1.0, 2.0, -1.0, 3.0], &even(2, 2), 1).unwrap();

@@ -60,7 +60,7 @@ pub(crate) struct Factor {
     pub max_abs: Option<f64>,
     /// The two axes, where they separate.
     pub separable: Option<Separable>,
-    /// How much more than one factorisation's rounding R may carry: 1 for nodes taken at once.
+    /// Rounding that R may carry, in units of one factorisation's: 1 for nodes taken at once.
     pub rounded: f64,
 }
 
@@ -133,7 +133,7 @@ impl Factor {
     }
 }
 
-/// How much larger errors of the working coefficients may appear in the caller's: `max_j (|T⁻¹|
+/// Amplification of errors of the working coefficients in the caller's: `max_j (|T⁻¹|
 /// |c|)_j / |(T⁻¹c)_j|`.
 pub(super) fn amplification(change: &DMatrix<Dd>, working: &[Dd]) -> f64 {
     let inverse = triangular::inverse_upper(change);

@@ -28,7 +28,8 @@ pub(crate) fn orthonormal_rows(design: &Design, factor: &Factor, sample: &Sample
     }
 }
 
-/// By products with the inverse, which do not wait for each other as a solution does.
+/// Computes the rows by products with the inverse, which do not wait for each other as a solution
+/// does.
 fn by_inverse(design: &Design, sample: &Sample, inverse: &DMatrix<f64>) -> Vec<f64> {
     let n = design.size();
     let mut out = Vec::with_capacity(sample.count() * n);

@@ -31,7 +31,7 @@ pub(crate) struct ResidualPass {
     pub values: Vec<f64>,
 }
 
-/// How exactly a residual pass is to be computed.
+/// Precision of a residual pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Precision {
     Double,

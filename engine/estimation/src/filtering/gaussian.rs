@@ -216,8 +216,7 @@ impl GaussianFilter {
             .collect()
     }
 
-    /// By what the numbers of `nodes` are multiplied, where their weights hardly determine the
-    /// order.
+    /// Factors of the numbers of `nodes`, if their weights hardly determine the order.
     fn row(&self, window: &Window, nodes: &[usize], present: &[bool], weight: impl Fn(usize) -> f64) -> Vec<f64> {
         let mut p: Vec<f64> = window.s.iter().zip(nodes).map(|(s, &node)| s * weight(node)).collect();
         // where every node under the window was given up, they all count again

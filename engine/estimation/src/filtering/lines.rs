@@ -16,7 +16,7 @@ pub(super) struct Lines {
     /// whole way to the only one, shared among repeated measurements. Equal spacing gives equal
     /// cells.
     pub cell: Vec<f64>,
-    /// How many lines there are.
+    /// Number of lines.
     pub count: usize,
     layout: Layout,
 }

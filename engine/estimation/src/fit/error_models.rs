@@ -461,7 +461,7 @@ enum Estimated<'a> {
 }
 
 impl Estimated<'_> {
-    /// Why there is no answer where the residuals do not determine it.
+    /// Message if the residuals do not determine it.
     fn open(self) -> &'static str {
         match self {
             Estimated::Groups { .. } => OPEN_GROUP,

@@ -18,7 +18,7 @@ use flankfit_numerics::{Dd, cancel, jacobi, qr_with_rhs, words::Shown};
 const WELL: f64 = 30.0;
 /// Sums at most.
 const MOST: usize = 100;
-/// How many terms a sentence names.
+/// Number of terms that a sentence names.
 const NAMED: usize = 6;
 
 impl Solved<'_> {

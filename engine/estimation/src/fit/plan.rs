@@ -60,7 +60,7 @@ impl Plan {
     }
 }
 
-/// All that a plan depends on.
+/// Everything that a plan depends on.
 struct Key {
     u: Vec<f64>,
     v: Vec<f64>,

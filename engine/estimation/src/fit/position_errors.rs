@@ -24,7 +24,7 @@ use crate::{
 };
 use flankfit_numerics::{check::Faults, distribution::chi_squared};
 
-/// Why the positions of these nodes are taken as exact.
+/// Reason why the positions of these nodes are taken as exact.
 fn unsuited(nodes: &Nodes, spec: &FitSpec, uncertainty: NodeUncertainty) -> Option<&'static str> {
     if matches!(nodes, Nodes::Matrix(_)) {
         Some("the columns of a measurement matrix have no positions that could be off")

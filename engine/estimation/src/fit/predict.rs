@@ -88,7 +88,7 @@ fn unsuited(design: &Design, spec: &FitSpec, asked: &Predict) -> Option<String> 
     }
 }
 
-/// How many places lie outside the domain, where polynomials run away and nothing was measured.
+/// Number of places outside the domain, where polynomials run away and nothing was measured.
 pub(super) fn outside(design: &Design, at: &Places) -> usize {
     let beyond = |range: Option<[f64; 2]>, x: f64| range.is_some_and(|[low, high]| x < low || x > high);
     let Some(Domain { u, v }) = design.domain else { return 0 };
@@ -267,7 +267,7 @@ const MOST_OF_SHEETS: usize = 128;
 /// Products of a tube at most, of the plain band and of a filtered one: about a second. Beyond them
 /// the band is Scheffé's.
 const MOST_OF_TUBE: usize = 1_500_000_000;
-/// By how much more a filtered row costs.
+/// Cost of a filtered row in plain ones.
 const FILTERED: usize = 6;
 /// Coefficients above which the unit vectors of a tube are found in doubles.
 const BY_DOUBLES: usize = 32;

@@ -211,7 +211,7 @@ mod tests {
         }
     }
 
-    /// How often a part is found not to conform whose value errs by `bias` and by normal errors:
+    /// Probability that a part does not conform whose value errs by `bias` and by normal errors:
     /// the density, summed at values a hundredth of the standard error apart.
     fn refused(truth: f64, bias: f64, (std_error, bias_bound): (f64, f64), limits: [f64; 2]) -> f64 {
         let decided = |error: f64| normal(truth + bias + std_error * error, std_error, bias_bound).conformity(limits);

@@ -56,9 +56,9 @@ mod tests {
     use super::*;
     use flankfit_numerics::distribution::normal;
 
-    /// How often an interval about an estimate of standard error 1 that is off by `off` holds,
-    /// where its bias is known to be at most `bias` and its standard error is estimated: the
-    /// integral over the density of χ.
+    /// Coverage of an interval about an estimate of standard error 1 that is off by `off`, if its
+    /// bias is known to be at most `bias` and its standard error is estimated: the integral over
+    /// the density of χ.
     fn coverage(freedom: f64, bias: f64, off: f64) -> f64 {
         const STEPS: u32 = 600;
         let (mut held, mut whole) = (0.0, 0.0);

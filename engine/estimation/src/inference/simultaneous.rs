@@ -40,7 +40,7 @@ pub enum SimultaneousMethod {
 }
 
 impl SimultaneousMethod {
-    /// As the interface writes it.
+    /// Name in the interface.
     pub fn name(self) -> &'static str {
         match self {
             SimultaneousMethod::Scheffe => "scheffe",
@@ -62,7 +62,7 @@ pub struct Tube {
 /// The unit vectors that occur.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Among {
-    /// Those of a curve or a surface.
+    /// Unit vectors of a curve or a surface.
     Tube(Tube),
     /// So many, each by itself.
     Each(usize),

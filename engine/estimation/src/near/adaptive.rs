@@ -47,7 +47,7 @@ pub struct Step {
     pub rms_error: f64,
 }
 
-/// Why no more knots were tried.
+/// Reason why no more knots were tried.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stop {
     /// No point is further away than the tolerance.
@@ -57,7 +57,7 @@ pub enum Stop {
     /// No span that misses the tolerance can take a knot: it has too few parameters, or with a knot
     /// the curve oscillates between the points.
     NoRoom,
-    /// As many rounds as allowed.
+    /// The greatest number of rounds is reached.
     MostSteps,
 }
 

@@ -46,14 +46,15 @@ pub struct CurveFit {
     pub rms_error: f64,
     /// The knots tried where residuals placed them, up to the best, which are those of the curve.
     pub steps: Vec<Step>,
-    /// Why knots were no longer added; `None` where they were not placed by residuals.
+    /// Reason why knots were no longer added; `None` if they were not placed by residuals.
     pub stop: Option<Stop>,
 }
 
 impl CurveFit {
-    /// How far the curve swings out between neighbouring points at worst: how far it leaves the box
-    /// of its places at their parameters, over the extent of all points. Above [`super::WILD`] it
-    /// is no curve near the `points` it was fitted to, whatever the residuals say.
+    /// Greatest oscillation of the curve between neighbouring points: the distance by which it
+    /// leaves the box of its places at their parameters, over the extent of all points. Above
+    /// [`super::WILD`] it is no curve near the `points` it was fitted to, whatever the residuals
+    /// say.
     pub fn swing(&self, points: &CurvePoints) -> f64 {
         let counted = self.parameters.iter().enumerate().filter(|(k, _)| points.counts(*k));
         let mut distinct: Vec<f64> = counted.map(|(_, t)| *t).collect();

@@ -35,7 +35,7 @@ pub struct CurveSettings {
     pub spec: FitSpec,
 }
 
-/// When knots are good enough.
+/// Criterion for enough knots.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Adaptive {
     /// Equal spans to start with, at least 1.

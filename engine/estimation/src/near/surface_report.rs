@@ -50,7 +50,7 @@ pub struct SurfaceFit {
     pub empty_spans: usize,
     /// λ and how it was found; `None` without a penalty.
     pub regularization: Option<Weight>,
-    /// In which the matrix was factored.
+    /// Precision in which the matrix was factored.
     pub arithmetic: Arithmetic,
     /// Corrections made by residuals.
     pub corrections: usize,
@@ -86,7 +86,7 @@ pub struct Weight {
     pub criterion: Option<Criterion>,
     /// True if the criterion is met within the search range and no longer falls at its end.
     pub reached: bool,
-    /// How the trace of the smoother was found.
+    /// Method by which the trace of the smoother was computed.
     pub trace: Trace,
 }
 

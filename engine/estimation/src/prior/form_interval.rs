@@ -38,8 +38,8 @@ const FAR: [f64; 3] = [1e6, 1e9, 1e12];
 const LEAST: f64 = 0.01;
 /// Shares of the whole below which a part is left out.
 const NOTHING: f64 = 1e-6;
-/// How far from least squares c is looked for, in halves of Student's interval, and in how many
-/// steps of it. Beyond it what was known is so far off that the interval is Student's.
+/// Range from least squares in which c is searched, in halves of Student's interval, and steps in
+/// it. Outside it earlier knowledge is so far off that the interval is Student's.
 const FARTHEST: f64 = 8.0;
 const APART: u32 = 32;
 
@@ -96,9 +96,9 @@ impl FormIntervals {
         }
     }
 
-    /// How far the ends of the interval of the form lie from least squares, in the σ of `noise`.
-    /// That is to be of the nodes of now alone: what is predicted may be off by any σ, the error of
-    /// least squares not.
+    /// Distances of the ends of the form's interval from least squares, in the σ of `noise`. That
+    /// noise is to be of the present nodes alone: the prediction may be off by any σ, the error of
+    /// least squares may not.
     pub(crate) fn of(&self, form: &[f64], noise: &Noise) -> [f64; 2] {
         let length = length(form);
         if !(length > 0.0) {
@@ -323,8 +323,8 @@ mod tests {
         }
     }
 
-    /// Nothing known is Student's interval; much known is as short as Pratt's bound allows, 0.85 of
-    /// it on average at a truth that is as predicted.
+    /// Without prior knowledge the interval is Student's; with much it is as short as Pratt's bound
+    /// allows, 0.85 of it on average at a truth that is as predicted.
     #[test]
     fn what_is_known_makes_it_shorter() {
         let noise = Noise::known(1.0, 0.95);

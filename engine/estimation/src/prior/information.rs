@@ -15,7 +15,7 @@ pub(super) struct Information {
     pub d: DVector<f64>,
 }
 
-/// How a move spreads: `δ' = δ + shift + B w` with w of covariance 1.
+/// Spread of a move: `δ' = δ + shift + B w` with w of covariance 1.
 pub(super) enum Spread {
     /// B = q · 1.
     Even(f64),

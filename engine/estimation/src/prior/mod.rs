@@ -257,7 +257,7 @@ fn beyond_at(path: &str) -> Faults {
     Faults::one(path, message)
 }
 
-/// The spec with its earlier nodes changed by `change`, as those of now were.
+/// The spec with its earlier nodes changed by `change`, like the present ones.
 pub(crate) fn with_earlier(
     spec: &FitSpec,
     change: impl Fn(&Nodes) -> Result<Nodes, FitError>,

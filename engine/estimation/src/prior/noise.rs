@@ -27,7 +27,8 @@ pub(super) fn pooled(current: &Current, observed: &[Observed]) -> Result<PooledN
     ))
 }
 
-/// Whether σ of now and of all earlier residuals together differ: by Fisher's ratio of variances.
+/// Compares σ of the present nodes with that of all earlier residuals together, by Fisher's ratio
+/// of variances; `None` if they agree.
 pub(super) fn unequal(current: &Current, observed: &[Observed]) -> Option<UnequalNoise> {
     let (rss, freedom) = of_earlier(observed);
     if current.spec.noise_sigma.is_some() || current.freedom == 0 || freedom == 0 {

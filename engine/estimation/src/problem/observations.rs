@@ -23,7 +23,7 @@ impl Evidence<'_> {
         }
     }
 
-    /// Which posted nodes count, when not all do and they are at hand.
+    /// Indices of the posted nodes that count; `None` if all do or the nodes are not kept.
     pub(crate) fn counted(&self) -> Option<&[u32]> {
         match self {
             Evidence::Posted { sample, .. } => sample.index(),

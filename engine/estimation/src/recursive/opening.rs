@@ -115,7 +115,7 @@ fn is_surface(spec: &FitSpec) -> Option<bool> {
     }
 }
 
-/// Which kinds of nodes a spec takes.
+/// Kinds of nodes that a spec takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Taken {
     /// Nodes y(x).

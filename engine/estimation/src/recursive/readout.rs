@@ -51,8 +51,8 @@ impl Sums {
         (0..sample.count()).all(|k| row.is_plain(&self.design, sample, k))
     }
 
-    /// Whether every later fit can take the caller's columns; a block that spoils them is refused,
-    /// since it could not be taken back.
+    /// Checks that every later fit can take the caller's columns; a block that spoils them is
+    /// refused, since it could not be taken back.
     pub(super) fn columns_within_range(&self) -> Result<(), Faults> {
         let change = finite_change(&self.design)?;
         columns_within_range(&self.design, &triangular::multiply_upper(&self.triangle.r(), &change))

@@ -144,7 +144,7 @@ pub(crate) struct Applied {
     pub matrix_b_factors: Option<MatrixBFactors>,
     /// Input of the perturbation bounds; `None` if the estimate is not that of one matrix `X + B`.
     pub after: Option<perturbation::Estimate>,
-    /// How the estimate follows from least squares.
+    /// Map from least squares to the estimate.
     pub map: LinearMap,
     /// Present when something was known before.
     pub prior: Option<PriorApplied>,

@@ -183,7 +183,7 @@ fn corrected(
     Some((predicted * quotients / levels.len() as f64).max(least)).filter(|corrected| corrected.is_finite())
 }
 
-/// How the parameter was found, unless by looking at every node.
+/// Parameter by which λ was chosen; `None` if the choice uses single nodes.
 fn parameter(criterion: Option<Criterion>, fixed: bool, value: f64) -> Option<Parameter> {
     match criterion {
         _ if fixed => Some(Parameter::Fixed(value)),

@@ -12,7 +12,7 @@ use crate::{
 };
 
 thread_local! {
-    /// Whether the decomposition in double precision is left out.
+    /// True if the decomposition in double precision is left out.
     pub(super) static WITHOUT: Cell<bool> = const { Cell::new(false) };
 }
 

@@ -56,7 +56,7 @@ pub(crate) enum LinearMap {
     Constrained {
         /// Orthonormal columns that span the active forms, in Q's coordinates.
         held: DMatrix<f64>,
-        /// How far the expectation can lie from the truth there.
+        /// Greatest distance of the expectation from the truth there.
         reach: f64,
         /// The estimate in the working basis.
         working: Vec<Dd>,

@@ -65,7 +65,7 @@ pub(super) struct Double {
 
 /// Directions of one block.
 pub(super) struct Block {
-    /// Which directions these are.
+    /// Indices of these directions.
     pub members: Vec<usize>,
     /// Their zᵢ in the combinations of the block.
     pub z: DMatrix<f64>,

@@ -24,7 +24,7 @@ const MOST_CONDITION: f64 = 1e22;
 /// put there, has none.
 const NULL: f64 = 4.0;
 
-/// Why there is no decomposition.
+/// Reason why there is no decomposition.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum PairFault {
     /// Matrix and penalty leave the same combination of coefficients free.

@@ -32,7 +32,7 @@ impl Class {
         Class(rows)
     }
 
-    /// How many combinations.
+    /// Number of combinations.
     pub(super) fn size(&self) -> usize {
         self.0.len()
     }

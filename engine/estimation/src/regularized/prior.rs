@@ -240,8 +240,8 @@ impl<'a> Posterior<'a> {
         Ok(found.sigma.iter().map(|share| share.min(1.0)).collect())
     }
 
-    /// How far the posterior lies from least squares, and how far its expectation can lie from the
-    /// coefficients, in the scaled columns.
+    /// Distance of the posterior from least squares, and the greatest distance of its expectation
+    /// from the coefficients, in the scaled columns.
     fn bias(&self) -> Result<BiasReport, FitError> {
         let moved = times(&self.unscaled, &(&self.mixture.mean * self.sigma));
         let reach = product(&self.unscaled, &self.reach.transpose());

@@ -33,7 +33,7 @@ use flankfit_numerics::{
     words::{Shown, entries},
 };
 
-/// How far posted directions may be from orthonormal.
+/// Greatest deviation of posted directions from orthonormal ones.
 const ORTHONORMAL: f64 = 1e-8;
 /// Directions that lie closer are alike: nine tenths of the variance along the worst go.
 const ALIKE: f64 = 0.95;
@@ -126,8 +126,8 @@ fn same(a: Option<Domain>, b: Option<Domain>) -> bool {
     a.u == b.u && a.v == b.v
 }
 
-/// Why singular values of what a piece makes do not exist: a number whose squares leave the range
-/// of double, where it has one.
+/// Error for a piece without singular values: a number whose squares exceed the range of double, if
+/// it has one.
 fn beyond_double(piece: &Piece) -> FitError {
     let far = |x: f64| !(1e-150..=1e150).contains(&x);
     let place = |list: &[f64]| list.iter().position(|&x| far(x));

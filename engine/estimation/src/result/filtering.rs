@@ -71,7 +71,7 @@ impl From<&Filter> for FilterKind {
     }
 }
 
-/// How the iteration of a robust filter ended.
+/// End of the iteration of a robust filter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema))]
 pub struct IterationReport {

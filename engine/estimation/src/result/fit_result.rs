@@ -42,9 +42,9 @@ pub struct FitResult {
     pub spectrum: SpectrumReport,
     /// Regularisation that was applied, and the choices of the other criteria.
     pub regularization: RegularizationReport,
-    /// How far regularisation has moved the estimate, and how far it can have.
+    /// Distance by which regularisation has moved the estimate, and its bounds.
     pub bias: BiasReport,
-    /// How the columns depend on each other.
+    /// Dependencies between the columns.
     #[cfg_attr(feature = "contract", schema(value_type = CollinearityReport))]
     pub collinearity: Arc<CollinearityReport>,
     /// Present when `node_uncertainty` was given.

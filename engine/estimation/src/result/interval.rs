@@ -30,7 +30,7 @@ pub enum IntervalKind {
 }
 
 impl IntervalKind {
-    /// As the interface writes it.
+    /// Name in the interface.
     pub fn name(self) -> &'static str {
         match self {
             IntervalKind::Student => "student",

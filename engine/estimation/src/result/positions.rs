@@ -19,7 +19,7 @@ pub(crate) const HOLDING: [f64; 3] = [0.5, 0.6, 0.3];
     schema(as = PositionsResult)
 )]
 pub struct PositionsReport {
-    /// Whether positions were read off wrongly, or missed.
+    /// Kind of position errors: read off wrongly, or missed.
     pub kind: PositionKind,
     /// Rounds of the iteration.
     pub rounds: usize,

@@ -21,7 +21,7 @@ pub struct Predictions {
     /// Standard errors, those of least squares where λ* was chosen from the nodes; absent
     /// without an estimate of the noise.
     pub std_error: Option<Vec<f64>>,
-    /// Sharp bounds on the bias of each height, given r; with a `prior` as those of
+    /// Sharp bounds on the bias of each height, given r; with a `prior` like
     /// `coefficients[].bias_bound`.
     pub bias_bound: Vec<f64>,
     /// `[low, high]` of the true height at each place by itself. Like

@@ -55,7 +55,7 @@ pub struct RobustReport {
     pub subset_size: Option<usize>,
     /// Start of the iteration.
     pub start: Option<Start>,
-    /// Which solution was reached.
+    /// Kind of the solution reached.
     pub solution: LocalSolution,
     /// The tuning constant that follows from a share of gross errors.
     pub minimax: Option<MinimaxReport>,
@@ -102,8 +102,8 @@ pub struct LikelihoodReport {
     pub log_likelihood: f64,
 }
 
-/// Nothing does better (`global`); the one reached from the start (`from_start`), there may be
-/// others; the best of many random starts.
+/// Kind of solution: no other is better (`global`); the one reached from the start (`from_start`),
+/// there may be others; the best of many random starts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(
     feature = "contract",

@@ -1,4 +1,4 @@
-//! Which of several models was fitted, and what speaks for each.
+//! Choice of one of several models, and the criteria of each.
 
 use crate::spec::{Degree, ModelCriterion};
 
@@ -11,7 +11,7 @@ pub struct Selection {
     /// All models compared: degrees ascending, that along v fastest; terms in the order in
     /// which they were removed (`backward`) or added (`elastic_net`).
     pub candidates: Vec<Candidate>,
-    /// Which of `candidates` was fitted, from 0.
+    /// Index of the chosen one of `candidates`, from 0.
     pub chosen: usize,
 }
 

@@ -9,7 +9,7 @@ pub struct WeightedSum {
     pub value: f64,
     /// Standard error as [`Coefficient::std_error`]; `None` without degrees of freedom.
     pub std_error: Option<f64>,
-    /// As [`Coefficient::conditional_std_error`].
+    /// Standard error like [`Coefficient::conditional_std_error`].
     pub conditional_std_error: Option<f64>,
     /// Most by which regularisation can have moved it.
     pub bias_bound: f64,

@@ -2,7 +2,7 @@
 
 use super::interval::Interval;
 
-/// How a coefficient is addressed: exactly one of the three.
+/// Address of a coefficient: exactly one of the three.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(
     feature = "contract",

@@ -13,7 +13,7 @@ use flankfit_numerics::words::{Shown, Size, counted, listed, rounded};
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Warning {
-    /// As many coefficients as nodes.
+    /// Degrees of freedom are 0: as many coefficients as nodes.
     #[error("as many coefficients as nodes: there is no estimate of the noise, so no standard errors")]
     NoDegreesOfFreedom,
     /// Columns that depend on each other.
@@ -180,7 +180,7 @@ pub enum Warning {
          stands"
     )]
     FilterNotConverged {
-        /// Which one, from 0.
+        /// Index of the filter, from 0.
         filter: usize,
         /// Rounds.
         rounds: usize,
@@ -235,7 +235,7 @@ pub enum Warning {
     /// Cells without nodes.
     #[error("{empty} of {cells} cells hold no node: the surface there follows its neighbours")]
     EmptySpans {
-        /// Those without.
+        /// Number of empty cells.
         empty: usize,
         /// All.
         cells: usize,
@@ -360,7 +360,7 @@ pub enum Warning {
     PlacesBeyondDouble {
         /// The places in the requested order, ten at most.
         places: Vec<usize>,
-        /// How many there are.
+        /// Their number.
         count: usize,
     },
     /// A prior that there is no noise to weigh against.
@@ -406,7 +406,7 @@ pub enum Warning {
     FullLeverage {
         /// The posted nodes, ten at most.
         nodes: Vec<usize>,
-        /// How many there are.
+        /// Their number.
         count: usize,
     },
     /// Nodes without which nothing is left of the noise.
@@ -440,7 +440,7 @@ pub enum Warning {
         .along.name(), Probability(*.p)
     )]
     CorrelatedResiduals {
-        /// Which way scan lines run.
+        /// Direction of the scan lines.
         along: Along,
         /// `Σ rᵢrᵢ₊₁ / Σ r²` over neighbours.
         correlation: f64,

@@ -56,7 +56,7 @@ impl fmt::Display for NeedsSigma {
     }
 }
 
-/// How many times as much.
+/// A factor, in words.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Times(pub f64);
 
@@ -100,7 +100,7 @@ impl fmt::Display for Contradiction {
 pub struct ExactWithout {
     /// The posted nodes, ten at most.
     pub nodes: Vec<usize>,
-    /// How many there are.
+    /// Their number.
     pub count: usize,
     /// True if every height is fitted exactly as it is.
     pub all: bool,

@@ -39,7 +39,7 @@ pub(super) trait At {
 /// A place near the answer.
 pub(super) struct Near {
     pub x: Vec<f64>,
-    /// How far away the answer is thought to be.
+    /// Estimated distance of the solution.
     pub radius: f64,
 }
 

@@ -99,8 +99,8 @@ fn clamped(residuals: &[f64], [low, high]: [&QuantileFit; 2]) -> Vec<f64> {
     residuals.iter().map(|r| r.clamp(from, to)).collect()
 }
 
-/// How much of each node lies below a quantile surface: 0 or 1, and of those on it the share that
-/// is left of τ m, so that heights of the other sign say the same of 1 − τ.
+/// Share of each node below a quantile surface: 0 or 1, and for those on it the remainder of τ m,
+/// so that heights of the other sign give the same for 1 − τ.
 fn below(fit: &QuantileFit) -> Vec<f64> {
     let mut on: Vec<bool> = fit.residuals.iter().map(|r| *r == 0.0).collect();
     fit.vertex.basis.iter().for_each(|&k| on[k] = true);

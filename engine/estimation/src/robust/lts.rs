@@ -52,7 +52,7 @@ const EXCHANGED: usize = 2_000;
 /// Concentration steps at most; each lowers the sum, so there are few.
 const STEPS: usize = 200;
 
-/// How many nodes the sum has.
+/// Number of nodes in the sum.
 pub(super) fn subset_size(coverage: f64, m: usize, n: usize) -> usize {
     let asked = (coverage * m as f64 * (1.0 + 4.0 * f64::EPSILON)).floor() as usize;
     asked.clamp((m + n).div_ceil(2).min(m), m)

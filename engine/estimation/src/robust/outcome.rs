@@ -91,7 +91,7 @@ pub(super) enum Solved {
 
 pub(super) struct Weighting {
     pub factor: Box<Factor>,
-    /// By counted node.
+    /// Factors by counted node.
     pub omega: Vec<f64>,
 }
 

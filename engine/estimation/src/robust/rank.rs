@@ -283,7 +283,7 @@ impl Pieces for Free<'_> {
     }
 
     /// τ of a normal law whose quartiles are as far apart as those of the residuals, wherever their
-    /// level is; of the whole range where more than half of them are equal.
+    /// level is; of the whole range if more than half of them are equal.
     fn inverse_curvature(&self, start: &Evaluated) -> f64 {
         let last = start.sorted.len() - 1;
         let between = |from: usize, to: usize| 0.5 * (start.sorted[to] - start.sorted[from]);
@@ -360,7 +360,7 @@ impl Search {
     }
 }
 
-/// Which pairs of an order may change it: each place with those up to `last`.
+/// Pairs of an order that may change it: each place with those up to `last`.
 struct Window {
     last: Vec<usize>,
     /// Largest difference of residuals that was looked for.

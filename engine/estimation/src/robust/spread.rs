@@ -83,7 +83,7 @@ impl Spread {
         self.filtered(n, None, spectrum, columns, factor)
     }
 
-    /// Those of the estimate that `factors` filter along the eigenvectors.
+    /// Standard errors of the estimate that `factors` filter along the eigenvectors.
     fn filtered(
         &self,
         n: usize,

@@ -213,8 +213,8 @@ impl<'a> Walk<'a> {
         worst
     }
 
-    /// How fast each residual falls along the edge on which residual i of the basis leaves 0 to
-    /// `side`.
+    /// Rate at which each residual falls along the edge on which residual i of the basis leaves 0
+    /// to `side`.
     fn edge(&self, i: usize, side: f64) -> Vec<f64> {
         let n = self.lines.n;
         let direction: Vec<f64> = self.inverse.column(i).iter().map(|x| -side * x).collect();

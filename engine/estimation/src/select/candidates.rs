@@ -15,7 +15,7 @@ const MOST_PRODUCTS: usize = 3_000_000_000;
 /// Numbers of Q at most: 32 MB.
 const MOST_NUMBERS: usize = 4_000_000;
 
-/// Which candidate: its degree, or its columns among those of the largest model.
+/// A candidate: its degree, or its columns among those of the largest model.
 pub(super) enum Of {
     Degree(Degree),
     Columns(Vec<usize>),

@@ -22,7 +22,7 @@ use flankfit_numerics::{
 /// The model to be fitted, and the candidates it was chosen from.
 pub(crate) struct Chosen {
     pub spec: FitSpec,
-    /// Those of the columns of a measurement matrix, where they were chosen.
+    /// Nodes with the chosen columns of a measurement matrix, if columns were chosen.
     pub nodes: Option<Nodes>,
     columns: Vec<usize>,
     selection: Selection,
@@ -181,7 +181,7 @@ fn of_degree(spec: &FitSpec, degree: Degree) -> FitSpec {
     FitSpec { model, ..without(spec) }
 }
 
-/// Nothing is left to be chosen; folds stay where λ* is cross-validated.
+/// The spec without the choice; folds stay if λ* is cross-validated.
 fn without(spec: &FitSpec) -> FitSpec {
     let folds = spec.folds.clone().filter(|_| spec.cross_validates());
     FitSpec { select: None, folds, ..spec.clone() }

@@ -105,7 +105,7 @@ impl<'a> Standardized<'a> {
         largest
     }
 
-    /// Whether each column is in.
+    /// True for each column with a coefficient other than 0.
     pub(super) fn kept(&self, estimate: &Estimate) -> Vec<bool> {
         let mut kept = vec![false; self.sums.cross.len()];
         for (&j, value) in self.columns.iter().zip(&estimate.values) {

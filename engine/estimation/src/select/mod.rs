@@ -1,4 +1,4 @@
-//! Which model is fitted: every candidate's figures, and the best one.
+//! Choice of a model: the criteria of every candidate, and the best one.
 //!
 //! The nodes are factored once, for the largest model. A smaller one has some of its columns, and
 //! its factor is a QR of those columns of R: no candidate looks at the nodes again but for its

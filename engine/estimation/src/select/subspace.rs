@@ -18,7 +18,7 @@ pub(super) enum Triangle {
 pub(super) struct Subspace {
     /// Orthonormal columns.
     pub q: DMatrix<f64>,
-    /// By how much the residual sum of squares would rise without each of the columns.
+    /// Increase of the residual sum of squares without each of the columns.
     pub rises: Vec<f64>,
 }
 
@@ -34,7 +34,7 @@ impl Triangle {
         })
     }
 
-    /// How many times as long a product takes as one of doubles.
+    /// Time of a product in units of one of doubles.
     pub(super) fn cost(&self) -> usize {
         match self {
             Triangle::Double(..) => 1,

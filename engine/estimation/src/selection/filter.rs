@@ -15,7 +15,7 @@
 
 use crate::spec::Scheme;
 
-/// Which filter, without its parameter.
+/// Kind of filter, without its parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Rule {
     /// Plain least squares.

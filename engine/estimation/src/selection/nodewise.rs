@@ -4,7 +4,7 @@
 use super::blockwise::Blockwise;
 use flankfit_numerics::cancel::Asking;
 
-/// How nodes are left out.
+/// Unit in which nodes are left out.
 pub(crate) enum LeftOut {
     OneByOne(Nodewise),
     /// With what the heights have along the directions that are filtered.

@@ -58,7 +58,7 @@ impl Place {
     }
 }
 
-/// Why a criterion has no answer.
+/// Reason why a criterion has no choice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Unavailable {
     /// No σ: as many coefficients as nodes and no `noise_sigma`.

@@ -19,7 +19,7 @@ const POINTS: usize = 60;
 pub(crate) trait ParameterProblem {
     /// A parameter, with what is known of how it was found.
     type Answer: Copy;
-    /// Why there is none.
+    /// Reason why there is no choice.
     type Refusal;
 
     /// The parameter of a caller.
@@ -124,7 +124,7 @@ pub(crate) fn warn_of_missing_sigma(what: NeedsSigma, warnings: &mut Vec<Warning
     warnings.push(Warning::SigmaMissing(what));
 }
 
-/// Why a criterion cannot be had of a regularisation at all.
+/// Error for a criterion that a regularisation does not have.
 pub(crate) fn no_minimiser(wanted: Criterion) -> Faults {
     let message = match wanted {
         Criterion::MinCondition => {

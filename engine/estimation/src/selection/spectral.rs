@@ -150,7 +150,7 @@ impl<'a> Spectral<'a> {
         self.blocks[i / LANES].square[i % LANES]
     }
 
-    /// Which directions `rule` touches at `parameter`.
+    /// Directions that `rule` touches at `parameter`.
     fn touched(&self, rule: Rule, parameter: f64) -> Range<usize> {
         match rule {
             Rule::None => self.first..self.first,
@@ -198,8 +198,8 @@ impl<'a> Spectral<'a> {
         sums_at_four(self, rule, parameters, touched)
     }
 
-    /// Those of the parameter in lane `k`, where the directions before `end` were touched.
-    /// Inlined, as [`Self::sums_touching`].
+    /// Sums of the parameter in lane `k`, where the directions before `end` were touched. Inlined,
+    /// like [`Self::sums_touching`].
     #[inline(always)]
     pub(crate) fn sums_of(&self, SumsAtFour(sums): &SumsAtFour, k: usize, end: usize) -> Sums {
         self.finished(std::array::from_fn(|i| sums[i].as_array()[k]), end)

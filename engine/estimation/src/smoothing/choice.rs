@@ -33,7 +33,7 @@ pub struct Figures {
     pub effective: f64,
 }
 
-/// How λ is found.
+/// Choice of λ.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Smoothing {
     /// λ itself, or a criterion for it.

@@ -38,7 +38,7 @@ pub struct Points<'a> {
 /// Specification of a smoothing spline.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SmoothingSpec {
-    /// How λ is found.
+    /// Choice of λ.
     pub smoothing: Smoothing,
     /// σ of a height of weight 1, for `discrepancy` and `min_mse`.
     pub noise_sigma: Option<f64>,
@@ -81,9 +81,9 @@ pub struct SmoothingSpline {
 pub struct Pointwise {
     /// Distinct abscissae of the counted points, ascending.
     pub x: Vec<f64>,
-    /// By coordinate.
+    /// Fitted values, by coordinate.
     pub fitted: Vec<Vec<f64>>,
-    /// By coordinate; `None` where there is no σ̂.
+    /// Standard errors, by coordinate; `None` without σ̂.
     pub standard_errors: Vec<Option<Vec<f64>>>,
 }
 

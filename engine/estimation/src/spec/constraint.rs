@@ -101,7 +101,7 @@ impl ConstraintKind {
         }
     }
 
-    /// As the interface writes it.
+    /// Name in the interface.
     pub fn name(self) -> &'static str {
         match self {
             ConstraintKind::Increasing => "increasing",

@@ -107,7 +107,7 @@ pub enum ChosenBy {
     /// The caller gave it.
     #[cfg_attr(feature = "contract", serde(with = "fixed"))]
     Fixed,
-    /// Not regularised, for comparison.
+    /// Unregularised, for comparison.
     #[cfg_attr(feature = "contract", serde(with = "least_squares"))]
     LeastSquares,
 }

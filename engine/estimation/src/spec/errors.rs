@@ -22,7 +22,7 @@ pub enum Along {
 }
 
 impl Along {
-    /// As the interface writes it.
+    /// Name in the interface.
     pub fn name(self) -> &'static str {
         match self {
             Along::U => "u",
@@ -64,9 +64,9 @@ impl Along {
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Errors {
-    /// How they are correlated.
+    /// Correlation of the errors.
     pub correlation: Correlation,
-    /// Which way lines run.
+    /// Direction of the lines.
     pub along: Along,
     /// The line of each posted node, where scattered nodes or rows of a matrix were measured along
     /// several.

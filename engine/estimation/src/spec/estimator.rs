@@ -1,4 +1,4 @@
-//! Which estimator: least squares, or one that gross errors cannot pull away.
+//! Estimators: least squares, or one that gross errors cannot pull away.
 
 #[cfg(feature = "contract")]
 use super::form;
@@ -9,8 +9,8 @@ use super::{
     loss::Loss,
 };
 
-/// How coefficients are estimated from nodes. Weights of nodes act by `√w` on rows and heights, for
-/// every estimator.
+/// Estimator of the coefficients. Weights of nodes act by `√w` on rows and heights, for every
+/// estimator.
 ///
 /// ```
 /// use flankfit_estimation::{
@@ -127,7 +127,7 @@ pub const DEFAULT_COVERAGE: f64 = 0.75;
 pub struct MEstimator {
     /// ρ.
     pub loss: Loss,
-    /// How the scale s of the residuals is found.
+    /// Rule for the scale s of the residuals.
     pub scale: ScaleRule,
     /// The iteration stops when no residual and not the scale moves by more than this many scales.
     pub tolerance: f64,
@@ -140,7 +140,7 @@ pub struct MEstimator {
 }
 
 impl MEstimator {
-    /// As far as doubles go: a change of 1e-13 scales.
+    /// Tolerance near the limit of doubles: a change of 1e-13 scales.
     pub const TOLERANCE: f64 = 1e-13;
     /// Iterations allowed unless asked otherwise.
     pub const ITERATIONS: usize = 1000;
@@ -176,7 +176,7 @@ impl MEstimator {
     }
 }
 
-/// How the scale of the residuals is found in each iteration.
+/// Rule for the scale of the residuals in each iteration.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub enum ScaleRule {
     /// Median of |r| divided by 0.6745, as R's MASS has it.

@@ -75,7 +75,7 @@ impl Filter {
 pub struct Hampel {
     /// Nodes of the window, odd and at least 3; on a grid without `axis`, of each side of a square.
     pub window: usize,
-    /// Not negative; in robust standard deviations.
+    /// Threshold in robust standard deviations, not negative.
     pub threshold: f64,
     /// Treatment of a peak.
     pub action: Action,

@@ -49,11 +49,11 @@ pub const DEFAULT_LEVEL: f64 = 0.95;
 pub struct FitSpec {
     /// Functions whose mixture is fitted.
     pub model: Model,
-    /// How the columns of X are scaled before the eigen analysis.
+    /// Scaling of the columns of X before the eigen analysis.
     pub scaling: Scaling,
     /// Regularisation and its parameter.
     pub regularization: Regularization,
-    /// How coefficients are estimated.
+    /// Estimator of the coefficients.
     pub estimator: Estimator,
     /// The box on which mapped bases live; by default the smallest box of the counted nodes.
     pub domain: Option<Domain>,
@@ -73,15 +73,15 @@ pub struct FitSpec {
     pub level: f64,
     /// Prior knowledge of the coefficients.
     pub prior: Option<Prior>,
-    /// How the fitted function has to rise, fall or bend.
+    /// Constraints on the shape: the fitted function rises, falls or bends.
     pub constraints: Vec<Constraint>,
     /// Heights and bands at places of the domain.
     pub predict: Option<Predict>,
     /// Sums over the fitted curve or surface.
     pub sums: Option<WeightedSums>,
-    /// Which of several models is fitted, in place of `model` alone.
+    /// Choice of one of several models, in place of `model` alone.
     pub select: Option<Select>,
-    /// Which nodes blocked cross-validation leaves out together.
+    /// Nodes that blocked cross-validation leaves out together.
     pub folds: Option<Folds>,
     /// Parts of the response in addition to the default.
     pub include: Include,
@@ -134,19 +134,18 @@ impl FitSpec {
     }
 }
 
-/// How large the coefficients are taken to be. The estimate is the plain answer, but along
-/// directions with small eigenvalues it holds little but error: who chooses λ* because of that must
-/// not have the result judged by it. So with anything but [`ExpectedSize::Estimated`] the mean
-/// squared error that takes the estimate for real is no yardstick, and no warning is derived from
-/// it.
+/// Assumed size of the coefficients. The estimate is the plain one, but along directions with small
+/// eigenvalues it is mostly error. A λ* chosen because of that must not be judged by it: with
+/// anything but [`ExpectedSize::Estimated`] the mean squared error about the estimate is no
+/// yardstick, and no warning is derived from it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum ExpectedSize {
-    /// As the least-squares estimate: r = ‖Â‖.
+    /// Size of the least-squares estimate: r = ‖Â‖.
     #[default]
     Estimated,
-    /// As large as the heights speak for, in every direction alike: r = √n τ with τ² = ‖P y‖²/Σλᵢ,
-    /// P y being the part of the heights that the columns reach; at least the norm of the
-    /// regularised estimate.
+    /// Size that the heights suggest if all directions are alike: r = √n τ with τ² = ‖P y‖²/Σλᵢ, P
+    /// y being the part of the heights that the columns reach; at least the norm of the regularised
+    /// estimate.
     OfHeights,
     /// Within ± these, one for each coefficient in the caller's unit: r is the norm where all are
     /// reached; at least that of the regularised estimate.

@@ -1,4 +1,4 @@
-//! Which nodes are left out together in blocked cross-validation.
+//! Nodes that are left out together in blocked cross-validation.
 
 #[cfg(feature = "contract")]
 use super::form;

@@ -1,7 +1,7 @@
 //! L-estimators: linear combinations of order statistics, which regression quantiles take to
 //! surfaces.
 
-/// Which combination.
+/// Kind of combination.
 ///
 /// ```
 /// use flankfit_estimation::{

@@ -15,7 +15,7 @@ pub struct Predict {
     pub at: Places,
     /// Level of the bands; that of the fit's intervals where `None`.
     pub level: Option<f64>,
-    /// Which bands.
+    /// Kinds of bands.
     pub kinds: Kinds,
     /// Slopes with their confidence intervals in addition to the heights.
     pub slopes: bool,
@@ -45,7 +45,7 @@ pub enum Places {
 }
 
 impl Places {
-    /// How many there are.
+    /// Number of places.
     pub fn count(&self) -> usize {
         match self {
             Places::Curve(x) => x.len(),

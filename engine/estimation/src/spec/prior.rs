@@ -52,14 +52,14 @@ pub enum Prior {
     Given {
         /// One number for each coefficient.
         mean: Vec<f64>,
-        /// How far the coefficients may lie from it.
+        /// Spread of the coefficients about the mean.
         spread: PriorSpread,
     },
     /// Earlier iterations of the same flank.
     Iterations(Chain),
 }
 
-/// How far the coefficients may lie from the mean of a prior.
+/// Spread of the coefficients about the mean of a prior.
 #[derive(Clone, Debug, PartialEq)]
 pub enum PriorSpread {
     /// Standard deviations of independent coefficients.
@@ -114,7 +114,7 @@ pub enum PriorSpread {
 pub struct Chain {
     /// Requested iterations.
     pub which: Which,
-    /// How far the flank moves from one to the next.
+    /// Size of the moves of the flank from one iteration to the next.
     pub moves: Moves,
     /// True if the changes that kept corrections predict are taken to have come.
     pub correction: bool,
@@ -123,7 +123,7 @@ pub struct Chain {
     pub earlier: Option<Arc<[Earlier]>>,
 }
 
-/// Which earlier iterations.
+/// Earlier iterations.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize), serde(untagged))]
 pub enum Which {
@@ -144,7 +144,7 @@ impl Which {
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize), serde(untagged))]
 pub enum Moves {
-    /// As far as the iterations themselves say.
+    /// Size estimated from the iterations themselves.
     #[cfg_attr(feature = "contract", serde(with = "estimated"))]
     Estimated,
     /// The standard deviation of the move of each coefficient, in the caller's terms.

@@ -62,9 +62,9 @@ pub enum Regularization {
     None,
     /// The paper's matrix B (Eq. 40).
     Spectral {
-        /// Which eigenvalues the matrix B makes.
+        /// Scheme of the eigenvalues of the matrix B.
         scheme: Scheme,
-        /// How many eigenvalues are raised, L.
+        /// Number of eigenvalues that are raised, L.
         count: Count,
         /// λₙ/λᵢ above which [`Count::Auto`] regularises a direction.
         condition_limit: f64,
@@ -85,7 +85,7 @@ pub enum Regularization {
     },
     /// The same, with the rank chosen by one of [`Criterion::OF_RANK`].
     TruncatedSvdBy {
-        /// By what.
+        /// Criterion of the choice.
         criterion: Criterion,
     },
     /// Shrinkage by a factor that the data give.
@@ -131,11 +131,11 @@ impl Default for Regularization {
     }
 }
 
-/// How many of the smallest eigenvalues are regularised (L).
+/// Number of the smallest eigenvalues that are regularised (L).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize), serde(untagged))]
 pub enum Count {
-    /// Those with λₙ/λᵢ above the condition limit.
+    /// Eigenvalues with λₙ/λᵢ above the condition limit.
     #[default]
     #[cfg_attr(feature = "contract", serde(with = "auto"))]
     Auto,

@@ -82,7 +82,7 @@ pub struct Piece {
     /// Domain of the fit; absent for a measurement matrix.
     #[cfg_attr(feature = "contract", serde(skip_serializing_if = "Option::is_none"))]
     pub domain: Option<Domain>,
-    /// How λᵢ and λ* make cᵢ. Default `first_order`.
+    /// Rule that makes cᵢ of λᵢ and λ*. Default `first_order`.
     #[cfg_attr(feature = "contract", serde(default))]
     pub scheme: Scheme,
     /// λ*.

@@ -1,6 +1,6 @@
-//! Which eigenvalues the matrix B makes.
+//! Scheme of the eigenvalues of the matrix B.
 
-/// Which eigenvalues the matrix B makes.
+/// Scheme of the eigenvalues of the matrix B.
 ///
 /// ```
 /// use flankfit_estimation::{

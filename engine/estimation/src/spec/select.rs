@@ -1,4 +1,4 @@
-//! Which of several models is fitted.
+//! Choice of one of several models.
 
 #[cfg(feature = "contract")]
 use super::form;
@@ -37,9 +37,9 @@ use super::model::Degree;
     serde(try_from = "form::Select", into = "form::Select")
 )]
 pub struct Select {
-    /// Which models are looked at.
+    /// Candidates of the choice.
     pub candidates: Candidates,
-    /// By what one is chosen.
+    /// Criterion of the choice.
     pub criterion: ModelCriterion,
     /// True if a product of powers requires those that divide it. Only the columns of a linear
     /// model can do without.
@@ -53,7 +53,7 @@ impl Select {
     }
 }
 
-/// Which models are looked at.
+/// Candidates of the choice.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Candidates {
     /// Polynomials of every degree from 0 up to these.
@@ -62,7 +62,7 @@ pub enum Candidates {
     Terms(TermSearch),
 }
 
-/// How subsets of terms are found.
+/// Search for subsets of terms.
 ///
 /// ```
 /// use flankfit_estimation::{

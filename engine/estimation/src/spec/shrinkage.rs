@@ -55,9 +55,9 @@ pub enum ShrinkageFactor {
     JamesStein,
     /// `1 − (p−2) s²/Q`, `s² = RSS/ν`.
     HoerlKennard,
-    /// As [`ShrinkageFactor::JamesStein`], but without a target T is the grand mean: the constant
-    /// function of the (weighted) mean height, which costs one direction (p−3 in place of p−2), as
-    /// Efron and Morris did.
+    /// Variant of [`ShrinkageFactor::JamesStein`] in which without a target T is the grand mean:
+    /// the constant function of the (weighted) mean height, which costs one direction (p−3 in place
+    /// of p−2), as Efron and Morris did.
     EfronMorris,
 }
 

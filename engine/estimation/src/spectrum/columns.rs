@@ -23,7 +23,7 @@ pub(crate) fn of_scaled(sums: &[f64], columns: &ScaledColumns) -> f64 {
 pub(crate) struct ScaledColumns {
     /// `R P` in Q's coordinates: n rows, one column for each scaled column.
     pub matrix: DMatrix<Dd>,
-    /// Which coefficient each scaled column belongs to.
+    /// Index of the coefficient of each scaled column.
     pub kept: Vec<usize>,
     /// Divisor of each scaled column.
     pub scale: Vec<Dd>,
@@ -33,7 +33,7 @@ pub(crate) struct ScaledColumns {
 
 /// The constant column, left out of the analysis.
 pub(crate) struct Constant {
-    /// Which coefficient.
+    /// Index of the coefficient.
     pub index: usize,
     /// Mean of each kept column in units of the constant column.
     pub means: Vec<Dd>,

@@ -32,7 +32,7 @@ pub(crate) struct Directions {
     pub v: DMatrix<f64>,
     /// Column i is X̃Vᵢ in Q's coordinates.
     pub image: DMatrix<f64>,
-    /// How many λᵢ are numerically nonzero.
+    /// Number of λᵢ that are numerically nonzero.
     pub rank: usize,
     exact: Arc<Exact>,
 }

@@ -8,11 +8,11 @@ const SHARE: f64 = 0.5;
 /// Squared weight of a column that takes part in an exact dependency.
 pub(super) const NUMERICALLY_ZERO: f64 = 1e-12;
 
-/// How the variance of each unit-length column's coefficient is shared among the directions.
+/// Shares of the directions in the variance of each unit-length column's coefficient.
 pub(super) struct Shares {
     /// `Σᵢ V_ji²/λᵢ` over numerically nonzero directions.
     pub total: Vec<f64>,
-    /// Whether the coefficient takes part in an exact dependency.
+    /// True for each coefficient that takes part in an exact dependency.
     pub undetermined: Vec<bool>,
     /// `Σᵢ V_ji²` over the numerically zero directions.
     lost: Vec<f64>,

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::explained::pair_index;
 
-/// How many terms a sentence names; `terms` has all of them.
+/// Number of terms that a sentence names; `terms` has all of them.
 const NAMED: usize = 4;
 
 /// Returns the sentence for the reader. `pair` is the cosine of the two leading terms, if they are

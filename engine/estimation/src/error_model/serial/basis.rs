@@ -13,7 +13,7 @@ use flankfit_numerics::{cancel::Asking, distribution::pearson::Moments};
 pub(crate) struct LineBasis {
     /// Row by row, a column of this for each node.
     q: DMatrix<f64>,
-    /// Whether a node has the one before as neighbour.
+    /// True for each node that has the one before as neighbour.
     linked: Vec<bool>,
     lines: f64,
     columns: f64,

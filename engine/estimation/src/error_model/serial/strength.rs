@@ -8,8 +8,8 @@ use flankfit_numerics::root::root;
 pub(crate) struct Strength {
     /// The correlation of neighbours.
     pub rho: f64,
-    /// By which standard errors that take errors for independent are too small, over all linear
-    /// forms.
+    /// Factor by which standard errors that take errors for independent are too small, over all
+    /// linear forms.
     pub factor: f64,
 }
 

@@ -1,5 +1,5 @@
-//! How parts of a specification are written: unions with `type`, fields that exclude each other,
-//! defaults. Each form becomes its part, or says which field prevents it.
+//! Wire forms of the parts of a specification: unions with `type`, fields that exclude each other,
+//! defaults. Each form becomes its part, or an error names the field that prevents it.
 
 mod errors;
 mod estimator;

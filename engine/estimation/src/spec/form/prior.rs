@@ -27,7 +27,7 @@ pub(in crate::spec) struct Prior {
     /// `covariance.coefficients` of an answer, or all of it. It has to be positive definite.
     #[schema(min_items = 1)]
     covariance: Option<Vec<Vec<f64>>>,
-    /// Which earlier iterations of the job.
+    /// Earlier iterations of the job.
     iterations: Option<Which>,
     /// Standard deviation of the flank's change from one iteration to the next. Default
     /// `estimated`.

@@ -67,7 +67,7 @@ pub(in crate::spec) enum Regularization {
     },
     /// James–Stein: T + c (Â − T) with a factor c that the data give.
     JamesStein {
-        /// Which factor; without it that of James and Stein, 1 − (p−2) RSS/((ν+2) Q).
+        /// Kind of factor; default that of James and Stein, 1 − (p−2) RSS/((ν+2) Q).
         #[serde(skip_serializing_if = "Option::is_none")]
         variant: Option<JamesSteinVariant>,
         /// If true, the factor is at least 0. Default true, but false with the variants
