@@ -133,7 +133,7 @@ struct Work {
     repository: Arc<dyn Repository>,
 }
 
-/// How many iterations were stored, and in how many seconds.
+/// Number of stored iterations, and the seconds they took.
 async fn ours(work: &Arc<Work>) -> (f64, f64) {
     let now = SystemClock.now();
     let mut jobs = Vec::new();

@@ -4,7 +4,7 @@
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Digest(pub [u8; 32]);
 
-/// Those of all keys.
+/// Digests of all keys.
 pub type Digests = Vec<Digest>;
 
 /// Digests separated by commas; an empty text has none, as in `FLANKFIT_API_KEYS_SHA256=`.

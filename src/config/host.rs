@@ -10,7 +10,7 @@ pub struct Host {
 /// Hosts that requests may name; by default the usual ones.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum Hosts {
-    /// Those of this machine where it alone can ask and needs no key, else all.
+    /// Hosts of this machine if it alone can call and needs no key, else all.
     #[default]
     Usual,
     Any,

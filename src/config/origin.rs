@@ -5,7 +5,7 @@
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Origin(String);
 
-/// Those of all pages that may call.
+/// Origins of all pages that may call.
 pub type Origins = Vec<Origin>;
 
 impl Origin {

@@ -1,4 +1,4 @@
-//! How a PostgreSQL database is used. For SQLite none of it matters.
+//! Use of a PostgreSQL database. For SQLite none of it matters.
 
 use std::time::Duration;
 

@@ -9,7 +9,7 @@ use serde_json::{Map, Value};
 use super::error::TokenError;
 use crate::jobs::{Role, Scopes, Tenant, actor};
 
-/// By how much the provider's clock may be off.
+/// Greatest error of the provider's clock.
 pub const LEEWAY: SignedDuration = SignedDuration::from_secs(20);
 
 /// Longest subject, as OpenID Connect has it.
@@ -26,7 +26,7 @@ pub struct Holder {
     pub scopes: Scopes,
 }
 
-/// Which claims name role and tenant.
+/// Names of the claims with role and tenant.
 #[derive(Clone, Debug)]
 pub struct Names {
     pub role: String,
@@ -44,7 +44,7 @@ impl Claims {
         if self.text("iss") == Some(issuer) { Ok(()) } else { Err(TokenError::Issuer) }
     }
 
-    /// When it expires, and when it begins to be valid, where it says so.
+    /// Time at which the token expires, and at which it begins to be valid, if it has one.
     pub fn times(&self) -> Result<(Timestamp, Option<Timestamp>), TokenError> {
         let moment = |name: &'static str| match self.0.get(name) {
             None => Ok(None),
@@ -80,7 +80,7 @@ impl Claims {
         Ok(Holder { tenant, actor: subject.into(), role, scopes: Scopes::of(&scopes) })
     }
 
-    /// Those of our roles that a claim names, which may be one name or a list of names.
+    /// Known roles in a claim, which may be one name or a list of names.
     fn roles(&self, claim: &str) -> Vec<Role> {
         let mut roles: Vec<Role> = match self.at(claim) {
             Some(Value::String(name)) => Role::named(name).into_iter().collect(),

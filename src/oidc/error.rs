@@ -1,4 +1,4 @@
-//! Why tokens are refused.
+//! Reasons for which tokens are refused.
 
 /// Reason for refusing a token. Its contents are never returned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]

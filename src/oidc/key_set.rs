@@ -27,7 +27,7 @@ pub struct Key {
     pub digest: KeyDigest,
 }
 
-/// Those that can be used.
+/// Keys that can be used.
 #[derive(Clone, Debug, Default)]
 pub struct KeySet(Vec<Key>);
 

@@ -38,7 +38,7 @@ pub struct Token {
     pub holder: Holder,
     pub expires_at: Timestamp,
     not_before: Option<Timestamp>,
-    /// By which of the provider's keys it was verified.
+    /// Digest of the provider's key that verified it.
     key: KeyDigest,
 }
 
@@ -49,7 +49,7 @@ pub struct Tokens {
     names: Names,
     provider: Provider,
     clock: Arc<dyn Clock>,
-    /// By the digests of their texts.
+    /// Verified tokens by the digests of their texts.
     verified: Mutex<HashMap<[u8; 32], Arc<Token>>>,
 }
 
@@ -59,7 +59,7 @@ pub fn is_token(text: &[u8]) -> bool {
 }
 
 impl Tokens {
-    /// Those of the provider that the settings name; none where they name none.
+    /// Tokens of the provider that the settings name; `None` if they name none.
     pub fn of(settings: &OidcSettings, clock: Arc<dyn Clock>) -> Result<Option<Arc<Self>>, OutgoingError> {
         let Some(issuer) = settings.issuer.clone() else { return Ok(None) };
         Ok(Some(Arc::new(Tokens {

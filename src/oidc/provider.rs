@@ -27,14 +27,14 @@ use crate::{
 const RETRY: Duration = Duration::from_secs(15);
 /// Time between two requests for keys because of a token.
 const PAUSE: Duration = Duration::from_secs(60);
-/// How long an answer may take, and how long it may be.
+/// Greatest duration and length of a response.
 const PATIENCE: Duration = Duration::from_secs(10);
 const LONGEST: u64 = 1 << 20;
 
 /// Below the issuer.
 const DISCOVERY: &str = "/.well-known/openid-configuration";
 
-/// Why there are no new keys.
+/// Reason why there are no new keys.
 #[derive(Debug, thiserror::Error)]
 enum FetchError {
     #[error("GET {url}: {source}")]
@@ -87,7 +87,7 @@ pub struct Provider {
     asked: Mutex<Asked>,
 }
 
-/// When the provider was asked.
+/// Times of the requests to the provider.
 #[derive(Default)]
 struct Asked {
     /// Time of the last request, and its success.

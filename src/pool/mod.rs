@@ -78,7 +78,7 @@ impl<T: Send, F: FnOnce() -> T + Send> Job for Task<T, F> {
     }
 }
 
-/// Why work was not done.
+/// Reason why work was not done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PoolError {
     /// The queue is at its limit.
@@ -196,7 +196,7 @@ impl Shared {
     }
 }
 
-/// Why work was cancelled, as a label.
+/// Label for the reason why work was cancelled.
 fn reason(stopped: bool) -> &'static str {
     if stopped { "stopped" } else { "abandoned" }
 }

@@ -14,7 +14,7 @@ use std::{
 /// For whom work is done; none of work without a party.
 pub type Party = Option<Arc<str>>;
 
-/// Why something may not wait.
+/// Reason why work may not wait.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoPlace {
     /// Every place is taken, and no party has more of them than this one.
@@ -75,7 +75,7 @@ impl<T> Turns<T> {
         self.waiting < self.limit && self.check_share(self.waiting_of(party)).is_ok()
     }
 
-    /// Whether something of the party may wait, perhaps in the place of something else.
+    /// Checks that work of the party may wait, perhaps in the place of other work.
     pub fn check(&self, party: &Party) -> Result<(), NoPlace> {
         let own = self.waiting_of(party);
         self.check_share(own)?;
@@ -149,13 +149,13 @@ impl<T> Turns<T> {
         self.lanes.get(party).map_or(0, |lane| lane.waiting.len())
     }
 
-    /// Whether a party with so much waiting is below its share, where others wait.
+    /// Checks that a party with so much waiting is below its share, if others wait.
     fn check_share(&self, own: usize) -> Result<(), NoPlace> {
         let others = self.waiting - own;
         if others > 0 && own >= self.places { Err(NoPlace::Share) } else { Ok(()) }
     }
 
-    /// Whoever has most waiting, and how much that is.
+    /// Party with most waiting, and its amount.
     fn longest(&self) -> Option<(&Party, usize)> {
         self.order.iter().map(|party| (party, self.waiting_of(party))).max_by_key(|(_, length)| *length)
     }

@@ -20,7 +20,7 @@ const LONGEST_STATE: usize = 512;
 
 /// Trace context that a request carries for the span above it.
 pub struct Above<'a> {
-    /// None where there are several: it is not known then which one holds.
+    /// Value of the header; `None` if there are several, since it is not known which one holds.
     pub traceparent: Option<&'a str>,
     /// The states of other tracers, of however many headers.
     pub tracestate: Option<String>,
@@ -83,7 +83,7 @@ pub fn names(span: &Span) -> Headers {
     written.0
 }
 
-/// How a span is named in `traceparent`.
+/// Value of `traceparent` for a span.
 pub fn traceparent(of: &SpanContext) -> Option<String> {
     of.is_valid().then(|| format!("00-{}-{}-{:02x}", of.trace_id(), of.span_id(), of.trace_flags()))
 }

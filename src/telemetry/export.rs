@@ -36,19 +36,20 @@ use crate::{
 /// Spans that wait for the thread, and those that go at once.
 const PLACES: usize = 4096;
 const BATCH: usize = 512;
-/// How long spans are gathered after the first one.
+/// Time for which spans are gathered after the first one.
 const DELAY: Duration = Duration::from_secs(2);
-/// How long the collector may take for a batch, and how much of its answer is read.
+/// Greatest duration of a request to the collector, and bytes of its response that are read.
 const PATIENCE: Duration = Duration::from_secs(5);
 const ANSWER: u64 = 1 << 16;
-/// How long the end of the program waits for the last spans, and between two looks for a place.
+/// Time that the end of the program waits for the last spans, and time between two attempts at a
+/// full queue.
 const LAST: Duration = Duration::from_secs(2);
 const FULL: Duration = Duration::from_millis(5);
 
 /// Below the collector's URL.
 const PATH: &str = "/v1/traces";
 
-/// Why spans cannot be sent.
+/// Reason why spans cannot be sent.
 #[derive(Debug, thiserror::Error)]
 pub enum TraceError {
     #[error("--otlp-ca: {0}")]
@@ -179,7 +180,7 @@ struct Sending<E> {
     why: Why,
 }
 
-/// Why a request to the collector failed: the exporter says only that one did.
+/// Reason why a request to the collector failed: the exporter reports only that one did.
 type Why = Arc<Mutex<Option<String>>>;
 
 impl<E: opentelemetry_sdk::trace::SpanExporter> Sending<E> {

@@ -12,7 +12,7 @@ use std::{
 
 use tracing_subscriber::fmt::MakeWriter;
 
-/// How long lines are gathered after the first one.
+/// Time for which lines are gathered after the first one.
 const FLUSH_DELAY: Duration = Duration::from_millis(20);
 
 /// Bytes that are kept without a reader; later lines are dropped rather than held up.

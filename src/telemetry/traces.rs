@@ -28,7 +28,7 @@ pub const TARGET: &str = "flankfit::trace";
 /// must not be the clients' choice.
 const LONGEST_HOST: usize = 255;
 
-/// Which of the traces are sampled that begin here; empty where no collector is named.
+/// Sampler of the traces that begin here; empty if no collector is named.
 static SAMPLER: OnceLock<Sampler> = OnceLock::new();
 
 /// From now on there are spans, of this part of the traces that begin here.
@@ -38,9 +38,9 @@ pub fn begin(sample: f64) {
 
 /// Head of a request, as far as its span records it.
 pub struct Head<'a> {
-    /// None where it is a method that HTTP does not define.
+    /// Method; `None` if HTTP does not define it.
     pub method: Option<&'static str>,
-    /// None where no route matches.
+    /// Route; `None` if none matches.
     pub route: Option<&'a str>,
     pub scheme: &'static str,
     /// Host that the request names.

@@ -142,7 +142,7 @@ impl Server {
         }
     }
 
-    /// How often the store was asked, which is once in each second that has begun at most.
+    /// Number of checks of the store, at most one in each second that has begun.
     fn pings(&self) -> u64 {
         let pings = self.store.pings.load(SeqCst) as u64;
         let elapsed = self.begun.elapsed();

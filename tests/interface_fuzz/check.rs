@@ -141,7 +141,7 @@ impl<'de> Visitor<'de> for Once {
     }
 }
 
-/// Whether a pointer names a place of the request, or a field that an object of it lacks (or one
+/// True if a pointer names a place of the request, or a field that an object of it lacks (or one
 /// within that).
 fn stands(sent: &Value, pointer: &str) -> bool {
     let mut end = pointer.len();

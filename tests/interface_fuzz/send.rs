@@ -26,7 +26,7 @@ pub struct Answer {
 
 /// Bytes of a head that are looked at.
 const HEAD: usize = 2000;
-/// How long a connection is listened to after the last byte.
+/// Time for which a connection is read after the last byte.
 const SILENCE: Duration = Duration::from_secs(8);
 
 pub async fn send(service: &Service, request: &Request) -> Option<Answer> {

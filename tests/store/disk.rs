@@ -49,7 +49,8 @@ pub fn lose_power(directory: &Path, to: &Path) {
     }
 }
 
-/// Why the disk under a directory takes nothing more (one of SQLite's result codes), if so.
+/// Makes the disk under a directory refuse everything with one of SQLite's result codes, or accept
+/// it again.
 pub fn refuse(directory: &Path, code: Option<c_int>) {
     let mut all = REFUSING.lock().unwrap();
     all.retain(|(there, _)| there != directory);

@@ -36,7 +36,7 @@ pub struct Proxy {
     pub cut: Arc<Cut>,
 }
 
-/// When connections are cut.
+/// Moment at which connections are cut.
 #[derive(Default)]
 pub struct Cut {
     /// Before the client hears that a transaction has begun, or that it is committed; once.

@@ -1,4 +1,4 @@
-//! Which databases are opened, and which are refused in words.
+//! Databases that are opened, and databases that are refused with a message.
 
 use std::{sync::Arc, time::Duration};
 

@@ -1,4 +1,5 @@
-//! Which PostgreSQL servers are refused, and what is done again where the server refuses something.
+//! PostgreSQL servers that are refused, and requests that are repeated after a refusal by the
+//! server.
 
 use std::{
     sync::Arc,

@@ -21,7 +21,7 @@ const KEEP_LOG: &str = "mkdir log-kept && grep -v replication data/pg_hba.conf >
     echo 'local replication flankfit_backup,flankfit_owner trust' >>hba && cp hba data/pg_hba.conf && \
     printf \"archive_mode=on\\narchive_command='cp %%p $PWD/log-kept/%%f'\\n\" >>data/postgresql.conf && \
     $BIN/pg_ctl -D data -l log -m fast -w restart";
-/// As docs/how-to/postgresql.md says.
+/// Role of docs/how-to/postgresql.md.
 const ROLE: &str = "CREATE ROLE flankfit_backup LOGIN REPLICATION";
 const BACKUP: &str = "$BIN/pg_basebackup -h \"$PWD\" -U flankfit_backup -D copy -X none -c fast --no-sync";
 /// Ends the server as the loss of its machine would, and brings the copy up to the end of the log.

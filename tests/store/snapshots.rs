@@ -93,7 +93,7 @@ async fn reading(url: &str, readers: u32) -> SqlStore {
     open_postgres(settings, Arc::new(OrderedIds::new()), Arc::new(SystemClock)).await.unwrap()
 }
 
-/// Whoever asked may leave at any moment: the connection is the next one's, who sees what is there.
+/// A caller may leave at any moment: the next use of the connection sees the present state.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 #[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
 async fn a_read_that_is_given_up_leaves_no_old_state() {

@@ -1,5 +1,5 @@
-//! How stores on PostgreSQL begin: who makes the schema, what is refused, and with which rights
-//! they work.
+//! Start of stores on PostgreSQL: creation of the schema, refusals, and the rights with which they
+//! work.
 
 use std::{
     sync::Arc,

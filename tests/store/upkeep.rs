@@ -23,7 +23,7 @@ use crate::{
     support::{Place, Values, all_jobs, caller, still},
 };
 
-/// How long things are kept, in seconds, as the documents promise.
+/// Times for which data are kept, in seconds, as the documents promise.
 const HOUR: i64 = 3600;
 const WEEK: i64 = 7 * 24 * HOUR;
 const THIRTY_DAYS: i64 = 30 * 24 * HOUR;

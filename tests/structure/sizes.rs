@@ -1,4 +1,4 @@
-//! How wide and how long sources may be: what a reader takes in at once.
+//! Greatest width and length of sources, so that a reader can take them in at once.
 //!
 //! Exceptions are named below, each with its present length. They may become shorter or go, and no
 //! new one is needed where a file or a function has a part with a name of its own.

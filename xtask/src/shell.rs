@@ -38,7 +38,7 @@ pub(crate) fn output(command: &mut Command) -> Outcome<Vec<u8>> {
     if output.status.success() { Ok(output.stdout) } else { Err(format!("{command:?} failed ({})", output.status)) }
 }
 
-/// Whether there is a `cargo NAME`; if not, how to get it.
+/// Fails unless there is a `cargo NAME`, with the command that installs it.
 pub(crate) fn needs_cargo(subcommand: &str) -> Outcome {
     let asked = cargo().args([subcommand, "--version"]).stdout(Stdio::null()).stderr(Stdio::null()).status();
     let there = asked.is_ok_and(|status| status.success());

@@ -18,7 +18,7 @@ use flankfit_engine::estimation::{
 use serde_json::json;
 use timing::{Outcome, read, timed, write};
 
-/// As the HTTP service has it.
+/// Allocator of the HTTP service.
 #[global_allocator]
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 

@@ -1,5 +1,5 @@
-//! How often intervals hold where a fit is constrained, and what the constraint is worth: the table
-//! of docs/explanation/constraints.md.
+//! Coverage of intervals of constrained fits, and the gain by the constraint: the table of
+//! docs/explanation/constraints.md.
 //!
 //! 25 nodes over [0, 1], noise 0.2; a cubic or a cubic spline of four spans has to rise. `cargo run
 //! --release -p engine-benches --example constraint_coverage -- 4000` draws 4000 times each.

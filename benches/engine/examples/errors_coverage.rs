@@ -1,4 +1,4 @@
-//! How often intervals hold where errors are not white: the tables of docs/explanation/errors.md.
+//! Coverage of intervals where errors are not white: the tables of docs/explanation/errors.md.
 //!
 //! A cubic at 60 nodes whose coefficients are all 0. `cargo run --release -p engine-benches
 //! --example errors_coverage -- 2000` draws 2,000 times each; `-- 2000 powers` makes the last table
@@ -153,8 +153,7 @@ fn powers(draws: usize) -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// How often 0, the truth, lies in the intervals and bands of fits, and how often they are warned
-/// of.
+/// Counts of how often 0, the truth, lies in the intervals and bands of fits, and of warnings.
 struct Held {
     coefficients: Vec<usize>,
     heights: Vec<usize>,

@@ -1,4 +1,4 @@
-//! How often confidence intervals hold: the table of docs/explanation/intervals.md.
+//! Coverage of confidence intervals: the table of docs/explanation/intervals.md.
 //!
 //! For each design the true coefficients have norm 1 (in columns of unit length), along the worst
 //! determined direction, the best, or all alike; the noise is a tenth, once and ten times what

@@ -1,4 +1,4 @@
-//! How often intervals hold where the positions of the nodes are off: the table of
+//! Coverage of intervals where the positions of the nodes are off: the table of
 //! docs/explanation/errors.md.
 //!
 //! Sixty nodes over 10 mm, cubics in µm by Legendre polynomials, positions off by a given standard

@@ -1,4 +1,4 @@
-//! How good the chain of earlier iterations is, and how often its intervals hold: the table of
+//! Errors of the chain of earlier iterations, and coverage of its intervals: the table of
 //! docs/explanation/prior.md.
 //!
 //! Sets of iterations over the same nodes, between which the coefficients move at random by so many
@@ -20,7 +20,7 @@ use flankfit_engine::estimation::{
 };
 use oracle::random::Random;
 
-/// Which coefficients move.
+/// Coefficients that move.
 #[derive(Clone, Copy)]
 enum Moving {
     All,

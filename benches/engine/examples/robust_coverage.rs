@@ -1,5 +1,4 @@
-//! How often the 95 % intervals of robust estimators hold: the table of
-//! docs/explanation/intervals.md.
+//! Coverage of the 95 % intervals of robust estimators: the table of docs/explanation/intervals.md.
 //!
 //! A cubic on 45 nodes, errors of four distributions with the same middle; the mean over the four
 //! coefficients, that of the worst one, the width, and how often the band of a further measurement

@@ -69,7 +69,7 @@ fn spec(degree: Degree, terms: Terms) -> FitSpec {
     }
 }
 
-/// How a model is chosen.
+/// Way to choose a model.
 #[derive(Clone, Copy)]
 enum Way {
     Full,
@@ -104,7 +104,7 @@ impl Way {
     }
 }
 
-/// Whether a candidate is the true model, and whether it holds it.
+/// Decides if a candidate is the true model, and if it contains it.
 fn judged(chosen: &Candidate) -> (bool, bool) {
     if let Some(Degree::Each(p, q)) = chosen.degree {
         return ((p, q) == (2, 1), p >= 2 && q >= 1);

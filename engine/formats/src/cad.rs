@@ -92,7 +92,7 @@ impl CadSurface {
         (self.points[at], self.weights.as_ref().map(|w| w[at]))
     }
 
-    /// Whether the first and the last line of control points are the same, along u and along v.
+    /// Equality of the first and the last line of control points, along u and along v.
     pub(super) fn is_closed(&self) -> [bool; 2] {
         let [m, n] = [self.axes[0].size(), self.axes[1].size()];
         [

@@ -1,4 +1,4 @@
-//! Why a file cannot be read, and where.
+//! Reasons why a file cannot be read, with their places.
 
 use std::fmt;
 
@@ -19,7 +19,7 @@ impl fmt::Display for FilePosition {
     }
 }
 
-/// Why nothing can be read from a file. Whatever has a place in it names line and column.
+/// Reason why nothing can be read from a file. Variants with a place name line and column.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FileError {
     /// The file has no bytes.

@@ -24,7 +24,7 @@ pub enum Datum {
     TipDiameter,
     /// Root diameter.
     RootDiameter,
-    /// Whether teeth point inwards.
+    /// Direction of the teeth, inwards or outwards.
     Internal,
 }
 
@@ -57,7 +57,7 @@ pub struct GearFacts {
 /// A datum that a file gives otherwise than a gear has it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Difference {
-    /// Which one.
+    /// Datum that differs.
     pub datum: Datum,
     /// Its value in the file, as text.
     pub file: String,

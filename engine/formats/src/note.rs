@@ -175,7 +175,7 @@ fn more(following: usize) -> String {
 }
 
 impl Remark {
-    /// Why it is made.
+    /// Code of the remark.
     pub fn code(&self) -> NoteCode {
         match self {
             Remark::UnknownBlock { .. } | Remark::NoResult(_) => NoteCode::UnknownBlock,
@@ -214,7 +214,7 @@ pub struct Notes {
 }
 
 impl Notes {
-    /// How many notes are kept; a file of garbage must not grow with its remarks.
+    /// Number of notes that are kept; a file of garbage must not grow with its remarks.
     pub const MOST: usize = 100;
 
     /// Adds a note.
@@ -230,7 +230,7 @@ impl Notes {
         &self.list
     }
 
-    /// How many there were.
+    /// Number of notes that were made.
     pub fn count(&self) -> usize {
         self.count
     }

@@ -94,7 +94,7 @@ pub fn write(meshes: &[NamedMesh], lines: &[NamedLine], label: &Label) -> Result
     Ok(file)
 }
 
-/// Which number the normal of each node has in the file.
+/// Number of each node's normal in the file.
 struct Numbers {
     first: usize,
     count: usize,

@@ -79,7 +79,7 @@ impl SurfaceSample {
         &self.parameters
     }
 
-    /// How many nodes there are along u and along v.
+    /// Number of nodes along u and along v.
     pub fn size(&self) -> [usize; 2] {
         self.parameters.each_ref().map(Vec::len)
     }
@@ -134,8 +134,7 @@ pub(super) fn no_tolerance(tolerance: f64) -> Faults {
     Faults::one("tolerance", format_args!("the tolerance {tolerance} is not a length that nodes can be compared by"))
 }
 
-/// How many nodes there are in all; refuses more than [`MOST_NODES`], before there is any list of
-/// that length.
+/// Number of all nodes; refuses more than [`MOST_NODES`], before there is any list of that length.
 pub(super) fn counted(surfaces: &[&dyn Surface], intervals: [usize; 2]) -> Result<usize, Faults> {
     let nodes = |surface: &dyn Surface| {
         let [us, vs] = surface.breaks().map(|breaks| breaks.len().saturating_sub(1));
@@ -240,7 +239,7 @@ impl PartialEq for Chord {
 
 impl Eq for Chord {}
 
-/// How far the curve over [a, b] strays from its chord.
+/// Greatest distance of the curve over [a, b] from its chord.
 fn sagitta(curve: &dyn Curve, a: f64, b: f64) -> f64 {
     let [start, end] = [a, b].map(|t| curve.place(t)[0]);
     let chord = end - start;

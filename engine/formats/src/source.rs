@@ -45,7 +45,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Cow<'_, str>, FileError> {
     if text.trim().is_empty() { Err(FileError::Empty) } else { Ok(text) }
 }
 
-/// How two bytes of a text are a unit of UTF-16, if they are.
+/// Reader of a unit of UTF-16 from two bytes, if the text is in UTF-16.
 fn utf16(bytes: &[u8]) -> Option<fn([u8; 2]) -> u16> {
     match bytes {
         [0xFF, 0xFE, ..] => return Some(u16::from_le_bytes),
@@ -90,7 +90,7 @@ impl<'a> Line<'a> {
         FilePosition { line: self.number, column: before.chars().count() + 1 }
     }
 
-    /// Nothing but white space?
+    /// True if there is nothing but white space.
     pub(crate) fn is_blank(&self) -> bool {
         self.text.trim().is_empty()
     }
@@ -131,7 +131,7 @@ impl<'a> Lines<'a> {
         copy.next()
     }
 
-    /// How many bytes are left: no list that is read from here can have more entries.
+    /// Number of bytes that are left: no list that is read from here can have more entries.
     pub(crate) fn bytes_left(&self) -> usize {
         self.rest.map_or(0, str::len)
     }

@@ -60,7 +60,7 @@ impl<T: Real> SymmetricBand<T> {
         self.size
     }
 
-    /// How far from the diagonal entries may differ from 0.
+    /// Number of diagonals above the main one that may differ from 0.
     pub fn width(&self) -> usize {
         self.width
     }

@@ -88,7 +88,7 @@ pub trait Lanes: Copy + Send + Sync {
     fn from_parts(hi: F64x4, lo: F64x4) -> Self;
 }
 
-/// How many lanes hold `len` numbers.
+/// Number of lanes that hold `len` numbers.
 #[inline(always)]
 pub fn lanes_for(len: usize) -> usize {
     len.div_ceil(LANES)

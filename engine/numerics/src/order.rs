@@ -89,7 +89,7 @@ fn settled(keys: &mut [(u64, u32)]) -> bool {
     true
 }
 
-/// By the digits from `first` (a bit) on.
+/// Sorts by the digits from `first` (a bit) on.
 fn by_digits_from(mut keys: Vec<(u64, u32)>, first: u32) -> Vec<(u64, u32)> {
     let mut other = vec![(0, 0); keys.len()];
     for shift in (first..u64::BITS).step_by(BITS as usize) {

@@ -40,7 +40,7 @@ pub struct HalfSpace {
 }
 
 impl NearestPoint {
-    /// Nothing limits the point yet.
+    /// Makes a point that nothing limits yet.
     ///
     /// ```
     /// use flankfit_numerics::polyhedron::NearestPoint;
@@ -155,7 +155,7 @@ impl NearestPoint {
         self.solve(b);
     }
 
-    /// Which multiplier reaches 0 first, and after which step.
+    /// Index of the multiplier that reaches 0 first, and the step after which it does.
     fn first_to_leave(&self, shares: &[f64]) -> Option<(usize, f64)> {
         let largest = shares.iter().fold(0.0, |most: f64, share| most.max(share.abs()));
         let falls = |share: f64| share > 1e-12 * largest;

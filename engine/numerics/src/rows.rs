@@ -31,7 +31,7 @@ impl Rows {
         Rows { values, ends: lengths }
     }
 
-    /// How many rows there are.
+    /// Number of rows.
     pub fn count(&self) -> usize {
         self.ends.len()
     }

@@ -120,7 +120,7 @@ impl Neg for F64x4 {
     }
 }
 
-/// How four doubles are held.
+/// Storage of four doubles.
 #[cfg(target_arch = "x86_64")]
 mod register {
     #![expect(unsafe_code, reason = "a register and an array of four doubles are the same bytes")]
@@ -149,7 +149,7 @@ mod register {
     }
 }
 
-/// How four doubles are held.
+/// Storage of four doubles.
 #[cfg(not(target_arch = "x86_64"))]
 mod register {
     pub(super) type Four = [f64; 4];

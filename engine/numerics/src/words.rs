@@ -35,10 +35,10 @@ impl fmt::Display for Size {
     }
 }
 
-/// How many of something there are: `1 entry`, `2 entries`.
+/// A number of things with their name: `1 entry`, `2 entries`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Counted {
-    /// How many there are.
+    /// Their number.
     pub count: usize,
     /// Name of one of them.
     pub one: &'static str,

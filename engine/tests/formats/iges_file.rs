@@ -39,7 +39,7 @@ pub struct Entity {
 #[derive(Debug)]
 pub struct File {
     pub global: Vec<Field>,
-    /// By the number of the directory entry's first card.
+    /// Entities by the number of the directory entry's first card.
     pub entities: HashMap<usize, Entity>,
     pub order: Vec<usize>,
 }

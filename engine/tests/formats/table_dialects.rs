@@ -12,7 +12,7 @@ use flankfit_engine::{
 };
 use proptest::prelude::*;
 
-/// How a table is written.
+/// Dialect of a table.
 #[derive(Clone, Debug)]
 struct Dialect {
     separator: Separator,

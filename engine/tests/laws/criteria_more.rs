@@ -68,7 +68,7 @@ impl Dense {
         each.sum()
     }
 
-    /// Nothing between the ends of `range` is better than what was chosen.
+    /// Checks that nothing between the ends of `range` is better than the choice.
     fn check(&self, what: &str, criterion: Criterion, result: &FitResult, range: [f64; 2]) {
         let value = |k: f64| match criterion {
             Criterion::Reml => self.reml(k),

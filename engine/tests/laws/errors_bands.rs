@@ -30,8 +30,8 @@ fn spec() -> FitSpec {
     FitSpec { regularization: Regularization::None, predict, ..FitSpec::new(model) }
 }
 
-/// How often 0, the truth, lies in the intervals of the coefficients and of the heights, the least
-/// and the greatest of them, and in the band as a whole.
+/// Coverage of 0, the truth, by the intervals of the coefficients and of the heights, the least and
+/// the greatest of them, and by the band as a whole.
 #[derive(Debug)]
 struct Held {
     intervals: [f64; 2],

@@ -114,8 +114,9 @@ fn of_fit(value: f64, about: f64) -> EstimatedFigure {
     }
 }
 
-/// By the nodes the figure is 0.31, by the fit 0.33; a setting moves it by −2 a unit. So it becomes
-/// 0.33 − 2 · 0.1 = 0.13, and what its conformity is judged by moves along: from 0.36 to 0.16.
+/// From the nodes the figure is 0.31, from the fit 0.33; a setting moves it by −2 a unit. So it
+/// becomes 0.33 − 2 · 0.1 = 0.13, and what its conformity is judged by moves along: from 0.36 to
+/// 0.16.
 #[test]
 fn a_held_figure_is_that_of_the_fit_and_moves_from_there() {
     let held = HeldFigure {

@@ -54,7 +54,7 @@ fn nodes(gear: &Gear) -> (Vec<FlankNode>, Ranges) {
     (nodes, Ranges { profile, helix })
 }
 
-/// How far along the nominal normal the made flank lies, mm.
+/// Distance of the made flank along the nominal normal, mm.
 fn distance(gear: &Gear, node: FlankNode, made: &dyn Fn(f64, f64) -> Point) -> f64 {
     let place = Flank::new(gear, node.side).at(node.roll_length, node.z);
     let mut x = Vector3::new(node.roll_length, node.z, 0.0);

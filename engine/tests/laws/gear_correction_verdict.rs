@@ -1,5 +1,4 @@
-//! How often the verdict on a machine is wrong, and how often it finds what is there, by
-//! simulation.
+//! Error rates of the verdict on a machine, and rates of detection, by simulation.
 //!
 //! The quantiles of the verdict leave 0.001 for χ² and 0.001 for β̂ on both sides, so at most two
 //! false alarms in a thousand are expected where normal distributions hold exactly. Counts are

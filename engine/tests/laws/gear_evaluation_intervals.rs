@@ -44,7 +44,7 @@ fn noisy(traces: &[Trace], noise: f64, random: &mut Random) -> Vec<Trace> {
     traces
 }
 
-/// How often intervals hold the truth.
+/// Coverage of the truth by intervals.
 fn coverage<const N: usize>(runs: usize, truth: [f64; N], mut draw: impl FnMut() -> [Inference; N]) -> [f64; N] {
     let mut hits = [0usize; N];
     for _ in 0..runs {
@@ -136,7 +136,7 @@ fn intervals_of_twists_and_of_the_surface_of_traces_hold() {
     assert_holds("twist of two helices", &[twists as f64 / RUNS as f64]);
 }
 
-/// How often each decision is made on the slope of a helix that is `slope`.
+/// Rate of each decision on the slope of a helix that is `slope`.
 fn decisions(slope: f64, limits: ToleranceLimits) -> [f64; 3] {
     let (gear, mut random) = (gear(), Random::new(77));
     let clean = [trace(&gear, Kind::Helix, Side::Left, 40, |u| 0.5 * slope * u)];

@@ -128,8 +128,8 @@ fn integral_slope(deviation: impl Fn(f64) -> f64) -> f64 {
     2.0 * top / bottom
 }
 
-/// Whether samples are equally far apart in roll length, in diameter or at random: the slope is
-/// that of the curve.
+/// The slope is that of the curve, with samples equally far apart in roll length, in diameter or at
+/// random.
 #[test]
 fn how_samples_are_spaced_makes_no_difference() {
     let data = GearData { teeth: 18, helix_angle: 0.0, profile_shift: 0.3, ..data() };

@@ -61,7 +61,7 @@ fn codes(answer: &Evaluation) -> Vec<&'static str> {
     answer.warnings.iter().map(|warning| warning.code()).collect()
 }
 
-/// As the terms of the material: constant, u, v, u², uv, v².
+/// Figures as the terms of the material: constant, u, v, u², uv, v².
 fn values(surface: &TraceSurface) -> [Option<f64>; 6] {
     let of = &surface.figures;
     [

@@ -48,8 +48,8 @@ pub fn side_of(left: bool) -> Side {
     if left { Side::Left } else { Side::Right }
 }
 
-/// How far the generating line of a point misses the base circle, from the point and the transverse
-/// direction of its normal.
+/// Distance by which the generating line of a point misses the base circle, from the point and the
+/// transverse direction of its normal.
 pub fn miss(gear: &Gear, point: &[f64; 3], normal: &[f64; 3]) -> f64 {
     let across = normal[0].hypot(normal[1]);
     ((point[0] * normal[1] - point[1] * normal[0]) / across).abs() - gear.base_radius()

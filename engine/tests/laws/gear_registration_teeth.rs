@@ -18,7 +18,7 @@ const DOUBTS: [&str; 5] =
     ["poor_fit", "points_misfit", "flanks_ambiguous", "registration_not_converged", "axial_shift_for_rotation"];
 const FIVE: [Motion; 5] = [Motion::XShift, Motion::YShift, Motion::XTilt, Motion::YTilt, Motion::Rotation];
 
-/// As the service does it; `None` where a point has no foot on the nominal flank.
+/// Registration like the service's; `None` if a point has no foot on the nominal flank.
 fn tried(gear: &Gear, touches: &[MeasuredPoint], motions: &[Motion]) -> Option<Result<Registration, FitError>> {
     let (reference, spec) = (Reference::new(gear), plain());
     let asked = Registering { motions, pivot: Some(22.0), weight: None, spec: &spec };

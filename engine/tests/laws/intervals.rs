@@ -9,7 +9,7 @@ use flankfit_engine::estimation::spec::{
 };
 use flankfit_engine::estimation::{FitResult, Nodes};
 
-/// How often each interval of `spec` holds the truth, in `repetitions` draws of noise `sigma`; and
+/// Coverage of the truth by each interval of `spec`, in `repetitions` draws of noise `sigma`; and
 /// the mean of their widths over those of least squares.
 fn coverage(design: &Design, truth: &[f64], sigma: f64, spec: &FitSpec, repetitions: usize) -> (Vec<f64>, f64) {
     let mut random = Random::new(2024);

@@ -71,7 +71,7 @@ fn close(found: f64, wanted: f64, tolerance: f64) {
     assert!((found - wanted).abs() <= tolerance, "{found} is not {wanted}");
 }
 
-/// How often the curves pass `at` along parameter `axis`.
+/// Number of times that the curves pass `at` along parameter `axis`.
 fn passed(found: &Section, axis: usize, at: f64) -> usize {
     let count = |curve: &SectionCurve| {
         let above: Vec<bool> = curve.points.iter().map(|point| point.parameters[axis] > at).collect();
@@ -80,8 +80,8 @@ fn passed(found: &Section, axis: usize, at: f64) -> usize {
     found.curves.iter().map(count).sum()
 }
 
-/// How many roots in (0, 1) a cubic with these Bernstein coefficients has; `None` where two come
-/// too near to each other to be counted.
+/// Number of roots in (0, 1) of a cubic with these Bernstein coefficients; `None` if two come too
+/// near to each other to be counted.
 fn roots(b: [f64; 4]) -> Option<usize> {
     let value = |t: f64| {
         let s = 1.0 - t;

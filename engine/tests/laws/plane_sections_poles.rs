@@ -22,7 +22,7 @@ fn direction(random: &mut Random) -> Vector {
     Vector::from_fn(|_, _| random.normal()).normalize()
 }
 
-/// How near to the pole, evenly in its logarithm.
+/// Distance from the pole, evenly in its logarithm.
 fn nearness(random: &mut Random) -> f64 {
     10f64.powf(random.between(-5.0, -1.5))
 }

@@ -169,8 +169,8 @@ fn errors_of_heights_follow_from_the_covariance() {
     }
 }
 
-/// How often bands of a curve or surface hold: each interval by itself, a further measurement, and
-/// all of a fine set of places at once.
+/// Coverage of bands of a curve or surface: each interval by itself, a further measurement, and all
+/// of a fine set of places at once.
 fn coverage(nodes: impl Fn(u64) -> Nodes, places: &Places, truth: &[f64], spec: &FitSpec, noise: f64) -> [f64; 4] {
     const REPETITIONS: u64 = 1000;
     let spec = FitSpec { predict: at(places.clone()), ..spec.clone() };

@@ -18,7 +18,7 @@ pub enum Truth {
     Smallest,
     /// All along the best.
     Largest,
-    /// As much along each.
+    /// The same share along each direction.
     Every,
 }
 

@@ -89,7 +89,7 @@ fn rows(m: usize) -> Vec<[f64; 4]> {
     (0..m).map(|k| row(2.0 * k as f64 / (m - 1) as f64 - 1.0)).collect()
 }
 
-/// How often the band of a further measurement holds it, at ten places for each set of `m` nodes.
+/// Coverage of a further measurement by its band, at ten places for each set of `m` nodes.
 pub fn further(estimator: Estimator, errors: Errors, repetitions: u64, m: usize) -> f64 {
     let (x, mut hits, mut all) = (rows(m), 0u64, 0u64);
     for seed in 0..repetitions {

@@ -111,7 +111,7 @@ fn combine(vectors: &[Vec<Big>], parts: &[Big]) -> Vec<Big> {
         .collect()
 }
 
-/// How the spectrum is filtered.
+/// Filter of the spectrum.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Filter {
     /// cᵢ = (λ* − λᵢ)/(2λᵢ) for the first L.

@@ -50,7 +50,7 @@ fn certified(file: &Value, nodes: &Nodes, model: Model, (exact, floor): (&[Big],
     assert_eq!(default.residuals.least_squares_rss, residual.rss, "{name}");
 }
 
-/// As a curve, and the same powers as a matrix (they are exact doubles, or nearly).
+/// Checks a curve, and the same powers as a matrix (they are exact doubles, or nearly).
 fn polynomial(name: &str, degree: usize, wanted: f64) {
     let file = reference(name);
     let (x, y) = (numbers(&file["data"]["x"]), numbers(&file["data"]["y"]));

@@ -167,7 +167,7 @@ pub fn sections_of_surface() -> Body {
     of(&json!({"surface": surface(), "families": [{"normal": [0, 0, 1], "offsets": offsets}], "tolerance": 1e-4}))
 }
 
-/// As many nodes as an export may have: 37 × 54 + 1 each way.
+/// Greatest export of nodes: 37 × 54 + 1 each way.
 pub fn surface_file() -> Body {
     of(&json!({"surface": surface(), "format": "obj", "samples": [54, 54]}))
 }

@@ -13,16 +13,16 @@ use serde_json::{Value, json};
 use super::dear::{self, Body};
 use crate::jobs::kill::Server;
 
-/// How long a worker may go on after its client has left. On a quiet machine it is some
-/// milliseconds; a busy one may hold up the worker, the server or this test.
+/// Time for which a worker may continue after its client has left. On a quiet machine it is some
+/// milliseconds; a busy one may delay the worker, the server or this test.
 const REST: Duration = Duration::from_secs(10);
 
 /// Time within which one of some tries must end; work that does not notice the departure of its
 /// client takes longer.
 const SOON: Duration = Duration::from_secs(2);
 
-/// When the client leaves, after the work was seen running: at once (often while the request is
-/// still read), and in the midst of it.
+/// Moments at which the client leaves, after the work was seen running: at once (often while the
+/// request is still read), and in the midst of it.
 const MOMENTS: [Duration; 2] = [Duration::ZERO, Duration::from_millis(150)];
 
 /// Number of attempts of a client to leave before its response, at half the moment each time.

@@ -348,7 +348,7 @@ async fn open_connections_end_with_their_key() {
     app.stop().await;
 }
 
-/// When a key was used last is known to the minute.
+/// The time of a key's last use is known to the minute.
 #[tokio::test]
 async fn the_last_use_is_written_down() {
     let app = start().await;

@@ -1,4 +1,4 @@
-//! How clients come in: TLS, limits on callers, the listener for operation, draining.
+//! Access of clients: TLS, limits on callers, the listener for operation, draining.
 
 mod callers;
 mod collector;

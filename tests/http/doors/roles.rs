@@ -1,4 +1,4 @@
-//! Which role may ask for which operation: every cell of the table, by the document.
+//! Operations that each role may request: every cell of the table, by the document.
 
 use std::collections::BTreeMap;
 

@@ -230,7 +230,7 @@ async fn requests_of_the_server_carry_the_trace_on() {
     assert!(token.split('.').all(|part| !sent.contains(part)) && !sent.contains("jane.doe"));
 }
 
-/// How many spans are counted as lost for this reason.
+/// Number of spans counted as lost for this reason.
 async fn dropped(base: &str, reason: &str) -> u64 {
     let text = reqwest::get(format!("{base}/metrics")).await.unwrap().text().await.unwrap();
     let name = format!("flankfit_trace_spans_dropped_total{{reason=\"{reason}\"}} ");

@@ -16,7 +16,7 @@ pub fn verify_of(job: &str) -> String {
     format!("/v1/audit/verify?job={}", job.rsplit('/').next().unwrap())
 }
 
-/// That at which its entries are.
+/// Address of the job's audit.
 fn audit_of(job: &str) -> String {
     format!("/v1/audit?job={}", job.rsplit('/').next().unwrap())
 }

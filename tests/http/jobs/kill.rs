@@ -98,7 +98,7 @@ impl Server {
         assert!(told.success());
     }
 
-    /// Whether the process has ended, and how.
+    /// Exit status of the process, if it has ended.
     pub fn ended(&mut self) -> Option<std::process::ExitStatus> {
         self.child.try_wait().unwrap()
     }

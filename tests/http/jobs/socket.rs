@@ -42,7 +42,7 @@ async fn ask(socket: &mut Socket, message: &Value) -> (String, Value) {
     }
 }
 
-/// How the server closes.
+/// Code with which the server closes.
 pub async fn close(socket: &mut Socket) -> Option<CloseCode> {
     loop {
         match socket.next().await? {

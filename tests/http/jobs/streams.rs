@@ -193,7 +193,7 @@ async fn numbers_whose_powers_are_no_doubles_are_refused_at_once() {
     app.stop().await;
 }
 
-/// Nothing can be changed of a stream later: what its fit could never answer is refused at once.
+/// A stream cannot be changed later: a spec that its fit could never satisfy is refused at once.
 #[tokio::test]
 async fn predictions_that_no_fit_would_answer_are_refused_at_once() {
     let mut app = TestApp::start().await;

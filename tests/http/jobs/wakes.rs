@@ -33,7 +33,7 @@ impl Replicas {
         stored.json()["number"].clone()
     }
 
-    /// How long it takes the others to hear of iterations, each posted some time after the one
+    /// Delays until the others are notified of iterations, each posted some time after the one
     /// before.
     async fn delays(&self, job: &str, count: u64, apart: Duration) -> Vec<Duration> {
         let mut listener = self.listen(1, job).await;
@@ -79,7 +79,8 @@ async fn what_is_not_told_is_found_all_the_same() {
     assert!(delays[1] > LOOK / 4, "nobody told: {delays:?}");
 }
 
-/// Whoever has lost the connection on which it hears looks everywhere once it hears again.
+/// A server that has lost the connection of its notifications reads everything once it is connected
+/// again.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 #[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
 async fn servers_hear_again_after_their_connections_were_lost() {

@@ -15,7 +15,7 @@ const PREAMBLE: &str = "set -eu
 trap 'exit 1' TERM
 trap 'cd \"$PLANT_FOLDER\"; kill -9 $(cat *.pid) || true; pg_ctl -D data -m immediate stop || true' EXIT
 ";
-/// When all of them have ended by themselves.
+/// End of the script in which all servers have ended by themselves.
 const END: &str = "trap - EXIT\n";
 /// The user of the tests' servers where tests run as root.
 const NOBODY: u32 = 65534;

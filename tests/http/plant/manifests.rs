@@ -263,7 +263,7 @@ fn each_alert_is_tried() {
         .map(|tried| at(tried, "/alertname").as_str().unwrap())
         .collect();
     let alerts: BTreeSet<&str> = rules.lines().filter_map(|line| line.trim().strip_prefix("- alert: ")).collect();
-    // servers that nobody knows of are none
+    // unknown servers do not count
     let without_targets = at(&tests, "/tests").as_array().unwrap().iter().filter(|test| {
         !at(test, "/input_series").to_string().contains("flankfit")
             && at(test, "/alert_rule_test").to_string().contains("exp_labels")

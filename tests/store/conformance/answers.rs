@@ -137,8 +137,8 @@ pub async fn a_refused_request_leaves_its_key_free(pair: &mut Pair) {
     assert_eq!(store.insert_iteration(place.iteration(job), keyed()).await.unwrap().number, 1);
 }
 
-/// Whoever hears the outcome may ask again at once: the key that was claimed for the request is
-/// given back before.
+/// A client that has the outcome may repeat its request at once: the key that was claimed for it is
+/// released before.
 pub async fn a_claimed_key_is_given_back_with_the_outcome(pair: &mut Pair) {
     let (store, place) = (pair.store.clone(), pair.values.clone());
     let job = place.stored_job(&store).await.id;

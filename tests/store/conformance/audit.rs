@@ -203,7 +203,7 @@ pub async fn many_writers_leave_one_chain_without_gaps(pair: &mut Pair) {
     assert_eq!((verdict.entries, verdict.unsealed, verdict.seals), (92, 0, seals.len() as u64));
 }
 
-/// Whoever has the database can write all of it anew, but not what is kept elsewhere.
+/// The owner of the database can write all of it anew, but not the seals that are kept elsewhere.
 pub async fn a_chain_that_was_written_anew_is_convicted_by_its_seals(pair: &mut Pair) {
     let (store, place) = (pair.store.clone(), pair.values.clone());
     let job = place.stored_job(&store).await.id;

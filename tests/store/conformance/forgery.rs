@@ -1,5 +1,5 @@
-//! Whoever changes, removes, exchanges or makes a row behind the store's back is found. Tables and
-//! columns are read from the schema, so a new one is met here first.
+//! Every change, removal, exchange or addition of a row behind the store's back is found. Tables
+//! and columns are read from the schema, so a new one is met here first.
 
 use std::{collections::BTreeSet, sync::Arc};
 

@@ -53,7 +53,7 @@ pub trait Ground {
     /// SQL that makes another value of a column of a type; of several rows it makes different ones.
     fn changed(&self, column: &str, kind: &str) -> String;
 
-    /// Whether a text is anywhere in it.
+    /// True if a text is anywhere in it.
     fn holds<'a>(&'a self, text: &'a str) -> Soon<'a, bool>;
 
     /// Statement that restores a table from its copy, `kept_…`.

@@ -1,5 +1,5 @@
-//! Which operations and which refusals the suite has met: one that it never meets is not held to
-//! anything.
+//! Operations and refusals that the suite has exercised: it tests nothing of those that it never
+//! meets.
 
 use std::{
     collections::BTreeSet,

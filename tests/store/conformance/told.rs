@@ -82,7 +82,7 @@ pub async fn all_events_are_told_in_order_to_their_tenant_alone(pair: &mut Pair)
     assert_eq!(events(&store, two).await.last(), Some(&last[0].event));
 }
 
-/// Whoever reads while many write at once misses nothing and hears nothing twice.
+/// A reader misses nothing and gets nothing twice while many write at once.
 pub async fn what_many_write_is_told_once_to_who_reads_meanwhile(pair: &mut Pair) {
     const EACH: usize = 8;
     let (store, place) = (pair.store.clone(), pair.values.clone());

@@ -35,7 +35,7 @@ pub struct CurveSettings {
     pub spec: FitSpec,
 }
 
-/// Criterion for enough knots.
+/// Settings of adaptive knots.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Adaptive {
     /// Equal spans to start with, at least 1.

@@ -70,7 +70,7 @@ pub struct Curve {
     pub section: Section,
     /// µm with the sign stored, in the order stored; NaN where undefined.
     pub values: Vec<f64>,
-    /// How many are undefined.
+    /// Number of undefined points.
     pub undefined: usize,
     /// Line of its head.
     pub line: usize,
@@ -119,7 +119,7 @@ impl Curves {
         Ok(body.file)
     }
 
-    /// How many points are undefined in all traces.
+    /// Number of undefined points in all traces.
     pub fn undefined(&self) -> usize {
         self.curves.iter().map(|curve| curve.undefined).sum()
     }

@@ -88,7 +88,7 @@ impl HeaderLine {
 /// Preamble and header lines of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Header {
-    /// Whether the file holds curves or values.
+    /// Kind of the file: curves or values.
     pub kind: FileKind,
     /// Lines of the preamble, in the order of the file.
     pub preamble: Vec<Setting>,

@@ -70,7 +70,7 @@ pub(super) fn parse_values(text: &str) -> Result<Values, FileError> {
     Values::parse(text)
 }
 
-/// Which of the two a text is.
+/// Kind of a text.
 pub(super) fn kind_of(text: &str) -> Option<FileKind> {
     header::kind_of(super::source::Lines::new(text).find(|line| !line.is_blank())?.text)
 }

@@ -16,7 +16,7 @@ pub struct PositionedTrace {
     pub block: Block,
     /// Number within its group.
     pub index: Option<u32>,
-    /// How many samples are undefined.
+    /// Number of undefined samples.
     pub undefined: usize,
     /// Line of its head in the file.
     pub line: usize,
@@ -33,16 +33,16 @@ pub struct UnpositionedTrace {
     pub kind: Kind,
     /// Line in the file, from 1.
     pub line: usize,
-    /// Why it has no positions.
+    /// Reason why it has no positions.
     pub why: String,
 }
 
 /// All traces of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PositionedTraces {
-    /// Those with positions, in the order of the file.
+    /// Traces with positions, in the order of the file.
     pub traces: Vec<PositionedTrace>,
-    /// Those without.
+    /// Traces without positions.
     pub unplaced: Vec<UnpositionedTrace>,
 }
 

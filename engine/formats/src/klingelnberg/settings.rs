@@ -18,9 +18,9 @@ const NUMBERS: [u32; 27] =
 /// One of something for each flank.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sides<T> {
-    /// That of left flanks.
+    /// Value for left flanks.
     pub left: T,
-    /// That of right flanks.
+    /// Value for right flanks.
     pub right: T,
 }
 
@@ -92,7 +92,7 @@ pub struct HelixSetup {
     pub outer: Sides<Option<f64>>,
 }
 
-/// Which circle a lead was measured on.
+/// Circle on which a lead was measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Circle {
     /// In the middle of the profile.
@@ -274,7 +274,7 @@ impl Header {
         }
     }
 
-    /// How profiles were measured and evaluated.
+    /// Settings with which profiles were measured and evaluated.
     pub fn profile_setup(&self) -> ProfileSetup {
         ProfileSetup {
             axis: self.profile_axis(),
@@ -288,7 +288,7 @@ impl Header {
         }
     }
 
-    /// How leads were measured and evaluated.
+    /// Settings with which leads were measured and evaluated.
     pub fn helix_setup(&self) -> HelixSetup {
         HelixSetup {
             measured: self.range(61, 64),

@@ -53,7 +53,7 @@ impl Signs {
         }
     }
 
-    /// Whether the factors are known for the settings of the file, or else assumed.
+    /// True if the factors are known for the settings of the file; otherwise they are assumed.
     pub fn is_known(self, kind: Kind) -> bool {
         match kind {
             Kind::Profile => self.profile_known,

@@ -100,7 +100,7 @@ impl Contact {
     }
 }
 
-/// Which circle was measured.
+/// Circle that was measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WhichDiameter {
     /// Root circle.

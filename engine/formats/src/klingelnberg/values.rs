@@ -43,7 +43,7 @@ impl ResultValue {
 pub struct ResultLine {
     /// Code of the line.
     pub code: u32,
-    /// As printed, with single spaces: `fHb links 1`.
+    /// Name as printed, with single spaces: `fHb links 1`.
     pub name: String,
     /// `None` for a code of no known meaning.
     pub characteristic: Option<Characteristic>,

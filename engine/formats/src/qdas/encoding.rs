@@ -28,7 +28,7 @@ impl Charset {
         }
     }
 
-    /// That of bytes that [`encode`] made.
+    /// Encoding of bytes that [`encode`] made.
     pub fn of(bytes: &[u8]) -> Self {
         if bytes.starts_with(BYTE_ORDER_MARK) { Charset::Utf8 } else { Charset::Windows1252 }
     }

@@ -39,10 +39,10 @@ pub struct NodeSet {
     /// The nodes. Those of traces with separate zeros follow trace by trace, with the zeros
     /// subtracted.
     pub nodes: Result<Nodes, Faults>,
-    /// How they lie.
+    /// Layout of the nodes.
     pub layout: Layout,
-    /// How its traces meet, where the table says which of them are profiles and helices and they
-    /// cross. Helix traces that count the other way are turned in `nodes`.
+    /// Distances of its traces at their crossings, if the table says which of them are profiles and
+    /// helices and they cross. Helix traces that count the other way are turned in `nodes`.
     pub crossings: Option<Crossings>,
     /// Traces, if the table distinguishes them and they do not share one zero: they do not cross,
     /// or differ at crossings.
@@ -50,7 +50,7 @@ pub struct NodeSet {
 }
 
 impl Layout {
-    /// How the nodes of a table lie: as those of each of its flanks.
+    /// Layout of the nodes of a table: that of each of its flanks.
     pub fn of(sets: &[NodeSet]) -> Self {
         let mut each = sets.iter().map(|set| set.layout);
         each.next().filter(|first| each.all(|other| other == *first)).unwrap_or(Layout::Scattered)
@@ -91,7 +91,7 @@ impl Table {
         matches!(self.roles, Ok(Roles::Points { .. }))
     }
 
-    /// How its nodes lie; `None` where its columns or its flanks are not known.
+    /// Layout of its nodes; `None` if its columns or its flanks are not known.
     pub fn layout(&self) -> Option<Layout> {
         if self.holds_points() { Some(Layout::Points) } else { Some(Layout::of(&self.node_sets().ok()?)) }
     }
@@ -122,7 +122,7 @@ impl Table {
         }
     }
 
-    /// Why the columns make nothing.
+    /// Error for columns that form neither nodes nor points.
     fn incomplete(&self, missing: Missing) -> FileError {
         let each = self.columns.iter().zip(1..);
         let name = |(column, k): (&ColumnSpec, i32)| {
@@ -314,7 +314,7 @@ impl Surface {
         Nodes::scattered(kept(&u), kept(&v), kept(&z), weight.map(|weight| kept(&weight)))
     }
 
-    /// As a grid, where the nodes are on the crossings of a few u and v and none of them twice. A
+    /// Nodes as a grid, if they are on the crossings of a few u and v and none of them twice. A
     /// crossing that the table leaves out is a missing node.
     fn grid(&self) -> Option<Result<Nodes, Faults>> {
         let (us, vs) = (ascending(&self.u), ascending(&self.v));

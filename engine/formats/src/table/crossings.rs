@@ -32,11 +32,11 @@ const SWEEPS: usize = 50;
 /// Traces of a kind whose fixed coordinates differ by more than this share of the flank are two.
 const SAME_TRACE: f64 = 1e-3;
 
-/// How far helix traces and profiles of a side are apart where they cross: root mean square, in
-/// the unit of the heights.
+/// Distance of helix traces and profiles of a side at their crossings: root mean square, in the
+/// unit of the heights.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Crossings {
-    /// As the file has them.
+    /// Distance with the file's sign.
     pub as_given: f64,
     /// With the sign of the helix traces changed.
     pub turned: f64,
@@ -56,7 +56,7 @@ pub struct Crossings {
 /// The sign of helix traces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum HelixSign {
-    /// That of the profiles.
+    /// Sign of the profiles.
     AsGiven,
     /// The opposite one.
     Turned,
@@ -116,7 +116,7 @@ impl Crossings {
         2.0 * self.noise * self.noise + (REPEATABLE * self.range).powi(2)
     }
 
-    /// Those of several teeth together; `None` of none.
+    /// Crossings of several teeth together; `None` without teeth.
     pub(super) fn pooled(teeth: &[Self]) -> Option<Self> {
         let count = teeth.iter().map(|one| one.count).sum();
         let rms = |of: fn(&Self) -> f64| {

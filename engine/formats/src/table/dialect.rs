@@ -1,4 +1,4 @@
-//! How a table is written: found from the lines that hold numbers.
+//! Dialect of a table: found from the lines that hold numbers.
 
 use std::{borrow::Cow, cmp::Reverse, collections::BTreeMap};
 

@@ -1,4 +1,4 @@
-//! Why a table cannot be read, and what was assumed of one that was.
+//! Reasons why a table cannot be read, and assumptions about one that was.
 
 use std::fmt;
 
@@ -29,7 +29,7 @@ pub enum FlankFault {
 }
 
 impl TableFault {
-    /// How many places are named.
+    /// Number of places that are named.
     pub const MOST_PLACES: usize = 5;
 
     /// A fault of the table.
@@ -111,7 +111,7 @@ pub enum TableNote {
     },
     /// Lines before the header are no part of the table.
     LinesLeftOut {
-        /// How many.
+        /// Their number.
         lines: usize,
     },
 }

@@ -65,7 +65,7 @@ fn cells_of(text: &str, separator: Separator) -> Vec<Cow<'_, str>> {
     cells
 }
 
-/// How many cells are names that are known.
+/// Number of cells with known names.
 fn known(cells: &[Cow<'_, str>]) -> usize {
     cells.iter().filter(|cell| meaning_of(cell).is_some()).count()
 }

@@ -35,7 +35,7 @@ pub struct Table {
     pub notes: Vec<TableNote>,
     /// Nodes or points that the columns form.
     pub(super) roles: Result<Roles, Missing>,
-    /// As the mapping has it.
+    /// Layout given by the mapping.
     pub(super) given_layout: Option<Layout>,
     /// True if the mapping says what the columns are.
     pub(super) mapped: bool,
@@ -129,7 +129,7 @@ pub(crate) fn parse(text: &str, mapping: &Mapping) -> Result<Table, FileError> {
 /// Cells that cannot be read, counted, with the first places.
 #[derive(Default)]
 struct Faulty {
-    /// How many rows have another number of cells, by that number.
+    /// Numbers of rows with another number of cells, by that number.
     rows: BTreeMap<usize, usize>,
     row_places: Vec<TablePlace>,
     numbers: usize,
@@ -199,8 +199,8 @@ fn row_message(rows: usize, cells: usize, columns: usize) -> String {
     format!("{rows} {have} {cells} for {}", counted(columns, "column", "columns"))
 }
 
-/// How the table would be read, with what to send for that, and the path to what says otherwise in
-/// `mapping`.
+/// Other dialect in which the table can be read, the members to send for it, and the path of the
+/// one that contradicts it in `mapping`.
 fn hint((separator, decimal): (Separator, Decimal), so: &str, mapping: &Mapping) -> (Option<String>, String) {
     let (name, value) = match separator {
         Separator::Comma => ("commas", ","),

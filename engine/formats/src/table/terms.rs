@@ -1,4 +1,4 @@
-//! How a table is written, and what its columns are.
+//! Terms of a table: its dialect and the meaning of its columns.
 
 use std::fmt;
 
@@ -38,7 +38,7 @@ pub enum Decimal {
     Comma,
 }
 
-/// How the nodes of a table lie.
+/// Layout of the nodes of a table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Layout {
     /// On the crossings of a few u and v; crossings may be missing.
@@ -54,7 +54,7 @@ pub enum Layout {
 /// A column, or of a matrix its first column, its first row or its heights.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ColumnSpec {
-    /// As the header has it; empty without a header.
+    /// Name in the header; empty without a header.
     pub name: String,
     /// Meaning of the column.
     pub meaning: Meaning,
@@ -76,7 +76,7 @@ pub struct Mapping {
     pub matrix: Option<bool>,
     /// The columns in their order; of a matrix first column, first row and heights.
     pub columns: Option<Vec<ColumnSpec>>,
-    /// How the nodes lie.
+    /// Layout of the nodes.
     pub layout: Option<Layout>,
 }
 
@@ -88,7 +88,7 @@ pub struct Shape {
     pub separator: Separator,
     /// The decimal sign.
     pub decimal: Decimal,
-    /// How many columns there are: of a matrix three, since its rows are as long as it has v.
+    /// Number of columns: of a matrix three, since its rows are as long as it has v.
     pub columns: usize,
     /// The header, or the corner of a matrix; empty without one.
     pub names: Vec<String>,

@@ -38,11 +38,11 @@ pub enum Meaning {
     Tooth,
     /// Left or right flank.
     Flank,
-    /// Whether a trace is a profile or a helix.
+    /// Kind of a trace: profile or helix.
     Trace,
     /// Name or number of a point.
     Id,
-    /// Nothing that is read.
+    /// A column that is not read.
     Ignore,
 }
 

@@ -51,7 +51,7 @@ struct Shared {
     cancelled: AtomicBool,
     deadline: Option<Instant>,
     done: Done,
-    /// How often it may still be asked, for tests that count checkpoints.
+    /// Remaining checks before a cancellation, for tests that count checkpoints.
     #[cfg(test)]
     left: Option<atomic::AtomicUsize>,
 }
@@ -97,7 +97,7 @@ impl Handle {
         self.0.cancelled.store(true, atomic::Ordering::Relaxed);
     }
 
-    /// Whether the work is not wanted any more, or its deadline has passed.
+    /// True once the work was cancelled, or its deadline has passed.
     pub fn is_cancelled(&self) -> bool {
         #[cfg(test)]
         if let Some(left) = &self.0.left

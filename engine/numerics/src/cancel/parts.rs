@@ -1,4 +1,4 @@
-//! How far a computation is.
+//! Progress of a computation.
 //!
 //! Whoever works through parts of a known number says so by [`parts`], and does each in
 //! [`Parts::run`]: what says so inside of a part divides the share of that part. So a fit counts as

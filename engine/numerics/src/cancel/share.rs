@@ -8,7 +8,7 @@ use std::{
 /// The whole work, in the unit of shares.
 pub(super) const WHOLE: u64 = 1 << 52;
 
-/// How much of the work of a handle is done.
+/// Progress of the work of a handle.
 #[derive(Debug)]
 pub(super) struct Done {
     /// Completed share of the whole.
@@ -32,7 +32,7 @@ thread_local! {
 pub(super) struct Share(pub(super) u64);
 
 impl Share {
-    /// Nothing to be divided.
+    /// Share that cannot be divided.
     pub(super) fn none() -> Self {
         Share(SHARE.replace(0))
     }

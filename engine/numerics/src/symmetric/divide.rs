@@ -10,7 +10,7 @@ use crate::{cancel, matvec::product, tridiagonal::ql};
 /// Up to this size QL steps are as quick.
 const SMALL: usize = 24;
 
-/// Which half a vector lives in.
+/// Half in which a vector is other than 0.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Half {
     Upper,

@@ -47,7 +47,7 @@ impl Cuts {
         self.next.load(Ordering::SeqCst) > 0
     }
 
-    /// How many connections were cut, in the order of [`CUTS`].
+    /// Numbers of connections that were cut, in the order of [`CUTS`].
     pub fn fallen(&self) -> [u64; CUTS.len()] {
         self.fallen.each_ref().map(|count| count.load(Ordering::SeqCst))
     }

@@ -96,7 +96,7 @@ impl Interrupted<'_> {
         self.interruptions.iter().chain(&cuts).all(|count| *count > 0)
     }
 
-    /// That there was something to survive.
+    /// Fails unless there was something to survive.
     fn assert_whole(&self, time: Duration) {
         // a busy machine takes its time to start a server: a quarter of what the clock allows
         let least = time.as_secs() / (4 * BETWEEN_KILLS.as_secs());
