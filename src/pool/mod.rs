@@ -315,7 +315,7 @@ impl WorkPool {
             NoPlace::Full => full,
             NoPlace::Share => PoolError::Share,
         };
-        // What is refused goes when the lock is given back: what it owns may be anything.
+        // Refused work is dropped after the lock is released: it may own anything.
         state.queue.check(&party).map_err(refusal)?;
         let displaced = state.queue.push(party, job).map_err(refusal)?;
         self.shared.depth.set(state.queue.len() as f64);

@@ -128,7 +128,7 @@ proptest! {
         // The default criterion needs σ̂; without one it chooses least squares.
         prop_assert_eq!(values(&result), result.coefficients.iter().map(|c| c.least_squares).collect::<Vec<f64>>());
         let offered = criteria_of(&result);
-        // Where nothing is to be regularised they all answer least squares.
+        // With nothing to be regularised they all choose least squares.
         for criterion in [Criterion::MinMse, Criterion::Gcv, Criterion::Discrepancy] {
             let nothing = result.regularization.count == Some(0);
             prop_assert!(nothing || !offered.contains(&criterion), "{}", criterion.name());

@@ -29,7 +29,7 @@ fn compare(one: &FitResult, two: &FitResult, unit: f64, slack: f64) {
     let (a, b) = (&one.regularization, &two.regularization);
     assert_eq!((a.count, a.criterion), (b.count, b.criterion));
     if let (Some(p), Some(q)) = (a.lambda_star, b.lambda_star) {
-        // Where the objective is flat its place is known to half the digits only.
+        // The place of a flat minimum is known to half the digits only.
         assert_close("λ*", p, q, slack.max(1e-6).sqrt(), 0.0);
     }
     assert_all_close("f", &a.filter_factors, &b.filter_factors, slack.max(1e-6).sqrt());

@@ -80,7 +80,7 @@ pub fn least_squares(x: &Rows, y: &[Big]) -> LeastSquares {
 pub fn eigen(a: &Rows) -> (Vec<Big>, Vec<Vec<Big>>) {
     let n = a.len();
     let mut a = a.clone();
-    // What elimination and rounding leave of an exact 0.
+    // Remainder of an exact 0 after elimination and rounding.
     let floor = a.iter().enumerate().map(|(i, row)| row[i].log10()).fold(f64::NEG_INFINITY, f64::max) - 180.0;
     let mut v: Rows = (0..n).map(|i| (0..n).map(|j| if i == j { Big::one() } else { Big::zero() }).collect()).collect();
     for _ in 0..60 {

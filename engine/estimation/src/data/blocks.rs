@@ -62,9 +62,9 @@ impl Form {
 /// All blocks as one node set, in the order in which they came; `None` without a block. Blocks must
 /// be of one form.
 ///
-/// A single block stays what it is. Grids over the same v whose u goes on ascending are one grid;
-/// any other mixture of surface blocks becomes scattered nodes, of which missing ones are left out.
-/// Where some blocks carry weights, nodes of the others weigh 1.
+/// A single block is unchanged. Grids over the same v with ascending u become one grid; any other
+/// mixture of surface blocks becomes scattered nodes, of which missing ones are left out. If some
+/// blocks have weights, nodes of the others have weight 1.
 ///
 /// ```
 /// use flankfit_estimation::{Nodes, data::join};

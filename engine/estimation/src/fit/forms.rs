@@ -188,7 +188,7 @@ impl Forms<'_> {
     }
 
     /// The interval about a posterior, widened for a further measurement whose own error is `own`.
-    /// Where moves were estimated it is about least squares with ends of its own, and the distances
+    /// If moves were estimated it is about least squares with ends of its own, and the distances
     /// of the ends are combined with the further error each by itself (Zou and Donner, Statistics
     /// in Medicine 27, 2008); the returned value lies within.
     pub(super) fn of_posterior(&self, estimated: &Estimated, noise: &Noise, own: f64) -> Option<[f64; 2]> {

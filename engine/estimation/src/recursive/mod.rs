@@ -150,7 +150,7 @@ impl Recursive {
 
     /// The fit of all nodes so far; `None` while there are fewer than coefficients.
     ///
-    /// What needs the nodes themselves is left out, which a warning says: `max_abs`, single
+    /// Results that need the nodes themselves are left out with a warning: `max_abs`, single
     /// residuals and B.
     pub fn result(&self) -> Result<Option<FitResult>, FitError> {
         let Some(sums) = self.sums.as_ref().filter(|sums| sums.summary.count >= sums.design.size()) else {

@@ -48,7 +48,7 @@ impl Spread {
 
     /// Standard errors of `estimate`, regularised as `regularization` says.
     ///
-    /// Where the filter acts along the eigenvectors they are exact. Where it acts along others
+    /// They are exact if the filter acts along the eigenvectors. If it acts along other directions
     /// (Tikhonov), or toward a target, those of the unregularised estimate shrink in the proportion
     /// in which regularisation shrinks `(XᵀX)⁻¹`.
     pub(crate) fn standard_errors(

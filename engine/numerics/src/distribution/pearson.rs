@@ -62,7 +62,7 @@ mod tests {
 
     #[test]
     fn a_beta_distribution_is_met() {
-        // Of moments of Beta(2, 5): 2/7, 5/196, 0.5962847940, 2.88; its tail through Fisher's F.
+        // Moments of Beta(2, 5): 2/7, 5/196, 0.5962847940, 2.88; its tail through Fisher's F.
         let moments =
             Moments { mean: 2.0 / 7.0, variance: 5.0 / 196.0, skewness: 0.596_284_793_999_944, kurtosis: 2.88 };
         for x in [0.1, 0.3, 0.6, 0.9] {
