@@ -12,7 +12,7 @@ use utoipa::ToSchema;
 
 use crate::api::{
     faults::{Fault, Faults, pointer_of},
-    json::{error::ReadError, writer::NotFinite},
+    json::{error::ReadError, writer::Unwritable},
 };
 use flankfit_engine::estimation::FitError;
 
@@ -189,10 +189,13 @@ impl Problem {
             .caused_by(cause)
     }
 
-    /// 422: a number of the answer is beyond doubles, which data of sensible magnitude never lead
-    /// to.
-    pub fn not_finite(fault: NotFinite) -> Self {
-        Problem::invalid(Faults::one("", fault.to_string()))
+    /// Returns 422 for a number of the answer that leaves the range of doubles, which data of
+    /// sensible magnitude never do, and 500 for stored text that is not JSON.
+    pub fn not_finite(error: Unwritable) -> Self {
+        match error {
+            Unwritable::NotFinite(_) => Problem::invalid(Faults::one("", error.to_string())),
+            Unwritable::Broken(_) => Problem::internal(error),
+        }
     }
 
     /// Keeps what happened inside for the log.

@@ -6,8 +6,11 @@
 
 #![warn(missing_docs, unnameable_types, unreachable_pub)]
 
+pub mod axes;
 pub mod b_spline;
 pub mod bernstein;
+#[cfg(feature = "contract")]
+pub mod contract;
 pub mod curve;
 pub mod mapping;
 pub mod polar;

@@ -6,10 +6,108 @@ pub use serde;
 #[doc(hidden)]
 pub use utoipa;
 
+use serde::de::{Error, MapAccess};
+use serde_json::Value;
 use utoipa::openapi::{
     RefOr,
     schema::{ArrayBuilder, ObjectBuilder, Schema, Type},
 };
+
+use crate::check::Faults;
+
+/// Returns the error of a deserializer for a value that is well-formed and cannot be used: a line
+/// for each fault.
+pub fn refused<E: Error>(faults: Faults) -> E {
+    let lines: Vec<String> = faults.list().iter().map(ToString::to_string).collect();
+    E::custom(lines.join("\n"))
+}
+
+/// Reads the rest of an object whose first member is not its `type`. Returns the type and the other
+/// members.
+#[doc(hidden)]
+pub fn tag_and_rest<'de, A: MapAccess<'de>>(first: Option<String>, mut map: A) -> Result<(String, Value), A::Error> {
+    let mut members = serde_json::Map::new();
+    let mut next = first;
+    while let Some(name) = next {
+        members.insert(name, map.next_value()?);
+        next = map.next_key()?;
+    }
+    match members.remove("type") {
+        Some(Value::String(tag)) => Ok((tag, Value::Object(members))),
+        Some(_) => Err(A::Error::custom("`type` is not a string")),
+        None => Err(A::Error::missing_field("type")),
+    }
+}
+
+/// Implements `Deserialize` for an enum that is written with the member `type`, and whose variants
+/// hold one struct each.
+///
+/// The implementation that serde derives keeps a copy of the whole object until it knows the type,
+/// which takes several times the memory of long arrays. This one keeps nothing where `type` is the
+/// first member. It asks its deserializer for a struct with `type` as only field, so that one which
+/// can look ahead may begin with this member.
+///
+/// ```text
+/// tagged!(Shape { "circle" => Circle, "square" => Square });
+/// // with a method that returns the type
+/// tagged!(Shape as name { "circle" => Circle, "square" => Square });
+/// ```
+#[macro_export]
+macro_rules! tagged {
+    ($union:ident as $tag:ident { $($name:literal => $variant:ident),+ $(,)? }) => {
+        $crate::tagged!($union { $($name => $variant),+ });
+
+        impl $union {
+            /// Returns the value of `type`.
+            pub fn $tag(&self) -> &'static str {
+                match self {
+                    $($union::$variant(_) => $name,)+
+                }
+            }
+        }
+    };
+    ($union:ident { $($name:literal => $variant:ident),+ $(,)? }) => {
+        const _: () = {
+            use $crate::contract::serde::{
+                Deserialize, Deserializer,
+                de::{Error, MapAccess, Visitor, value::MapAccessDeserializer},
+            };
+
+            fn variant<'de, D: Deserializer<'de>>(name: &str, members: D) -> Result<$union, D::Error> {
+                match name {
+                    $($name => Deserialize::deserialize(members).map($union::$variant),)+
+                    other => Err(D::Error::unknown_variant(other, &[$($name),+])),
+                }
+            }
+
+            struct Union;
+
+            impl<'de> Visitor<'de> for Union {
+                type Value = $union;
+
+                fn expecting(&self, f: &mut ::std::fmt::Formatter) -> ::std::fmt::Result {
+                    f.write_str("an object")
+                }
+
+                fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<$union, A::Error> {
+                    let first: Option<String> = map.next_key()?;
+                    if first.as_deref() == Some("type") {
+                        let name: String = map.next_value()?;
+                        return variant(&name, MapAccessDeserializer::new(map));
+                    }
+                    let (name, members) = $crate::contract::tag_and_rest(first, map)?;
+                    variant(&name, members).map_err(A::Error::custom)
+                }
+            }
+
+            impl<'de> Deserialize<'de> for $union {
+                fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+                    deserializer.deserialize_struct(stringify!($union), &["type"], Union)
+                }
+            }
+        };
+    };
+}
 
 /// Returns the schema of one name.
 pub fn name(name: &str) -> ObjectBuilder {

@@ -15,7 +15,7 @@ mod reach;
 pub mod v3_0;
 mod variants;
 
-use std::collections::BTreeMap;
+use std::{borrow::Cow, collections::BTreeMap};
 
 use serde_json::{Map, Value};
 use utoipa::{
@@ -33,21 +33,56 @@ pub fn shape(document: &mut OpenApi) {
     flat::flatten(schemas);
     variants::name(schemas);
     closed::close(schemas, &document.paths);
+    schemas.values_mut().for_each(without_code);
     let used = reach::of_paths(schemas, &document.paths, |_| true);
     schemas.retain(|name, _| used.contains(name));
     document.components = Some(components);
 }
 
-/// Two numbers, in schemas of arrays: the generator gives entries of fixed length none.
-pub enum Pair {}
-
-impl PartialSchema for Pair {
-    fn schema() -> RefOr<Schema> {
-        list(number(), Some((2, 2))).description(Some("Two numbers.")).into()
+/// Takes code blocks out of a description: examples of documentation are Rust.
+fn without_code(schema: &mut RefOr<Schema>) {
+    let description = match schema {
+        RefOr::T(Schema::Object(object)) => &mut object.description,
+        RefOr::T(Schema::Array(array)) => &mut array.description,
+        RefOr::T(Schema::OneOf(one)) => &mut one.description,
+        _ => return,
+    };
+    if let Some(text) = description.as_mut().filter(|text| text.contains("```")) {
+        let prose: Vec<&str> = text.split("```").step_by(2).map(str::trim).filter(|part| !part.is_empty()).collect();
+        *text = prose.join("\n\n");
     }
 }
 
-impl ToSchema for Pair {}
+/// Numbers in schemas of arrays, which have no length otherwise.
+pub enum Numbers<const LEAST: usize, const MOST: usize> {}
+
+/// Two numbers.
+pub type Pair = Numbers<2, 2>;
+/// A point of space.
+pub type Triple = Numbers<3, 3>;
+/// A point of plane or space.
+pub type Coordinates = Numbers<2, 3>;
+
+impl<const LEAST: usize, const MOST: usize> PartialSchema for Numbers<LEAST, MOST> {
+    fn schema() -> RefOr<Schema> {
+        let description = match (LEAST, MOST) {
+            (2, 2) => "Two numbers.",
+            (3, _) => "Three numbers.",
+            _ => "`[x, y]` or `[x, y, z]`.",
+        };
+        list(number(), Some((LEAST, MOST))).description(Some(description)).into()
+    }
+}
+
+impl<const LEAST: usize, const MOST: usize> ToSchema for Numbers<LEAST, MOST> {
+    fn name() -> Cow<'static, str> {
+        match (LEAST, MOST) {
+            (2, 2) => "Pair".into(),
+            (3, _) => "Triple".into(),
+            _ => "Coordinates".into(),
+        }
+    }
+}
 
 /// Returns the schema of a request, and those that it refers to by their names.
 pub fn schema_of<T: ToSchema>() -> (Value, Map<String, Value>) {

@@ -6,13 +6,11 @@ use utoipa::ToSchema;
 
 use super::points::space;
 use crate::api::{
+    contract::Coordinates,
     faults::Faults,
     json::{members::of_request, numbers::read_rows, request::request, writer::Json},
     problem::Problem,
-    shapes::{
-        curve_shape::{CurveBody, read_curve},
-        places::{beyond, write_points},
-    },
+    shapes::places::{beyond, write_points},
 };
 use flankfit_engine::{
     geometry::{
@@ -29,9 +27,9 @@ request! {
     /// A curve and points.
     #[schema(as = ClosestOnCurve)]
     pub struct ClosestOnCurveBody as ClosestOnCurveMembers {
-        required curve: CurveBody,
+        required curve: CurveShape,
         /// `[x, y]` each, for a curve in space `[x, y, z]`; at most 100,000.
-        #[schema(max_items = 100_000)]
+        #[schema(value_type = Vec<Coordinates>, max_items = 100_000)]
         required points: Vec<Vec<f64>>,
     }
 }
@@ -44,6 +42,7 @@ pub struct CurveFeetBody {
     /// Parameters of the closest points on the curve.
     pub parameters: Vec<f64>,
     /// They themselves; of a graph (x, y).
+    #[schema(value_type = Vec<Coordinates>)]
     pub points: Vec<Vec<f64>>,
     /// Distance of each given point from the curve, in the caller's unit, never negative.
     pub distances: Vec<f64>,
@@ -56,7 +55,7 @@ pub struct CurveFeetBody {
 pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
     let mut faults = Faults::default();
     let members: ClosestOnCurveMembers<'_> = of_request(text, &mut faults)?;
-    let curve = members.curve.required_with(&mut faults, read_curve);
+    let curve = members.curve.required(&mut faults);
     let points = members.points.required_text(&mut faults);
     let (Some(curve), Some(points)) = (curve, points) else { return Err(Problem::invalid(faults)) };
     let width = if curve.dimension() == Dimension::Space { 3 } else { 2 };

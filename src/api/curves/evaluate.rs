@@ -8,17 +8,16 @@ use crate::api::{
     faults::Faults,
     json::{members::of_request, request::request, writer::Json},
     problem::Problem,
-    shapes::{
-        curve_shape::{CurveBody, read_curve},
-        places::{beyond, within},
-        point::PointBody,
-    },
+    shapes::places::{beyond, within},
     warning::WarningBody,
 };
 use flankfit_engine::{
-    geometry::curve::{
-        Curve, CurveShape,
-        measure::{self, Bending},
+    geometry::{
+        contract::Point,
+        curve::{
+            Curve, CurveShape,
+            measure::{self, Bending},
+        },
     },
     numerics::cancel,
     words::rounded,
@@ -31,7 +30,7 @@ request! {
     /// A curve and where it is evaluated.
     #[schema(as = EvaluateCurve)]
     pub struct EvaluateCurveBody as EvaluateCurveMembers {
-        required curve: CurveBody,
+        required curve: CurveShape,
         /// Parameters within the curve's domain, in any order.
         required at: Vec<f64>,
         /// Highest order of derivatives that are answered. Default 0.
@@ -56,9 +55,9 @@ pub enum CurveIncludeName {
 #[schema(as = CurveValues)]
 pub struct CurveValuesBody {
     /// Points of the curve; numbers for a graph.
-    pub values: Vec<PointBody>,
+    pub values: Vec<Point>,
     /// By order: first derivatives, second ones, …
-    pub derivatives: Option<Vec<Vec<PointBody>>>,
+    pub derivatives: Option<Vec<Vec<Point>>>,
     /// With two derivatives or more: 1/radius; for plane curves and graphs > 0 where the curve
     /// turns left. Absent, with a warning, where the first derivative is 0 at one of the
     /// parameters.
@@ -199,7 +198,7 @@ impl Lengths {
 fn read(text: &[u8]) -> Result<CheckedRequest, Problem> {
     let mut faults = Faults::default();
     let members: EvaluateCurveMembers<'_> = of_request(text, &mut faults)?;
-    let curve = members.curve.required_with(&mut faults, read_curve);
+    let curve = members.curve.required(&mut faults);
     let at = members.at.numbers(&mut faults);
     let derivatives = members.derivatives.read(&mut faults).unwrap_or(0);
     if derivatives > 3 {

@@ -1,81 +1,76 @@
-//! How a curve is led through or near points, as it is written.
+//! Methods that lead a curve through or near points.
 
 use serde::{Deserialize, Serialize};
 use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
-use crate::api::{
-    json::{request::request, tags::tags},
-    shapes::point::PointBody,
+use crate::api::{faults::Faults, shapes::THROUGH};
+use flankfit_engine::{
+    estimation::spec::Parameter,
+    geometry::{
+        contract::{self, Point},
+        curve::{Ends, KnotChoice, Method, Tangents},
+        space::{Dimension, Vector},
+    },
+    numerics::{check, tagged},
 };
-use flankfit_engine::estimation::spec::Parameter;
 
 /// Method of a curve through the points (all but the last three) or near them.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
-#[serde(untagged)]
-#[schema(as = CurveMethod, discriminator(property_name = "type", mapping(
-    ("lagrange" = "#/components/schemas/LagrangeMethod"),
-    ("newton" = "#/components/schemas/NewtonMethod"),
-    ("hermite" = "#/components/schemas/HermiteMethod"),
-    ("cubic_hermite" = "#/components/schemas/CubicHermiteMethod"),
-    ("cubic_spline" = "#/components/schemas/CubicSplineMethod"),
-    ("b_spline" = "#/components/schemas/BSplineCurveMethod"),
-    ("b_spline_least_squares" = "#/components/schemas/BSplineLeastSquaresCurveMethod"),
-    ("nurbs_least_squares" = "#/components/schemas/NurbsLeastSquaresCurveMethod"),
-    ("smoothing_spline" = "#/components/schemas/SmoothingSplineMethod")
-)))]
-pub enum CurveMethodBody {
-    Lagrange(LagrangeMethod),
-    Newton(NewtonMethod),
-    Hermite(HermiteMethod),
-    CubicHermite(CubicHermiteMethod),
-    CubicSpline(CubicSplineMethod),
+#[serde(tag = "type", rename_all = "snake_case")]
+pub enum CurveMethod {
+    /// The polynomial through all points, in barycentric form (Eqs. 1 and 2).
+    Lagrange(NoSettings),
+    /// The same polynomial by divided differences.
+    Newton(NoSettings),
+    /// The polynomial through points with given derivatives (Eqs. 3 and 4).
+    Hermite(HermiteCurveMethod),
+    /// Cubic pieces with given or estimated tangents (Eq. 5).
+    CubicHermite(CubicHermiteCurveMethod),
+    /// Cubic pieces with continuous second derivatives.
+    CubicSpline(CubicSplineCurveMethod),
+    /// The B-spline through all points (Eqs. 6 to 8).
     BSpline(BSplineCurveMethod),
+    /// The least-squares B-spline. Exactly one of `knots`, `spans`, `control_count` and `tolerance`
+    /// sets the knots.
     BSplineLeastSquares(BSplineLeastSquaresCurveMethod),
+    /// The NURBS nearest to the points, with given weights of the control points (Eq. 9).
     NurbsLeastSquares(NurbsLeastSquaresCurveMethod),
-    SmoothingSpline(SmoothingSplineMethod),
+    /// The natural cubic spline of least Σ w (y − f)² + λ ∫ f″².
+    SmoothingSpline(SmoothingSplineCurveMethod),
 }
 
-/// The polynomial through all points, in barycentric form (Eqs. 1 and 2).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[serde(deny_unknown_fields)]
-pub struct LagrangeMethod {
-    #[serde(rename = "type")]
-    #[schema(inline)]
-    pub kind: LagrangeTag,
-}
+tagged!(CurveMethod as name {
+    "lagrange" => Lagrange,
+    "newton" => Newton,
+    "hermite" => Hermite,
+    "cubic_hermite" => CubicHermite,
+    "cubic_spline" => CubicSpline,
+    "b_spline" => BSpline,
+    "b_spline_least_squares" => BSplineLeastSquares,
+    "nurbs_least_squares" => NurbsLeastSquares,
+    "smoothing_spline" => SmoothingSpline,
+});
 
-/// The same polynomial by divided differences.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+/// A method that has only its name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
-pub struct NewtonMethod {
-    #[serde(rename = "type")]
-    #[schema(inline)]
-    pub kind: NewtonTag,
-}
+pub struct NoSettings {}
 
-/// The polynomial through points with given derivatives (Eqs. 3 and 4).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
-pub struct HermiteMethod {
-    #[serde(rename = "type")]
-    #[schema(inline)]
-    pub kind: HermiteTag,
+pub struct HermiteCurveMethod {
     /// For each point its known derivatives, from the first order; the list may be empty.
-    pub derivatives: Vec<Vec<PointBody>>,
+    pub derivatives: Vec<Vec<Point>>,
 }
 
-/// Cubic pieces with given or estimated tangents (Eq. 5).
 #[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
-pub struct CubicHermiteMethod {
-    #[serde(rename = "type")]
-    #[schema(inline)]
-    pub kind: CubicHermiteTag,
+pub struct CubicHermiteCurveMethod {
     pub tangents: TangentsName,
     /// With `given`: the first derivative at each point.
-    pub values: Option<Vec<PointBody>>,
+    pub values: Option<Vec<Point>>,
 }
 
 /// Tangents of cubic pieces. `monotone` (Fritsch and Butland) keeps values between those of the
@@ -93,90 +88,48 @@ pub enum TangentsName {
     ModifiedAkima,
 }
 
-request! {
-    /// Cubic pieces with continuous second derivatives.
-    pub struct CubicSplineMethod as CubicSplineMembers {
-        #[schema(inline)]
-        required kind as "type": CubicSplineTag,
-        required ends: EndsBody,
-    }
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CubicSplineCurveMethod {
+    pub ends: EndsBody,
 }
 
 /// End conditions of a cubic spline: the paper's (i) to (iv), and `periodic`.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
-#[serde(untagged)]
-#[schema(as = Ends, discriminator(property_name = "type", mapping(
-    ("clamped" = "#/components/schemas/ClampedEnds"),
-    ("natural" = "#/components/schemas/NaturalEnds"),
-    ("second_derivative" = "#/components/schemas/SecondDerivativeEnds"),
-    ("not_a_knot" = "#/components/schemas/NotAKnotEnds"),
-    ("periodic" = "#/components/schemas/PeriodicEnds")
-)))]
+#[serde(tag = "type", rename_all = "snake_case")]
+#[schema(as = Ends)]
 pub enum EndsBody {
-    Clamped(ClampedEnds),
-    Natural(NaturalEnds),
-    SecondDerivative(SecondDerivativeEnds),
-    NotAKnot(NotAKnotEnds),
-    Periodic(PeriodicEnds),
+    /// Given first derivatives.
+    Clamped(EndDerivatives),
+    /// Free ends: second derivatives 0.
+    Natural(NoSettings),
+    /// Given second derivatives.
+    SecondDerivative(EndDerivatives),
+    /// The two pieces at either end are one cubic: continuous third derivatives.
+    NotAKnot(NoSettings),
+    /// Periodic: the last point repeats the first, and slope and curvature are continuous there.
+    Periodic(NoSettings),
 }
 
-/// Given first derivatives.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+tagged!(EndsBody {
+    "clamped" => Clamped,
+    "natural" => Natural,
+    "second_derivative" => SecondDerivative,
+    "not_a_knot" => NotAKnot,
+    "periodic" => Periodic,
+});
+
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
-pub struct ClampedEnds {
-    #[serde(rename = "type")]
-    #[schema(inline)]
-    pub kind: ClampedTag,
-    pub start: PointBody,
-    pub end: PointBody,
+pub struct EndDerivatives {
+    pub start: Point,
+    pub end: Point,
 }
 
-/// Free ends: second derivatives 0.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[serde(deny_unknown_fields)]
-pub struct NaturalEnds {
-    #[serde(rename = "type")]
-    #[schema(inline)]
-    pub kind: NaturalTag,
-}
-
-/// Given second derivatives.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[serde(deny_unknown_fields)]
-pub struct SecondDerivativeEnds {
-    #[serde(rename = "type")]
-    #[schema(inline)]
-    pub kind: SecondDerivativeTag,
-    pub start: PointBody,
-    pub end: PointBody,
-}
-
-/// The two pieces at either end are one cubic: continuous third derivatives.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[serde(deny_unknown_fields)]
-pub struct NotAKnotEnds {
-    #[serde(rename = "type")]
-    #[schema(inline)]
-    pub kind: NotAKnotTag,
-}
-
-/// Periodic: the last point repeats the first, and slope and curvature are continuous there.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[serde(deny_unknown_fields)]
-pub struct PeriodicEnds {
-    #[serde(rename = "type")]
-    #[schema(inline)]
-    pub kind: PeriodicTag,
-}
-
-/// The B-spline through all points (Eqs. 6 to 8).
 #[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BSplineCurveMethod {
-    #[serde(rename = "type")]
-    #[schema(inline)]
-    pub kind: BSplineCurveMethodTag,
     /// Degree of the pieces; 3 gives continuous curvature.
     #[schema(minimum = 1, maximum = 25)]
     pub degree: usize,
@@ -184,15 +137,10 @@ pub struct BSplineCurveMethod {
     pub knots: Option<Vec<f64>>,
 }
 
-/// The least-squares B-spline. Exactly one of `knots`, `spans`, `control_count` and `tolerance`
-/// sets the knots.
 #[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BSplineLeastSquaresCurveMethod {
-    #[serde(rename = "type")]
-    #[schema(inline)]
-    pub kind: BSplineLeastSquaresTag,
     /// Degree of the pieces; 3 gives continuous curvature.
     #[schema(minimum = 0, maximum = 25)]
     pub degree: usize,
@@ -213,14 +161,10 @@ pub struct BSplineLeastSquaresCurveMethod {
     pub weight: Option<Vec<f64>>,
 }
 
-/// The NURBS nearest to the points, with given weights of the control points (Eq. 9).
 #[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NurbsLeastSquaresCurveMethod {
-    #[serde(rename = "type")]
-    #[schema(inline)]
-    pub kind: NurbsLeastSquaresTag,
     /// Degree of the pieces.
     #[schema(minimum = 0, maximum = 25)]
     pub degree: usize,
@@ -232,14 +176,10 @@ pub struct NurbsLeastSquaresCurveMethod {
     pub weight: Option<Vec<f64>>,
 }
 
-/// The natural cubic spline of least Σ w (y − f)² + λ ∫ f″².
 #[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
-pub struct SmoothingSplineMethod {
-    #[serde(rename = "type")]
-    #[schema(inline)]
-    pub kind: SmoothingSplineTag,
+pub struct SmoothingSplineCurveMethod {
     /// λ: `gcv` (default), `discrepancy` (with `noise_sigma`), `l_curve`, or `fixed` with a value.
     pub parameter: Option<Parameter>,
     /// Deviation of a height of weight 1.
@@ -253,19 +193,110 @@ pub struct SmoothingSplineMethod {
     pub weight: Option<Vec<f64>>,
 }
 
-tags! {
-    LagrangeTag = Lagrange,
-    NewtonTag = Newton,
-    HermiteTag = Hermite,
-    CubicHermiteTag = CubicHermite,
-    CubicSplineTag = CubicSpline,
-    BSplineCurveMethodTag = BSpline,
-    BSplineLeastSquaresTag = BSplineLeastSquares,
-    NurbsLeastSquaresTag = NurbsLeastSquares,
-    SmoothingSplineTag = SmoothingSpline,
-    ClampedTag = Clamped,
-    NaturalTag = Natural,
-    SecondDerivativeTag = SecondDerivative,
-    NotAKnotTag = NotAKnot,
-    PeriodicTag = Periodic,
+/// A method that passes through its points, or one near them.
+pub enum Requested {
+    Through(Method),
+    Near(NearMethod),
+}
+
+/// A method near points.
+pub enum NearMethod {
+    BSpline(BSplineLeastSquaresCurveMethod),
+    Nurbs(NurbsLeastSquaresCurveMethod),
+    Smoothing(SmoothingSplineCurveMethod),
+}
+
+impl CurveMethod {
+    /// Returns why the request may have no field of a fit, if so.
+    pub fn takes_no_fit(&self) -> Option<&'static str> {
+        match self {
+            CurveMethod::BSplineLeastSquares(_) | CurveMethod::NurbsLeastSquares(_) => None,
+            CurveMethod::SmoothingSpline(_) => Some(
+                "a smoothing spline has its `parameter`, `noise_sigma` and `weight` in its method, and no other \
+                 estimator",
+            ),
+            _ => Some(THROUGH),
+        }
+    }
+
+    /// Returns the method for points of a dimension, or adds what is wrong with it.
+    pub fn requested(self, dimension: Dimension, faults: &mut Faults) -> Option<Requested> {
+        const AT: &str = "/method";
+        let values = Values { dimension };
+        let method = match self {
+            CurveMethod::Lagrange(_) => Method::Lagrange,
+            CurveMethod::Newton(_) => Method::Newton,
+            CurveMethod::Hermite(method) => {
+                let orders = method.derivatives.iter().enumerate();
+                let read =
+                    |(i, orders): (usize, &Vec<Point>)| values.read(orders, &format!("{AT}/derivatives/{i}"), faults);
+                Method::Hermite { derivatives: orders.map(read).collect::<Option<_>>()? }
+            }
+            CurveMethod::CubicHermite(method) => Method::CubicHermite(values.tangents(method, faults)?),
+            CurveMethod::CubicSpline(method) => Method::CubicSpline(values.ends(method.ends, faults)?),
+            CurveMethod::BSpline(BSplineCurveMethod { degree, knots }) => {
+                Method::BSpline { degree, knots: knots.map_or(KnotChoice::Averaging, KnotChoice::Given) }
+            }
+            CurveMethod::BSplineLeastSquares(method) => return Some(Requested::Near(NearMethod::BSpline(method))),
+            CurveMethod::NurbsLeastSquares(method) => return Some(Requested::Near(NearMethod::Nurbs(method))),
+            CurveMethod::SmoothingSpline(method) => return Some(Requested::Near(NearMethod::Smoothing(method))),
+        };
+        Some(Requested::Through(method))
+    }
+}
+
+/// Values that must be of the kind of the points.
+struct Values {
+    dimension: Dimension,
+}
+
+impl Values {
+    fn read(&self, points: &[Point], at: &str, faults: &mut Faults) -> Option<Vec<Vector>> {
+        if points.is_empty() {
+            return Some(Vec::new());
+        }
+        let mut found = check::Faults::default();
+        let Some((dimension, values)) = contract::values(points, "", &mut found) else {
+            faults.append(Faults::of_engine(at, &found));
+            return None;
+        };
+        if dimension != self.dimension {
+            faults.push(at, "they must be of the kind of the points: numbers for a graph, else as many coordinates");
+            return None;
+        }
+        Some(values)
+    }
+
+    fn tangents(&self, method: CubicHermiteCurveMethod, faults: &mut Faults) -> Option<Tangents> {
+        const AT: &str = "/method/values";
+        match (method.tangents, method.values) {
+            (TangentsName::Given, Some(given)) => return self.read(&given, AT, faults).map(Tangents::Given),
+            (TangentsName::Given, None) => faults.push_missing(AT, "missing; the tangents `given` need them"),
+            (_, Some(_)) => faults.push(AT, "only the tangents `given` take values"),
+            (TangentsName::FiniteDifference, None) => return Some(Tangents::FiniteDifference),
+            (TangentsName::CatmullRom, None) => return Some(Tangents::CatmullRom),
+            (TangentsName::Parabola, None) => return Some(Tangents::Parabola),
+            (TangentsName::ModifiedAkima, None) => return Some(Tangents::ModifiedAkima),
+            (TangentsName::Monotone, None) => return Some(Tangents::Monotone),
+            (TangentsName::Akima, None) => return Some(Tangents::Akima),
+        }
+        None
+    }
+
+    fn ends(&self, ends: EndsBody, faults: &mut Faults) -> Option<Ends> {
+        let mut pair = |EndDerivatives { start, end }| {
+            let mut value = |point, name| Some(self.read(&[point], &format!("/method/ends/{name}"), faults)?[0]);
+            let (start, end) = (value(start, "start"), value(end, "end"));
+            Some((start?, end?))
+        };
+        Some(match ends {
+            EndsBody::Clamped(given) => pair(given).map(|(start, end)| Ends::clamped(start, end))?,
+            EndsBody::Natural(_) => Ends::natural(),
+            EndsBody::SecondDerivative(given) => {
+                pair(given).map(|(start, end)| Ends::second_derivatives(start, end))?
+            }
+            EndsBody::NotAKnot(_) => Ends::not_a_knot(),
+            EndsBody::Periodic(_) => Ends::Periodic,
+        })
+    }
 }

@@ -2,7 +2,6 @@
 
 pub mod closest;
 pub mod evaluate;
-pub mod method_reader;
 pub mod methods;
 pub mod near;
 pub mod near_result;

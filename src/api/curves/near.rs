@@ -2,8 +2,7 @@
 //! smoothing splines.
 
 use super::{
-    method_reader::NearBody,
-    methods::{BSplineLeastSquaresCurveMethod, SmoothingSplineMethod},
+    methods::{BSplineLeastSquaresCurveMethod, NearMethod, SmoothingSplineCurveMethod},
     near_result::{
         CoordinateFitBody, CoordinateResidualsBody, KnotInsertionBody, KnotInsertionStep, KnotInsertionStop,
         SmoothingBody,
@@ -54,19 +53,19 @@ impl Columns {
 }
 
 /// Builds the curve. Processor work.
-pub fn build(given: &GivenPoints, method: NearBody, spec: FitSpec) -> Result<Vec<u8>, Problem> {
+pub fn build(given: &GivenPoints, method: NearMethod, spec: FitSpec) -> Result<Vec<u8>, Problem> {
     match method {
-        NearBody::BSpline(method) => {
+        NearMethod::BSpline(method) => {
             let knots = placement(&method)?;
             let weight = method.weight.or_else(|| given.weight.clone());
             least_squares(given, weight, CurveSettings { degree: method.degree, knots, weights: None, spec })
         }
-        NearBody::Nurbs(method) => {
+        NearMethod::Nurbs(method) => {
             let (knots, weights) = (KnotPlacement::Given(method.knots), Some(method.weights));
             let weight = method.weight.or_else(|| given.weight.clone());
             least_squares(given, weight, CurveSettings { degree: method.degree, knots, weights, spec })
         }
-        NearBody::Smoothing(method) => smoothed(given, &method),
+        NearMethod::Smoothing(method) => smoothed(given, &method),
     }
 }
 
@@ -158,7 +157,7 @@ impl From<Stop> for KnotInsertionStop {
     }
 }
 
-fn smoothed(given: &GivenPoints, method: &SmoothingSplineMethod) -> Result<Vec<u8>, Problem> {
+fn smoothed(given: &GivenPoints, method: &SmoothingSplineCurveMethod) -> Result<Vec<u8>, Problem> {
     let columns = Columns::of(&given.points);
     let own;
     let x = match &given.points {

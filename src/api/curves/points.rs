@@ -4,14 +4,14 @@ use serde::Serialize;
 use utoipa::ToSchema;
 
 use crate::api::{
+    contract::Coordinates,
     faults::Faults,
     json::{members::of_object, request::request},
 };
-pub use flankfit_engine::geometry::curve::Parametrization as ParametrizationName;
 use flankfit_engine::{
     estimation::Nodes,
     geometry::{
-        curve::Points,
+        curve::{Parametrization, Points},
         space::{Dimension, Vector},
     },
     words::counted,
@@ -41,9 +41,10 @@ request! {
     /// Points of plane or space.
     pub struct SpacePoints as SpacePointsMembers {
         /// `[x, y]` or `[x, y, z]` each.
+        #[schema(value_type = Vec<Coordinates>)]
         required xyz: Vec<Vec<f64>>,
         /// Default `chord_length`.
-        optional parametrization: ParametrizationName,
+        optional parametrization: Parametrization,
     }
 }
 
@@ -67,7 +68,7 @@ pub fn read(slice: &[u8], faults: &mut Faults) -> Option<GivenPoints> {
         let parametrization = parametrization.optional(faults)?;
         let (flat, lengths) = xyz.rows(faults)?;
         let (dimension, points) = space(&flat, &lengths, &xyz.pointer(), faults)?;
-        let parametrization = parametrization.unwrap_or(ParametrizationName::ChordLength);
+        let parametrization = parametrization.unwrap_or(Parametrization::ChordLength);
         Points::Space { points, dimension, parametrization }
     } else {
         if parametrization.is_given() {

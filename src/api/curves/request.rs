@@ -1,8 +1,7 @@
 //! A curve asked for: points and a method in, the curve and its report out.
 
 use super::{
-    method_reader::{self, RequestedMethod},
-    methods::CurveMethodBody,
+    methods::{CurveMethod, Requested},
     near,
     points::{self, CurvePointsBody},
     result,
@@ -16,14 +15,17 @@ use crate::api::{
 };
 use flankfit_engine::{
     estimation::Nodes,
-    geometry::curve::{Points, through},
+    geometry::{
+        curve::{Points, through},
+        space::Dimension,
+    },
 };
 
 request! {
     /// A curve to build.
     pub struct CurveRequest as CurveMembers {
         required points: CurvePointsBody,
-        required method: CurveMethodBody,
+        required method: CurveMethod,
         /// For methods near points.
         flatten fit: FitFields,
     }
@@ -35,7 +37,7 @@ request! {
     pub struct IterationCurveRequest as IterationCurveMembers {
         /// By default the iteration's nodes with their weights, which must be of type `curve`.
         optional points: CurvePointsBody,
-        required method: CurveMethodBody,
+        required method: CurveMethod,
         /// For methods near points.
         flatten fit: FitFields,
     }
@@ -59,20 +61,25 @@ pub fn build(text: &[u8], own: Option<&Nodes>) -> Result<Built, Problem> {
         (None, Some(nodes)) => points::of_nodes(nodes, &mut faults),
         _ => points.required_with(&mut faults, |slice, _, faults| points::read(slice, faults)),
     };
-    let method = method.required_text(&mut faults);
-    let (Some(points), Some(method)) = (points, method) else { return Err(Problem::invalid(faults)) };
-    let graph = matches!(points.points, Points::Graph { .. });
-    let method = method_reader::read(method, &points.points, &mut faults);
-    let fit = fields::read(&fit, method.as_ref().and_then(RequestedMethod::takes_no_fit), &mut faults);
+    let given = method.required_text(&mut faults).is_some();
+    let (Some(points), true) = (points, given) else { return Err(Problem::invalid(faults)) };
+    let dimension = match &points.points {
+        Points::Graph { .. } => Dimension::Graph,
+        Points::Space { dimension, .. } => *dimension,
+    };
+    let method = method.required(&mut faults);
+    let name = method.as_ref().map_or("", CurveMethod::name).to_owned();
+    let unfit = method.as_ref().and_then(CurveMethod::takes_no_fit);
+    let method = method.and_then(|method| method.requested(dimension, &mut faults));
+    let fit = fields::read(&fit, unfit.filter(|_| method.is_some()), &mut faults);
     let (Some(method), Some(fit)) = (method, fit) else { return Err(Problem::invalid(faults)) };
     faults.into_result(()).map_err(Problem::invalid)?;
-    match method {
-        RequestedMethod::Through { name, method } => {
+    let result = match method {
+        Requested::Through(method) => {
             let constructed = through(&points.points, &method).map_err(Problem::invalid)?;
-            Ok(Built { method: name.to_owned(), result: result::through(&constructed, !graph)? })
+            result::through(&constructed, dimension.is_parametric())?
         }
-        RequestedMethod::Near { name, method } => {
-            Ok(Built { method: name.to_owned(), result: near::build(&points, method, fit)? })
-        }
-    }
+        Requested::Near(method) => near::build(&points, method, fit)?,
+    };
+    Ok(Built { method: name, result })
 }

@@ -5,12 +5,7 @@ use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use super::near_result::{CoordinateFitBody, KnotInsertionBody, SmoothingBody};
-use crate::api::{
-    json::writer::whole,
-    problem::Problem,
-    shapes::{curve_shape::CurveBody, places::beyond},
-    warning::WarningBody,
-};
+use crate::api::{json::writer::whole, problem::Problem, shapes::places::beyond, warning::WarningBody};
 use flankfit_engine::{
     geometry::curve::{Absence, Constructed, Curve, CurveShape, Stability},
     words::rounded,
@@ -21,7 +16,7 @@ use flankfit_engine::{
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = BuiltCurve)]
 pub struct BuiltCurveBody<'a> {
-    pub curve: CurveBody,
+    pub curve: CurveShape,
     /// Range of the parameter: of x for a graph.
     #[schema(value_type = Vec<f64>, min_items = 2, max_items = 2)]
     pub domain: [f64; 2],
@@ -95,7 +90,7 @@ impl BuiltCurveBody<'_> {
     /// Creates the answer with nothing but the curve.
     pub fn new(shape: &CurveShape) -> Self {
         BuiltCurveBody {
-            curve: shape.into(),
+            curve: shape.clone(),
             domain: shape.domain(),
             parameters: None,
             stability: None,

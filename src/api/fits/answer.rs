@@ -14,12 +14,14 @@ use crate::api::{
     ENGINE,
     json::{
         raw::Raw,
-        writer::{NotFinite, whole},
+        writer::{Unwritable, whole},
     },
-    shapes::{curve_shape::CurveBody, surface_shape::SurfaceBody},
     warning::WarningBody,
 };
-use flankfit_engine::estimation::{FitResult, near::Shape};
+use flankfit_engine::{
+    estimation::{FitResult, near::Shape},
+    geometry::{curve::CurveShape, surface::SurfaceShape},
+};
 
 /// The answer to a fit.
 #[skip_serializing_none]
@@ -33,10 +35,10 @@ pub struct FitResultBody<'a> {
     /// control points being the coefficients; of `polynomial` where `shape` was included, in
     /// Bernstein pieces over `domain`, more than one where a high degree swings much. It has
     /// the fitted heights to about 1e-14 of the largest.
-    pub curve: Option<CurveBody>,
+    pub curve: Option<CurveShape>,
     /// The fitted surface, where the nodes have u and v: of the model `b_spline`, its control
     /// points being the coefficients; of `polynomial` where `shape` was included, as `curve`.
-    pub surface: Option<SurfaceBody>,
+    pub surface: Option<SurfaceShape>,
     /// What to know about the answer; empty where there is nothing to say.
     pub warnings: Vec<WarningBody>,
     pub provenance: ProvenanceBody,
@@ -65,12 +67,8 @@ impl<'a> FitResultBody<'a> {
     pub fn new(result: &'a FitResult, shape: Option<&Shape>, input_sha256: String) -> Self {
         FitResultBody {
             result: Cow::Borrowed(result),
-            curve: if let Some(Shape::Curve(curve)) = shape { Some(curve.into()) } else { None },
-            surface: if let Some(Shape::Surface(surface)) = shape {
-                Some(SurfaceBody::of(surface, None))
-            } else {
-                None
-            },
+            curve: if let Some(Shape::Curve(curve)) = shape { Some(curve.clone()) } else { None },
+            surface: if let Some(Shape::Surface(surface)) = shape { Some(surface.clone()) } else { None },
             warnings: result.warnings.iter().map(WarningBody::from).collect(),
             provenance: ProvenanceBody { engine: ENGINE.into(), input_sha256 },
             spec: None,
@@ -78,7 +76,7 @@ impl<'a> FitResultBody<'a> {
     }
 
     /// Returns the JSON text.
-    pub fn text(&self) -> Result<Vec<u8>, NotFinite> {
+    pub fn text(&self) -> Result<Vec<u8>, Unwritable> {
         whole(self)
     }
 }

@@ -9,6 +9,7 @@ use std::{
     sync::{Arc, LazyLock, PoisonError, RwLock},
 };
 
+use serde::Deserialize;
 use utoipa::ToSchema;
 use uuid::Uuid;
 
@@ -16,12 +17,10 @@ use super::{
     compiled::{Compiled, Id, Kind, Lengths, MOST_PROPERTIES, Node, Object, Range},
     cursor::{Cursor, Syntax, Token},
     location::Location,
+    reader::read,
     wording::{BEYOND, no_such_field, one_of, shortened, unknown_name},
 };
-use crate::api::{
-    contract,
-    faults::{Fault, Faults},
-};
+use crate::api::{contract, faults::Faults};
 use flankfit_engine::words::{Shown, counted};
 
 /// Characters of an id with hyphens.
@@ -42,18 +41,35 @@ pub fn schema_of<T: ToSchema>() -> Arc<Compiled> {
     compiled
 }
 
-/// Returns the errors that the schema of `T` shows in a well-formed text.
-pub fn check<T: ToSchema>(text: &[u8]) -> Faults {
-    check_by(&schema_of::<T>(), 0, text)
+/// Reads a well-formed value that has this schema, or adds all errors, below `pointer`.
+pub fn read_by<'de, T: Deserialize<'de>>(
+    schema: &Compiled,
+    id: Option<Id>,
+    text: &'de [u8],
+    pointer: &str,
+    faults: &mut Faults,
+) -> Option<T> {
+    let found = |parts| id.map_or_else(Faults::default, |id| found(schema, id, text, parts));
+    let refusal = if found(false).is_empty() {
+        match read(text) {
+            Ok(value) => return Some(value),
+            Err(refusal) => Some(refusal),
+        }
+    } else {
+        None
+    };
+    let all = found(true);
+    faults.append(match refusal.filter(|_| all.is_empty()) {
+        Some(refusal) => refusal.faults(pointer),
+        None => all.within(pointer),
+    });
+    None
 }
 
-/// Returns the errors of a member of an object, by the object's schema.
-pub fn check_member(schema: &Compiled, name: &str, text: &[u8]) -> Faults {
-    schema.member(name).map_or_else(Faults::default, |id| check_by(schema, id, text))
-}
-
-fn check_by(schema: &Compiled, id: Id, text: &[u8]) -> Faults {
-    let mut check = Check { schema, faults: Faults::default() };
+/// Returns the errors that a schema shows in a text; with `parts` also those that only reading a
+/// part by its type shows.
+fn found(schema: &Compiled, id: Id, text: &[u8], parts: bool) -> Faults {
+    let mut check = Check { schema, parts, faults: Faults::default() };
     // The syntax has been checked before, and the value as a whole is read by its type afterwards.
     let _checked = check.shape(&mut Cursor::new(text), schema.node(id), &Location::Root);
     check.faults
@@ -61,6 +77,7 @@ fn check_by(schema: &Compiled, id: Id, text: &[u8]) -> Faults {
 
 struct Check<'a> {
     schema: &'a Compiled,
+    parts: bool,
     faults: Faults,
 }
 
@@ -72,14 +89,13 @@ impl<'a> Check<'a> {
     /// Checks the value at the cursor, and passes over it.
     fn value(&mut self, cursor: &mut Cursor, id: Id, at: &Location) -> Result<(), Syntax> {
         let node = self.schema.node(id);
-        let Some(reads) = node.reads else { return self.shape(cursor, node, at) };
+        let Some(reads) = node.reads.filter(|_| self.parts) else { return self.shape(cursor, node, at) };
         let (mut whole, before) = (cursor.clone(), self.faults.count());
         self.shape(cursor, node, at)?;
         if self.faults.count() == before
             && let Some(refusal) = reads(whole.skip_value()?)
         {
-            let fault = refusal.into_fault();
-            self.faults.add(Fault { pointer: format!("{}{}", at.pointer(), fault.pointer), ..fault });
+            self.faults.append(refusal.faults(&at.pointer()));
         }
         Ok(())
     }
@@ -287,15 +303,9 @@ impl<'a> Check<'a> {
     }
 
     fn tagged(&mut self, cursor: &mut Cursor, tagged: &'a [(String, Id)], at: &Location) -> Result<(), Syntax> {
-        let (mut found, mut within) = (None, cursor.clone());
-        within.object(|cursor, name| {
-            if name == "type" && found.is_none() {
-                found = Some((cursor.clone(), cursor.token()?));
-            }
-            cursor.skip_value().map(drop)
-        })?;
         let place = Location::Member(at, "type");
-        let Some((mut kind, token)) = found.filter(|(_, token)| *token != Token::Null) else {
+        let found = cursor.member("type").and_then(|mut kind| Some((kind.token().ok()?, kind)));
+        let Some((token, mut kind)) = found.filter(|(token, _)| *token != Token::Null) else {
             self.faults.push_missing(place.pointer(), "missing");
             return cursor.skip_value().map(drop);
         };

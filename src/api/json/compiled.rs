@@ -6,15 +6,24 @@ use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
 
 use super::{reader::read, refusal::Refusal};
-use flankfit_engine::estimation::spec;
+use flankfit_engine::{
+    estimation::spec,
+    geometry::{curve::CurveShape, surface::SurfaceShape},
+};
 
 /// Reads a value as a type whose fields depend on each other.
 pub type Reads = fn(&[u8]) -> Option<Refusal>;
 
-/// Types whose fields depend on each other and that occur within unions and arrays, by the names of
-/// their schemas: each value is read by itself, so that the error has its place.
-const DEPENDENT: [(&str, Reads); 3] =
-    [("Filter", reads::<spec::Filter>), ("Model", reads::<spec::Model>), ("Parameter", reads::<spec::Parameter>)];
+/// Types whose fields depend on each other and that occur within objects, unions and arrays, by the
+/// names of their schemas. After an error each value is read by itself, so that all errors are
+/// found, with their places.
+const DEPENDENT: [(&str, Reads); 5] = [
+    ("Curve", reads::<CurveShape>),
+    ("Filter", reads::<spec::Filter>),
+    ("Model", reads::<spec::Model>),
+    ("Parameter", reads::<spec::Parameter>),
+    ("Surface", reads::<SurfaceShape>),
+];
 
 fn reads<T: DeserializeOwned>(text: &[u8]) -> Option<Refusal> {
     read::<T>(text).err()

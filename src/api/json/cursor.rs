@@ -313,6 +313,20 @@ impl<'a> Cursor<'a> {
         }
     }
 
+    /// Returns a cursor at the first member of this name of the well-formed object that begins here.
+    pub fn member(&self, name: &str) -> Option<Self> {
+        let mut found = None;
+        // an error ends the walk
+        let _ended = self.clone().object(|cursor, key| {
+            if key == name {
+                found = Some(cursor.clone());
+                return cursor.fault("found");
+            }
+            cursor.skip_value().map(drop)
+        });
+        found
+    }
+
     /// Nothing but white space may follow.
     pub fn end(&mut self) -> Result<(), Syntax> {
         self.skip_space();

@@ -10,13 +10,12 @@ use std::{marker::PhantomData, sync::Arc};
 use serde::Deserialize;
 
 use super::{
-    check::check_member,
+    check::read_by,
     compiled::Compiled,
     cursor::{Cursor, Syntax, Token},
     error::{ReadError, malformed},
     location::escape,
     numbers::{read_numbers, read_rows},
-    value::read_checked,
     wording::no_such_field,
 };
 use crate::api::faults::Faults;
@@ -207,7 +206,8 @@ impl<'a, T: Deserialize<'a>> Member<'a, T> {
     }
 
     fn checked(&self, text: &'a [u8], faults: &mut Faults) -> Option<T> {
-        read_checked(text, check_member(&(self.schema)(), self.name, text), || self.pointer(), faults)
+        let schema = (self.schema)();
+        read_by(&schema, schema.member(self.name), text, &self.pointer(), faults)
     }
 }
 

@@ -17,8 +17,6 @@ pub mod raw;
 pub mod reader;
 pub mod refusal;
 pub mod request;
-pub mod slice;
-pub mod tags;
 pub mod text;
 pub mod union_schema;
 pub mod value;

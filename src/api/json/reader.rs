@@ -12,7 +12,6 @@ use super::{
     cursor::{Cursor, Token},
     location::Location,
     refusal::Refusal,
-    slice::Slice,
     wording::BEYOND,
 };
 use flankfit_engine::numerics::cancel;
@@ -29,10 +28,11 @@ struct Reader<'r, 'de> {
 }
 
 impl<'de> Reader<'_, 'de> {
-    fn members<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Refusal> {
+    fn members<V: Visitor<'de>>(self, first: Option<Cursor<'de>>, visitor: V) -> Result<V::Value, Refusal> {
         let Reader { cursor, location } = self;
         cursor.at += 1;
-        visitor.visit_map(Members { cursor, location, key: Cow::Borrowed(""), fresh: true })
+        let skips_type = first.is_some();
+        visitor.visit_map(Members { cursor, location, key: Cow::Borrowed(""), fresh: true, first, skips_type })
     }
 
     fn entries<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Refusal> {
@@ -75,7 +75,7 @@ impl<'de> Deserializer<'de> for Reader<'_, 'de> {
     fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Refusal> {
         let location = self.location;
         let read = match self.cursor.token()? {
-            Token::Object => self.members(visitor),
+            Token::Object => self.members(None, visitor),
             Token::Array => self.entries(visitor),
             Token::Number => self.number(visitor),
             Token::String => match self.cursor.string()? {
@@ -105,11 +105,22 @@ impl<'de> Deserializer<'de> for Reader<'_, 'de> {
         }
     }
 
-    fn deserialize_newtype_struct<V: Visitor<'de>>(self, name: &'static str, visitor: V) -> Result<V::Value, Refusal> {
-        let location = self.location;
-        if name == Slice::NAME {
-            return visitor.visit_borrowed_bytes(self.cursor.skip_value()?);
+    /// Begins with the `type` of a union that asks for it, wherever the member is.
+    fn deserialize_struct<V: Visitor<'de>>(
+        self,
+        _: &'static str,
+        fields: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, Refusal> {
+        if fields != ["type"] || self.cursor.token()? != Token::Object {
+            return self.deserialize_any(visitor);
         }
+        let (location, first) = (self.location, self.cursor.member("type"));
+        self.members(first, visitor).map_err(|refusal| refusal.at(location))
+    }
+
+    fn deserialize_newtype_struct<V: Visitor<'de>>(self, _: &'static str, visitor: V) -> Result<V::Value, Refusal> {
+        let location = self.location;
         visitor.visit_newtype_struct(self).map_err(|refusal: Refusal| refusal.at(location))
     }
 
@@ -130,7 +141,7 @@ impl<'de> Deserializer<'de> for Reader<'_, 'de> {
 
     serde::forward_to_deserialize_any! {
         bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf unit unit_struct seq tuple
-        tuple_struct map struct identifier
+        tuple_struct map identifier
     }
 }
 
@@ -175,12 +186,19 @@ struct Members<'r, 'de> {
     location: &'r Location<'r>,
     key: Cow<'de, str>,
     fresh: bool,
+    /// The value of `type`, until it is read before all others.
+    first: Option<Cursor<'de>>,
+    skips_type: bool,
 }
 
 impl<'de> MapAccess<'de> for Members<'_, 'de> {
     type Error = Refusal;
 
     fn next_key_seed<K: DeserializeSeed<'de>>(&mut self, seed: K) -> Result<Option<K::Value>, Refusal> {
+        if self.first.is_some() {
+            self.key = Cow::Borrowed("type");
+            return seed.deserialize(CowStrDeserializer::<Refusal>::new(self.key.clone())).map(Some);
+        }
         loop {
             if self.cursor.takes(b'}') {
                 return Ok(None);
@@ -192,18 +210,18 @@ impl<'de> MapAccess<'de> for Members<'_, 'de> {
             cancel::checkpoint();
             self.key = self.cursor.string()?;
             self.cursor.expect(b':', "after a key")?;
-            if self.cursor.token()? != Token::Null {
+            if self.cursor.token()? != Token::Null && !(self.skips_type && self.key == "type") {
                 break;
             }
             self.cursor.skip_value()?;
         }
-        let key: CowStrDeserializer<'_, Refusal> = self.key.clone().into_deserializer();
-        seed.deserialize(key).map(Some)
+        seed.deserialize(CowStrDeserializer::<Refusal>::new(self.key.clone())).map(Some)
     }
 
     fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, Refusal> {
         let location = Location::Member(self.location, &self.key);
-        let reader = Reader { cursor: &mut *self.cursor, location: &location };
+        let mut first = self.first.take();
+        let reader = Reader { cursor: first.as_mut().unwrap_or(self.cursor), location: &location };
         seed.deserialize(reader).map_err(|refusal| refusal.at(&location))
     }
 }
@@ -237,7 +255,7 @@ mod tests {
 
     #[test]
     fn a_refusal_has_its_place() {
-        let fault = read::<Vec<Vec<u8>>>(b"[[1],[2,300]]").unwrap_err().into_fault();
-        assert_eq!(fault.pointer, "/1/1");
+        let faults = read::<Vec<Vec<u8>>>(b"[[1],[2,300]]").unwrap_err().faults("/a");
+        assert_eq!(faults.list()[0].pointer, "/a/1/1");
     }
 }

@@ -10,7 +10,7 @@ use super::{
     location::{Location, escape},
     wording::{one_of, unknown_name},
 };
-use crate::api::faults::{Fault, pointer_of};
+use crate::api::faults::{Fault, Faults, pointer_of};
 
 /// A value that is refused.
 #[derive(Clone, Debug)]
@@ -18,36 +18,39 @@ pub struct Refusal(Box<Inner>);
 
 #[derive(Clone, Debug)]
 struct Inner {
-    detail: String,
-    /// Pointer to the fault, from the value that is refused until that value's place is known.
-    pointer: String,
+    /// Errors, with pointers from the value that is refused until that value's place is known.
+    faults: Vec<Fault>,
     placed: bool,
-    missing: bool,
 }
 
 impl Refusal {
     fn new(pointer: String, detail: impl Into<String>, missing: bool) -> Self {
-        Refusal(Box::new(Inner { detail: detail.into(), pointer, placed: false, missing }))
+        let faults = vec![Fault { pointer, detail: detail.into(), missing }];
+        Refusal(Box::new(Inner { faults, placed: false }))
     }
 
     /// Places it at `location`, unless it is placed deeper.
     pub fn at(mut self, location: &Location) -> Self {
         if !self.0.placed {
-            self.0.pointer.insert_str(0, &location.pointer());
+            let place = location.pointer();
+            self.0.faults.iter_mut().for_each(|fault| fault.pointer.insert_str(0, &place));
             self.0.placed = true;
         }
         self
     }
 
-    pub fn into_fault(self) -> Fault {
-        let Inner { detail, pointer, placed: _, missing } = *self.0;
-        Fault { pointer, detail, missing }
+    /// Returns the errors, at least one, with their pointers below `pointer`.
+    pub fn faults(self, pointer: &str) -> Faults {
+        let mut faults = Faults::default();
+        self.0.faults.into_iter().for_each(|fault| faults.add(fault));
+        faults.within(pointer)
     }
 }
 
 impl fmt::Display for Refusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.0.detail)
+        let details: Vec<&str> = self.0.faults.iter().map(|fault| &*fault.detail).collect();
+        f.write_str(&details.join("; "))
     }
 }
 
@@ -60,13 +63,15 @@ impl From<Syntax> for Refusal {
 }
 
 impl de::Error for Refusal {
-    /// A message of the engine begins with the path of the fault.
+    /// A message of the engine has a line for each error, which begins with its path.
     fn custom<T: fmt::Display>(message: T) -> Self {
-        let message = message.to_string();
-        match message.strip_prefix("at `").and_then(|rest| rest.split_once("`: ")) {
-            Some((path, message)) => Refusal::new(pointer_of(path), message, false),
-            None => Refusal::new(String::new(), message, false),
-        }
+        let fault = |line: &str| {
+            let (path, detail) =
+                line.strip_prefix("at `").and_then(|rest| rest.split_once("`: ")).unwrap_or(("", line));
+            Fault { pointer: pointer_of(path), detail: detail.to_owned(), missing: false }
+        };
+        let faults = message.to_string().split('\n').map(fault).collect();
+        Refusal(Box::new(Inner { faults, placed: false }))
     }
 
     fn invalid_type(found: Unexpected, expected: &dyn Expected) -> Self {

@@ -4,13 +4,11 @@ use serde::Deserialize;
 use utoipa::ToSchema;
 
 use super::{
-    check::check,
+    check::{read_by, schema_of},
     cursor::{Cursor, Token},
     error::{ReadError, malformed},
-    reader::read,
-    refusal::Refusal,
 };
-use crate::api::faults::{Fault, Faults};
+use crate::api::faults::Faults;
 
 /// Reads any small JSON body, which is an object; faults carry pointers.
 pub fn read_json<'de, T: Deserialize<'de> + ToSchema>(text: &'de [u8]) -> Result<T, ReadError> {
@@ -28,16 +26,6 @@ pub fn read_json_at<'de, T: Deserialize<'de> + ToSchema>(text: &'de [u8], pointe
         Some(value) => Ok(faults.into_result(value)?),
         None => Err(ReadError::Invalid(faults)),
     }
-}
-
-/// Reads a value whose type has no schema; only its first fault is named.
-pub fn read_first<'de, T: Deserialize<'de>>(text: &'de [u8], pointer: &str, faults: &mut Faults) -> Option<T> {
-    read(text).map_err(|refusal| faults.add(placed(refusal, pointer))).ok()
-}
-
-fn placed(refusal: Refusal, pointer: &str) -> Fault {
-    let fault = refusal.into_fault();
-    Fault { pointer: format!("{pointer}{}", fault.pointer), ..fault }
 }
 
 /// [`read_value`] of what must be an object, such as a union of objects.
@@ -66,19 +54,5 @@ pub fn read_value<'de, T: Deserialize<'de> + ToSchema>(
     pointer: &str,
     faults: &mut Faults,
 ) -> Option<T> {
-    read_checked(text, check::<T>(text), || pointer.to_owned(), faults)
-}
-
-/// Reads a value whose type has been checked, with what was found.
-pub fn read_checked<'de, T: Deserialize<'de>>(
-    text: &'de [u8],
-    found: Faults,
-    pointer: impl Fn() -> String,
-    faults: &mut Faults,
-) -> Option<T> {
-    if !found.is_empty() {
-        faults.append(found.within(&pointer()));
-        return None;
-    }
-    read(text).map_err(|refusal| faults.add(placed(refusal, &pointer()))).ok()
+    read_by(&schema_of::<T>(), Some(0), text, pointer, faults)
 }

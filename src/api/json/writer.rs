@@ -10,13 +10,19 @@ use serde_json::ser::Serializer;
 use super::{gather::gathered, null_fields::NullFields};
 use flankfit_engine::numerics::cancel::Asking;
 
-/// An answer has a number that JSON cannot hold; its field, or the field that it stands in.
+/// The reason why an answer cannot be written.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("`{0}` of the answer leaves the range of double precision: check the request's magnitudes and units")]
-pub struct NotFinite(pub String);
+pub enum Unwritable {
+    /// A number that JSON cannot hold, with its field or the field of its list.
+    #[error("`{0}` of the answer leaves the range of double precision: check the request's magnitudes and units")]
+    NotFinite(String),
+    /// Stored text that is not JSON.
+    #[error("{0}")]
+    Broken(String),
+}
 
 /// The text that serde writes of an answer, if every number in it is finite.
-pub fn whole(answer: &impl Serialize) -> Result<Vec<u8>, NotFinite> {
+pub fn whole(answer: &impl Serialize) -> Result<Vec<u8>, Unwritable> {
     let mut json = Json::with_capacity(8 << 10);
     json.serde(answer);
     json.finish()
@@ -36,6 +42,8 @@ pub struct Json {
     /// The field that was begun last, and the first that had a number that is not finite.
     field: &'static str,
     culprit: Option<String>,
+    /// The error of finished JSON that is none.
+    broken: Option<String>,
 }
 
 /// An object being written.
@@ -46,7 +54,7 @@ pub struct Object<'a> {
 
 impl Json {
     pub fn with_capacity(bytes: usize) -> Self {
-        Json { text: Vec::with_capacity(bytes), finite: true, field: "", culprit: None }
+        Json { text: Vec::with_capacity(bytes), finite: true, field: "", culprit: None, broken: None }
     }
 
     pub fn object(&mut self) -> Object<'_> {
@@ -60,12 +68,16 @@ impl Json {
     }
 
     /// The text, if every number in it was finite.
-    pub fn finish(self) -> Result<Vec<u8>, NotFinite> {
-        if self.finite { Ok(self.text) } else { Err(NotFinite(self.culprit.unwrap_or_else(|| self.field.to_owned()))) }
+    pub fn finish(self) -> Result<Vec<u8>, Unwritable> {
+        match (self.broken, self.finite) {
+            (Some(error), _) => Err(Unwritable::Broken(error)),
+            (None, true) => Ok(self.text),
+            (None, false) => Err(Unwritable::NotFinite(self.culprit.unwrap_or_else(|| self.field.to_owned()))),
+        }
     }
 
     /// The text as of [`Json::finish`], with the warnings of its parts in its own list.
-    pub fn finish_gathered(self) -> Result<Vec<u8>, NotFinite> {
+    pub fn finish_gathered(self) -> Result<Vec<u8>, Unwritable> {
         self.finish().map(gathered)
     }
 
@@ -87,11 +99,12 @@ impl Json {
     fn serde(&mut self, value: &impl Serialize) {
         let mut fields = NullFields::new(false);
         let written = value.serialize(&mut Serializer::with_formatter(&mut self.text, &mut fields));
+        self.broken = self.broken.take().or_else(|| written.err().map(|error| error.to_string()));
         if fields.culprit.is_some() {
             fields = NullFields::new(true);
             let _same = value.serialize(&mut Serializer::with_formatter(std::io::sink(), &mut fields));
         }
-        if let Some(culprit) = fields.culprit.or_else(|| written.err().map(|_| String::new())) {
+        if let Some(culprit) = fields.culprit {
             self.finite = false;
             self.culprit.get_or_insert_with(|| if culprit.is_empty() { self.field.to_owned() } else { culprit });
         }

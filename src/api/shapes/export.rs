@@ -6,11 +6,6 @@ use jiff::{Timestamp, tz::TimeZone};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::{
-    curve_shape::{CurveBody, read_curve},
-    surface_reader::read_surface,
-    surface_shape::SurfaceBody,
-};
 use crate::api::{
     faults::{Faults, pointer_of},
     json::{
@@ -48,7 +43,7 @@ request! {
     /// A curve to be written as a file. Lengths are millimetres.
     #[schema(as = ExportCurve)]
     pub struct ExportCurveBody as ExportCurveMembers {
-        required curve: CurveBody,
+        required curve: CurveShape,
         required format: CurveFormatName,
         /// Name of the curve in the file. Default `curve`.
         #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
@@ -77,7 +72,7 @@ request! {
     /// A surface to be written as a file. Lengths are millimetres.
     #[schema(as = ExportSurface)]
     pub struct ExportSurfaceBody as ExportSurfaceMembers {
-        required surface: SurfaceBody,
+        required surface: SurfaceShape,
         required format: SurfaceFormatName,
         /// Name of the surface in the file. Default `surface`.
         #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
@@ -126,7 +121,7 @@ const CHAIN_POINT: usize = 8 * size_of::<f64>();
 pub fn curve(text: &[u8], now: Timestamp, room: Room) -> Result<File, Problem> {
     let mut faults = Faults::default();
     let members: ExportCurveMembers<'_> = of_request(text, &mut faults)?;
-    let shape = members.curve.required_with(&mut faults, read_curve);
+    let shape = members.curve.required(&mut faults);
     let format = members.format.required(&mut faults);
     let name = members.name.read(&mut faults).map(String::from);
     let tolerance = read_tolerance(&members.tolerance, &mut faults);
@@ -142,7 +137,7 @@ pub fn curve(text: &[u8], now: Timestamp, room: Room) -> Result<File, Problem> {
 pub fn surface(text: &[u8], now: Timestamp, room: Room) -> Result<File, Problem> {
     let mut faults = Faults::default();
     let members: ExportSurfaceMembers<'_> = of_request(text, &mut faults)?;
-    let shape = members.surface.required_with(&mut faults, read_surface);
+    let shape = members.surface.required(&mut faults);
     let format = members.format.required(&mut faults);
     let name = members.name.read(&mut faults).map(String::from);
     let tolerance = read_tolerance(&members.tolerance, &mut faults);

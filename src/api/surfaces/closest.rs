@@ -5,25 +5,22 @@ use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use crate::api::{
+    contract::{Pair, Triple},
     curves::closest::read_points,
     faults::Faults,
     json::{members::of_request, request::request, writer::Json},
     problem::Problem,
-    shapes::{
-        places::{beyond, write_points},
-        surface_reader::read_surface,
-        surface_shape::SurfaceBody,
-    },
+    shapes::places::{beyond, write_points},
 };
-use flankfit_engine::geometry::surface::closest::{ClosestPoint, SurfacePoint};
+use flankfit_engine::geometry::surface::{ClosestPoint, SurfacePoint, SurfaceShape};
 
 request! {
     /// A surface and nodes.
     #[schema(as = ClosestOnSurface)]
     pub struct ClosestOnSurfaceBody as ClosestOnSurfaceMembers {
-        required surface: SurfaceBody,
+        required surface: SurfaceShape,
         /// `[x, y, z]` each, of a graph `[u, v, z]`; at most 100,000.
-        #[schema(max_items = 100_000)]
+        #[schema(value_type = Vec<Triple>, max_items = 100_000)]
         required points: Vec<Vec<f64>>,
     }
 }
@@ -34,8 +31,10 @@ request! {
 #[schema(as = SurfaceFeet)]
 pub struct SurfaceFeetBody {
     /// `[u, v]` of each.
+    #[schema(value_type = Vec<Pair>)]
     pub parameters: Vec<Vec<f64>>,
     /// They themselves; of a graph (u, v, z).
+    #[schema(value_type = Vec<Triple>)]
     pub points: Vec<Vec<f64>>,
     /// Distance of each given node from the surface, in the caller's unit, never negative.
     pub distances: Vec<f64>,
@@ -51,7 +50,7 @@ pub struct SurfaceFeetBody {
 pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
     let mut faults = Faults::default();
     let members: ClosestOnSurfaceMembers<'_> = of_request(text, &mut faults)?;
-    let surface = members.surface.required_with(&mut faults, read_surface);
+    let surface = members.surface.required(&mut faults);
     let points = members.points.required_with(&mut faults, |slice, _, faults| read_points(slice, 3, faults));
     let (Some(surface), Some(points)) = (surface, points) else { return Err(Problem::invalid(faults)) };
     faults.into_result(()).map_err(Problem::invalid)?;

@@ -9,10 +9,7 @@ use crate::api::{
         writer::{Json, Object},
     },
     problem::{Problem, Room},
-    shapes::{
-        places::{beyond, within},
-        surface_reader::read_surface,
-    },
+    shapes::places::{beyond, within},
 };
 use flankfit_engine::{
     geometry::surface::{Evaluator, LocalGeometry, Surface, SurfaceJet, SurfaceShape, area},
@@ -218,7 +215,7 @@ impl Geometry {
 fn read(text: &[u8]) -> Result<CheckedRequest, Problem> {
     let mut faults = Faults::default();
     let members: EvaluateSurfaceMembers<'_> = of_request(text, &mut faults)?;
-    let surface = members.surface.required_with(&mut faults, read_surface);
+    let surface = members.surface.required(&mut faults);
     let parameters = read_parameters(&members, &mut faults);
     let derivatives = members.derivatives.read(&mut faults).unwrap_or(0);
     if derivatives > 2 {

@@ -3,31 +3,21 @@
 use std::borrow::Cow;
 
 use super::{
-    methods::MeshMembers,
+    methods::net,
     source::{HeightGridMembers, SurfaceSourceMembers},
 };
 use crate::api::{
-    curves::points::ParametrizationName,
     faults::Faults,
     fits::reader::nodes::RawNodes,
-    json::{
-        members::{Member, of_object},
-        slice::Slice,
-        value::read_first,
-    },
-    shapes::{
-        curve_shape::read_curve,
-        net::{Net, equal_rows},
-        point::PointBody,
-        surface_reader::{boundary_curves, corner_tolerance},
-    },
+    json::members::{Member, of_object},
 };
 use flankfit_engine::{
     estimation::Nodes,
     geometry::{
+        contract::{Borders, Net, Point},
         curve::{CurveShape, Parametrization},
         space::{Dimension, Vector},
-        surface::mesh::CurveMesh,
+        surface::{boundaries::default_tolerance, mesh::CurveMesh},
     },
     words::counted,
 };
@@ -88,14 +78,21 @@ pub fn read<'a>(
         "grid" => read_grid(grid.text()?, faults),
         "xyz" => points(&xyz, &parametrization, faults),
         "boundaries" => {
-            let (curves, tolerance) = boundary_curves(&boundaries, &tolerance, faults)?;
+            let tolerance = tolerance.optional(faults)?;
+            let curves = boundaries.required(faults).map(Borders::curves)?;
+            let tolerance = tolerance.unwrap_or_else(|| default_tolerance(curves.iter().flatten()));
             Some(GivenSurface::Boundaries { curves: Box::new(curves), tolerance })
         }
-        "mesh" => read_mesh(mesh.text()?, &tolerance, faults),
+        "mesh" => {
+            let mesh: CurveMesh = mesh.required(faults)?;
+            let tolerance = tolerance.optional(faults)?;
+            let curves = || mesh.over_v.iter().chain(&mesh.over_u).flatten();
+            let tolerance = tolerance.unwrap_or_else(|| default_tolerance(curves()));
+            Some(GivenSurface::Mesh { mesh, tolerance })
+        }
         "control_points" => {
-            let _text = control_points.required_text(faults)?;
-            let rows = control_points.optional(faults).flatten()?;
-            Some(GivenSurface::ControlPoints(Net::read(&rows, &control_points.pointer(), faults)?))
+            let rows = control_points.required(faults)?;
+            net(&rows, &control_points.pointer(), faults).map(GivenSurface::ControlPoints)
         }
         _ => Some(GivenSurface::Nodes(Cow::Owned(RawNodes::required(nodes, faults)?))),
     }
@@ -139,43 +136,16 @@ fn read_grid(slice: &[u8], faults: &mut Faults) -> Option<GivenSurface<'static>>
 }
 
 fn points(
-    xyz: &Member<'_, Vec<Vec<Vec<f64>>>>,
-    parametrization: &Member<'_, ParametrizationName>,
+    xyz: &Member<'_, Vec<Vec<Point>>>,
+    parametrization: &Member<'_, Parametrization>,
     faults: &mut Faults,
 ) -> Option<GivenSurface<'static>> {
     const AT: &str = "/xyz";
-    let name = parametrization.optional(faults)?;
-    // a number in place of a point is refused with the points of other kinds
-    let rows: Vec<Vec<PointBody>> = read_first(xyz.text()?, AT, faults)?;
-    equal_rows(&rows, AT, faults)?;
-    let net = Net::read(&rows, AT, faults)?;
+    let parametrization = parametrization.optional(faults)?.unwrap_or(Parametrization::ChordLength);
+    let net = net(&xyz.required(faults)?, AT, faults)?;
     if net.dimension != Dimension::Space {
         faults.push(format!("{AT}/0/0"), "points [x, y, z] are wanted");
         return None;
     }
-    let parametrization = name.unwrap_or(ParametrizationName::ChordLength);
     Some(GivenSurface::Points { rows: net.values.chunks(net.columns).map(<[_]>::to_vec).collect(), parametrization })
-}
-
-fn read_mesh(slice: &[u8], tolerance: &Member<'_, f64>, faults: &mut Faults) -> Option<GivenSurface<'static>> {
-    let mesh: MeshMembers<'_> = of_object(slice, "/mesh", faults)?;
-    let (us, vs) = (mesh.u.numbers(faults), mesh.v.numbers(faults));
-    let over_v = mesh.u_curves.required_with(faults, curves);
-    let over_u = mesh.v_curves.required_with(faults, curves);
-    let tolerance = tolerance.optional(faults)?;
-    let mesh = CurveMesh { us: us?, vs: vs?, over_v: over_v?, over_u: over_u? };
-    let tolerance = tolerance.unwrap_or_else(|| corner_tolerance(mesh.over_v.iter().chain(&mesh.over_u).flatten()));
-    Some(GivenSurface::Mesh { mesh, tolerance })
-}
-
-/// Curves of a family; `null` where one is missing.
-fn curves(slice: &[u8], at: &str, faults: &mut Faults) -> Option<Vec<Option<CurveShape>>> {
-    let texts: Vec<Option<Slice>> = read_first(slice, at, faults)?;
-    let before = faults.count();
-    let read = |(i, text): (usize, &Option<Slice>)| {
-        let text = text.as_ref()?;
-        read_curve(text.0, &format!("{at}/{i}"), faults)
-    };
-    let curves = texts.iter().enumerate().map(read).collect();
-    (faults.count() == before).then_some(curves)
 }

@@ -4,7 +4,6 @@
 pub mod closest;
 pub mod evaluate;
 pub mod given;
-pub mod method_reader;
 pub mod methods;
 pub mod near;
 pub mod request;

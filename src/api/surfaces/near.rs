@@ -1,7 +1,7 @@
 //! Surfaces near nodes: the fit of the service where its spectrum can be told, the banded one where
 //! there are too many coefficients.
 
-use super::{method_reader::RequestedMethod, result::BuiltSurfaceBody};
+use super::{methods::Requested, result::BuiltSurfaceBody};
 use crate::api::{
     curves::near_result::{BandedFitBody, CoordinateFitBody, CoordinateResidualsBody, PenaltyBody},
     faults::Faults,
@@ -28,7 +28,7 @@ const FEW: usize = 150;
 /// request.
 pub fn build(
     nodes: &Nodes,
-    requested: RequestedMethod,
+    requested: Requested,
     mut spec: FitSpec,
     plans: &Plans,
     base: &str,

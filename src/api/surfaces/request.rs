@@ -2,8 +2,7 @@
 
 use super::{
     given::{self, GivenSurface},
-    method_reader::{self, RequestedMethod},
-    methods::SurfaceMethodBody,
+    methods::{Requested, SurfaceMethod},
     near, result,
     source::SurfaceSource,
 };
@@ -16,11 +15,14 @@ use crate::api::{
         request::request,
     },
     problem::Problem,
-    shapes::{THROUGH, net::Net},
+    shapes::THROUGH,
 };
 use flankfit_engine::{
     estimation::{Nodes, Plans},
-    geometry::surface::construct::{self, Given, Method},
+    geometry::{
+        contract::Net,
+        surface::construct::{self, Given, Method},
+    },
     numerics::check,
 };
 
@@ -33,7 +35,7 @@ request! {
     /// nodes are used.
     pub struct SurfaceRequest as SurfaceRequestMembers {
         flatten of: SurfaceSource,
-        required method: SurfaceMethodBody,
+        required method: SurfaceMethod,
         /// For `b_spline_least_squares`.
         flatten fit: FitFields,
     }
@@ -46,7 +48,7 @@ pub fn build(text: &[u8], own: Option<&Nodes>, plans: &Plans) -> Result<Built, P
     let SurfaceRequestMembers { of, method, fit } = of_request(text, &mut faults)?;
     let kind = of.kind();
     let given = given::read(of, own, &mut faults);
-    let requested = method.required_with(&mut faults, |slice, _, faults| method_reader::read(slice, faults));
+    let requested = method.required(&mut faults).and_then(|method| method.requested(&mut faults));
     // Without a word on the fit, a whole grid is fitted axis by axis, whatever its size.
     let fit_given = members::given(&fit);
     let plain = fit_given.is_empty();
@@ -132,7 +134,7 @@ fn whole_grid(nodes: &Nodes) -> Option<Given> {
     Some(Given::Grid { u: grid.u().to_vec(), v: grid.v().to_vec(), z })
 }
 
-fn control_points(net: Net, requested: &RequestedMethod) -> Given {
+fn control_points(net: Net, requested: &Requested) -> Given {
     Given::ControlPoints(construct::Net {
         rows: net.values.chunks(net.columns.max(1)).map(<[_]>::to_vec).collect(),
         dimension: net.dimension,

@@ -8,26 +8,29 @@ use crate::api::{
     curves::near_result::{BandedFitBody, CoordinateFitBody},
     json::writer::whole,
     problem::Problem,
-    shapes::{places::beyond, surface_shape::SurfaceBody},
+    shapes::places::beyond,
     warning::WarningBody,
 };
-use flankfit_engine::estimation::spec::Domain;
-pub use flankfit_engine::geometry::surface::Border as BorderName;
-pub use flankfit_engine::geometry::surface::continuity::ContinuityClass as ContinuityName;
-use flankfit_engine::geometry::surface::{
-    Surface, SurfaceShape,
-    construct::Built,
-    continuity::{ContinuityClass, ContinuityTolerance, Joint, Worst},
-    triangle::DegenerateBorder,
+use flankfit_engine::{
+    estimation::spec::Domain,
+    geometry::{
+        contract,
+        surface::{
+            Border, Surface, SurfaceShape,
+            construct::Built,
+            continuity::{ContinuityClass, ContinuityTolerance, Joint, Worst},
+            triangle::DegenerateBorder,
+        },
+    },
+    numerics::cancel::Asking,
 };
-use flankfit_engine::numerics::cancel::Asking;
 
 /// A surface, everything needed to build it again, and a report.
 #[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = BuiltSurface)]
 pub struct BuiltSurfaceBody<'a> {
-    pub surface: SurfaceBody,
+    pub surface: contract::Surface,
     pub domain: Domain,
     /// For nodes on a grid: the parameters of its rows and columns.
     pub parameters: Option<NodeParametersBody>,
@@ -43,10 +46,10 @@ pub struct BuiltSurfaceBody<'a> {
     /// left.
     pub sigma: Option<f64>,
     /// For a mesh: the largest gap between crossing curves, and its place.
-    pub gap: Option<WorstBody>,
+    pub gap: Option<Worst>,
     /// For meshes, borders and patches with cubic borders: the largest distance from the curves,
     /// and its place.
-    pub deviation: Option<WorstBody>,
+    pub deviation: Option<Worst>,
     /// For several patches: continuity across their common borders.
     pub continuity: Option<ContinuityBody>,
     /// Borders that are points: there the surface has three sides.
@@ -70,23 +73,12 @@ pub struct NodeParametersBody {
     pub v: Vec<f64>,
 }
 
-/// The largest of some figures, and the [u, v] where it was found.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[schema(as = Worst)]
-pub struct WorstBody {
-    /// The largest figure.
-    pub value: f64,
-    /// `[u, v]`, where it was found.
-    #[schema(value_type = Vec<f64>, min_items = 2, max_items = 2)]
-    pub at: [f64; 2],
-}
-
 /// Continuity across common borders.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Continuity)]
 pub struct ContinuityBody {
     /// The worst class of all joints.
-    pub class: ContinuityName,
+    pub class: ContinuityClass,
     /// Each line along which two patches meet.
     pub joints: Vec<JointBody>,
 }
@@ -103,17 +95,17 @@ pub struct JointBody {
     /// The range of the other one.
     #[schema(value_type = Vec<f64>, min_items = 2, max_items = 2)]
     pub along: [f64; 2],
-    pub class: ContinuityName,
+    pub class: ContinuityClass,
     /// Distance of the two sides.
-    pub gap: WorstBody,
+    pub gap: Worst,
     /// Angle between the two normals, in degrees; absent where a normal does not exist.
-    pub normal_angle_deg: Option<WorstBody>,
+    pub normal_angle_deg: Option<Worst>,
     /// Jump of S_u or S_v.
-    pub first_derivative: WorstBody,
+    pub first_derivative: Worst,
     /// Jump of S_uu, S_uv or S_vv.
-    pub second_derivative: WorstBody,
+    pub second_derivative: Worst,
     /// Jump of a principal curvature; absent where it does not exist.
-    pub curvature: Option<WorstBody>,
+    pub curvature: Option<Worst>,
 }
 
 /// One of the two parameters.
@@ -129,7 +121,7 @@ pub enum AxisName {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = DegenerateBorder)]
 pub struct DegenerateBorderBody {
-    pub border: BorderName,
+    pub border: Border,
     /// The point.
     pub point: Vec<f64>,
 }
@@ -145,8 +137,8 @@ pub fn built(built: &Built, nodes: Option<usize>, tolerance: Option<f64>) -> Res
     let Built { shape, parameters, residual_sum_of_squares, gap, deviation, joints, degenerate } = built;
     let mut body = BuiltSurfaceBody {
         parameters: parameters.clone().map(|[u, v]| NodeParametersBody { u, v }),
-        gap: gap.as_ref().map(WorstBody::from),
-        deviation: deviation.as_ref().map(WorstBody::from),
+        gap: *gap,
+        deviation: *deviation,
         degenerate_borders: (!degenerate.is_empty()).then(|| degenerate.iter().map(Into::into).collect()),
         ..BuiltSurfaceBody::new(shape, tolerance)
     };
@@ -172,7 +164,7 @@ impl BuiltSurfaceBody<'_> {
     pub fn new(shape: &SurfaceShape, tolerance: Option<f64>) -> Self {
         let [u, v] = shape.domain();
         BuiltSurfaceBody {
-            surface: SurfaceBody::of(shape, tolerance),
+            surface: contract::Surface::new(shape, tolerance),
             domain: Domain { u: Some(u), v: Some(v) },
             parameters: None,
             count: None,
@@ -191,15 +183,9 @@ impl BuiltSurfaceBody<'_> {
     }
 }
 
-impl From<&Worst> for WorstBody {
-    fn from(&Worst { value, at }: &Worst) -> Self {
-        WorstBody { value, at }
-    }
-}
-
 impl From<&DegenerateBorder> for DegenerateBorderBody {
     fn from(DegenerateBorder { border, point, extent: _ }: &DegenerateBorder) -> Self {
-        DegenerateBorderBody { border: (*border), point: point.as_slice().to_vec() }
+        DegenerateBorderBody { border: *border, point: point.as_slice().to_vec() }
     }
 }
 
@@ -211,13 +197,11 @@ impl JointBody {
             at: *at,
             along: *along,
             class: joint.class(tolerance),
-            gap: gap.into(),
-            normal_angle_deg: normal_angle
-                .as_ref()
-                .map(|found| WorstBody { value: found.value.to_degrees(), at: found.at }),
-            first_derivative: first_derivative.into(),
-            second_derivative: second_derivative.into(),
-            curvature: curvature.as_ref().map(WorstBody::from),
+            gap: *gap,
+            normal_angle_deg: normal_angle.map(|found| Worst { value: found.value.to_degrees(), at: found.at }),
+            first_derivative: *first_derivative,
+            second_derivative: *second_derivative,
+            curvature: *curvature,
         }
     }
 }

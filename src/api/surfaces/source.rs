@@ -1,11 +1,14 @@
 //! What a surface is made of, as it is written.
 
-use super::methods::MeshBody;
 use crate::api::{
-    curves::points::ParametrizationName,
+    contract::Triple,
     fits::{reader::nodes::RawNodes, spec::nodes::NodesBody},
     json::request::request,
-    shapes::{point::PointBody, surface_shape::BordersBody},
+};
+use flankfit_engine::geometry::{
+    contract::{Borders, Point},
+    curve::Parametrization,
+    surface::mesh::CurveMesh,
 };
 
 request! {
@@ -14,17 +17,18 @@ request! {
     pub struct SurfaceSource as SurfaceSourceMembers {
         optional grid: HeightGridBody,
         /// Points `[x, y, z]` in rows.
-        optional xyz: Vec<Vec<Vec<f64>>>,
+        #[schema(value_type = Option<Vec<Vec<Triple>>>)]
+        optional xyz: Vec<Vec<Point>>,
         /// For `xyz`; default `chord_length`.
-        optional parametrization: ParametrizationName,
-        optional boundaries: BordersBody,
-        optional mesh: MeshBody,
+        optional parametrization: Parametrization,
+        optional boundaries: Borders,
+        optional mesh: CurveMesh,
         /// For `boundaries` and `mesh`: largest distance between two curves at their crossing, in
         /// the unit of the request. Default 1e-6 of the largest coordinate at their ends.
         #[schema(minimum = 0)]
         optional tolerance: f64,
         /// Rows along u, within a row along v.
-        optional control_points: Vec<Vec<PointBody>>,
+        optional control_points: Vec<Vec<Point>>,
         /// Scattered nodes or a grid with missing nodes, for `b_spline_least_squares`.
         optional nodes: NodesBody as RawNodes,
     }

@@ -5,17 +5,17 @@ use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use crate::api::{
-    contract::Pair,
+    contract::{Pair, Triple},
     json::request::request,
-    shapes::{point::PointBody, surface_shape::SurfaceBody},
     warning::WarningBody,
 };
+use flankfit_engine::geometry::{contract::Point, surface::SurfaceShape};
 
 request! {
     /// A surface and where it is evaluated: `at`, or every pair of `grid`.
     #[schema(as = EvaluateSurface)]
     pub struct EvaluateSurfaceBody as EvaluateSurfaceMembers {
-        required surface: SurfaceBody,
+        required surface: SurfaceShape,
         /// Pairs [u, v] within the surface's domain, in any order.
         #[schema(value_type = Option<Vec<Pair>>)]
         optional at: Vec<[f64; 2]>,
@@ -57,11 +57,12 @@ pub enum SurfaceIncludeName {
 #[schema(as = SurfaceValues)]
 pub struct SurfaceValuesBody {
     /// Points of the surface; numbers for a graph.
-    pub values: Vec<PointBody>,
+    pub values: Vec<Point>,
     /// With one derivative or more.
     pub derivatives: Option<SurfaceDerivativesBody>,
     /// With one derivative or more: unit normals along S_u × S_v; for a graph those of (u, v, z).
     /// Absent, with a warning, where one of them does not exist.
+    #[schema(value_type = Option<Vec<Triple>>)]
     pub normals: Option<Vec<Vec<f64>>>,
     /// With two derivatives.
     pub curvatures: Option<CurvaturesBody>,
@@ -77,15 +78,15 @@ pub struct SurfaceValuesBody {
 #[schema(as = SurfaceDerivatives)]
 pub struct SurfaceDerivativesBody {
     /// ∂S/∂u at each parameter.
-    pub u: Vec<PointBody>,
+    pub u: Vec<Point>,
     /// ∂S/∂v at each parameter.
-    pub v: Vec<PointBody>,
+    pub v: Vec<Point>,
     /// ∂²S/∂u² at each parameter.
-    pub uu: Option<Vec<PointBody>>,
+    pub uu: Option<Vec<Point>>,
     /// ∂²S/∂u∂v at each parameter.
-    pub uv: Option<Vec<PointBody>>,
+    pub uv: Option<Vec<Point>>,
     /// ∂²S/∂v² at each parameter.
-    pub vv: Option<Vec<PointBody>>,
+    pub vv: Option<Vec<Point>>,
 }
 
 /// Curvatures, > 0 where the surface bends towards its normal.
@@ -97,8 +98,10 @@ pub struct CurvaturesBody {
     /// Half the sum of the two principal curvatures, 1/length.
     pub mean: Vec<f64>,
     /// The greater and the lesser one.
+    #[schema(value_type = Vec<Pair>)]
     pub principal: Vec<Vec<f64>>,
     /// Unit tangents along which the greater one is taken; the other is at right angles.
+    #[schema(value_type = Vec<Triple>)]
     pub direction: Vec<Vec<f64>>,
 }
 
@@ -107,8 +110,10 @@ pub struct CurvaturesBody {
 #[schema(as = FundamentalForms)]
 pub struct FundamentalFormsBody {
     /// `[E, F, G]` at each parameter.
+    #[schema(value_type = Vec<Triple>)]
     pub first: Vec<Vec<f64>>,
     /// `[L, M, N]` at each parameter.
+    #[schema(value_type = Vec<Triple>)]
     pub second: Vec<Vec<f64>>,
 }
 

@@ -66,6 +66,13 @@ impl std::fmt::Display for Border {
     }
 }
 
+/// Returns the distance that ends of curves may have where they should meet, if none is given: 1e-6
+/// of the largest coordinate of the ends.
+pub fn default_tolerance<'a>(curves: impl Iterator<Item = &'a CurveShape>) -> f64 {
+    let ends = curves.flat_map(|curve| curve.domain().map(|t| curve.value(t)));
+    1e-6 * ends.fold(0.0, |size: f64, end| size.max(end.amax()))
+}
+
 /// Boundary curves that were found to meet.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Boundaries {

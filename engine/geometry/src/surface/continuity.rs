@@ -12,12 +12,14 @@ use flankfit_numerics::cancel;
 /// How far from the line either side is looked at, in roundings of the largest parameter.
 const ASIDE: f64 = 8.0 * f64::EPSILON;
 
-/// The largest of some figures and where it was found.
+/// The largest of some results, and the place where it was found.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema))]
 pub struct Worst {
-    /// Its value.
+    /// The largest result.
     pub value: f64,
-    /// Its parameters (u, v).
+    /// `[u, v]`, where it was found.
+    #[cfg_attr(feature = "contract", schema(value_type = Vec<f64>, min_items = 2, max_items = 2))]
     pub at: [f64; 2],
 }
 

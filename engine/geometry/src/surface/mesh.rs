@@ -26,16 +26,26 @@ use flankfit_numerics::{
     words::{Shown, counted},
 };
 
-/// The curves of a mesh.
+/// Curves along the lines of a mesh, from two families of planes u = const and v = const.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(deny_unknown_fields)
+)]
 pub struct CurveMesh {
-    /// Where the curves over v stand, ascending, 2 or more.
+    /// Positions of the curves over v, ascending.
+    #[cfg_attr(feature = "contract", serde(rename = "u"), schema(min_items = 2))]
     pub us: Vec<f64>,
-    /// Where the curves over u stand.
+    /// Positions of the curves over u, ascending.
+    #[cfg_attr(feature = "contract", serde(rename = "v"), schema(min_items = 2))]
     pub vs: Vec<f64>,
-    /// The curve over v at each u, over all of the vs.
+    /// For each u its curve over v. For points in space the first or the last may be `null`: the
+    /// patches there are three-sided.
+    #[cfg_attr(feature = "contract", serde(rename = "u_curves"))]
     pub over_v: Vec<Option<CurveShape>>,
-    /// The curve over u at each v, over all of the us.
+    /// For each v its curve over u; `null` as above.
+    #[cfg_attr(feature = "contract", serde(rename = "v_curves"))]
     pub over_u: Vec<Option<CurveShape>>,
 }
 

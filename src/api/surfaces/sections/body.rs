@@ -4,10 +4,14 @@ use serde::{Deserialize, Serialize};
 use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
-use crate::api::{shapes::curve_shape::CurveBody, surfaces::methods::MeshBody, warning::WarningBody};
+use crate::api::{contract::Triple, warning::WarningBody};
 use flankfit_engine::geometry::{
+    curve::CurveShape,
     space::Vector,
-    surface::section::{Section, SectionCurve},
+    surface::{
+        mesh::CurveMesh,
+        section::{Section, SectionCurve},
+    },
 };
 
 /// Sections in the order of the planes.
@@ -20,9 +24,10 @@ pub struct SectionsBody {
     /// With `mesh` of the request: heights along the third vector of `mesh_frame` over distances
     /// from the origin along the first and the second. `mesh` of `POST /v1/surfaces` takes it
     /// unchanged.
-    pub mesh: Option<MeshBody>,
+    pub mesh: Option<CurveMesh>,
     /// The unit vectors `[x, y, z]` along which u, v and heights of the mesh are counted: the
     /// normals of the two families and their vector product.
+    #[schema(value_type = Option<Vec<Triple>>, min_items = 3, max_items = 3)]
     pub mesh_frame: Option<Vec<Vec<f64>>>,
     /// The largest difference in height that was found between curves of the mesh and the surface,
     /// in the caller's unit.
@@ -49,13 +54,16 @@ pub struct SectionBody {
     pub curves: Vec<SectionCurveBody>,
     /// `[x, y, z]` where branches cross; curves end there.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[schema(value_type = Vec<Triple>)]
     pub branch_points: Vec<Vec<f64>>,
     /// `[x, y, z]` where the plane touches the surface in a point.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[schema(value_type = Vec<Triple>)]
     pub contact_points: Vec<Vec<f64>>,
     /// `[x, y, z]` of places where the section could not be determined, at most 1,000; a warning is
     /// included.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[schema(value_type = Vec<Triple>)]
     pub unresolved_points: Vec<Vec<f64>>,
     /// True if a part of the surface lies in the plane; the curves exclude it.
     pub coincident: bool,
@@ -67,8 +75,9 @@ pub struct SectionBody {
 #[schema(as = SectionCurve)]
 pub struct SectionCurveBody {
     /// Curve in space with arc length as parameter; in the form `b_spline`.
-    pub curve: Option<CurveBody>,
+    pub curve: Option<CurveShape>,
     /// `[x, y, z]` each, of a closed curve the first one again at the end; of the form `polyline`.
+    #[schema(value_type = Option<Vec<Triple>>)]
     pub points: Option<Vec<Vec<f64>>>,
     /// True if it is closed and smooth at the joint.
     pub closed: bool,
@@ -103,7 +112,7 @@ pub(super) fn written(found: &Section, offset: f64, chords: bool) -> Option<Sect
 fn written_curve(curve: &SectionCurve, chords: bool) -> Option<SectionCurveBody> {
     let points = || curve.points.iter().map(|place| coordinates(&place.point)).collect();
     Some(SectionCurveBody {
-        curve: if chords { None } else { Some(CurveBody::from(&curve.shape().ok()?)) },
+        curve: if chords { None } else { Some(curve.shape().ok()?) },
         points: chords.then(points),
         closed: curve.closed,
         tangential: curve.tangential,

@@ -18,18 +18,14 @@ use crate::api::{
     faults::Faults,
     json::writer::whole,
     problem::{Problem, Room},
-    shapes::{curve_shape::CurveBody, places::beyond},
-    surfaces::methods::MeshBody,
+    shapes::places::beyond,
     warning::WarningBody,
 };
 use flankfit_engine::{
-    geometry::{
-        curve::CurveShape,
-        surface::{
-            SurfaceShape,
-            section::{
-                Description, Family, MeshOfSections, NoMesh, Plane, Section, SectionFault, Sections, mesh_of_sections,
-            },
+    geometry::surface::{
+        SurfaceShape,
+        section::{
+            Description, Family, MeshOfSections, NoMesh, Plane, Section, SectionFault, Sections, mesh_of_sections,
         },
     },
     numerics::cancel::{self, Parts},
@@ -69,10 +65,7 @@ pub fn answer(text: &[u8], room: Room) -> Result<Vec<u8>, Problem> {
     if let (true, [u, v], [of_u, of_v]) = (mesh, &families[..], &found[..]) {
         let made = all.run(planes, || mesh_of_sections(&surface, [family(u, of_u), family(v, of_v)], how));
         let MeshOfSections { frame, mesh, error } = made.map_err(no_mesh)?;
-        let curves =
-            |family: &[Option<CurveShape>]| family.iter().map(|curve| curve.as_ref().map(CurveBody::from)).collect();
-        let [u_curves, v_curves] = [curves(&mesh.over_v), curves(&mesh.over_u)];
-        body.mesh = Some(MeshBody { u: mesh.us, v: mesh.vs, u_curves, v_curves });
+        body.mesh = Some(mesh);
         body.mesh_frame = Some(frame.iter().map(coordinates).collect());
         body.mesh_error = Some(error);
     }

@@ -7,7 +7,6 @@ use crate::api::{
     faults::Faults,
     json::{members::of_request, request::request},
     problem::Problem,
-    shapes::{surface_reader::read_surface, surface_shape::SurfaceBody},
 };
 use flankfit_engine::{
     geometry::{
@@ -30,7 +29,7 @@ const TOLERANCES: [f64; 2] = [1e-9, 1e-3];
 request! {
     /// A surface and planes.
     pub struct SectionsRequest as SectionsRequestMembers {
-        required surface: SurfaceBody,
+        required surface: SurfaceShape,
         /// One or two families of parallel planes.
         #[schema(min_items = 1, max_items = 2)]
         required families: Vec<PlaneFamilyBody>,
@@ -90,7 +89,7 @@ pub(super) struct Checked {
 pub(super) fn read(text: &[u8]) -> Result<Checked, Problem> {
     let mut faults = Faults::default();
     let members: SectionsRequestMembers<'_> = of_request(text, &mut faults)?;
-    let surface = members.surface.required_with(&mut faults, read_surface);
+    let surface = members.surface.required(&mut faults);
     let families = members.families.required(&mut faults);
     let chords = members.form.read(&mut faults) == Some(SectionFormName::Polyline);
     let tolerance = members.tolerance.read(&mut faults).unwrap_or(TOLERANCES[usize::from(chords)]);
