@@ -134,14 +134,18 @@ pub fn list(items: impl Into<RefOr<Schema>>, lengths: Option<(usize, usize)>) ->
     ArrayBuilder::new().items(items.into()).min_items(lengths.map(|l| l.0)).max_items(lengths.map(|l| l.1))
 }
 
-/// Gives a type the schema of a union of plain values.
+/// Gives a type the schema of a union of plain values, under its own name or another one.
 ///
 /// ```text
 /// alternatives!(Count, "Number of eigenvalues: a number or `auto`.", name("auto"), whole(0));
+/// alternatives!(CountBody as "Count", "…", name("auto"), whole(0));
 /// ```
 #[macro_export]
 macro_rules! alternatives {
-    ($type:ident, $description:expr, $($item:expr),+ $(,)?) => {
+    ($type:ident, $($rest:tt)+) => {
+        $crate::alternatives!($type as stringify!($type), $($rest)+);
+    };
+    ($type:ident as $name:expr, $description:expr, $($item:expr),+ $(,)?) => {
         impl $crate::contract::utoipa::PartialSchema for $type {
             fn schema() -> $crate::contract::utoipa::openapi::RefOr<$crate::contract::utoipa::openapi::schema::Schema> {
                 $crate::contract::utoipa::openapi::schema::OneOfBuilder::new()
@@ -153,7 +157,7 @@ macro_rules! alternatives {
 
         impl $crate::contract::utoipa::ToSchema for $type {
             fn name() -> ::std::borrow::Cow<'static, str> {
-                stringify!($type).into()
+                $name.into()
             }
         }
     };

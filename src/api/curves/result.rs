@@ -7,7 +7,7 @@ use utoipa::ToSchema;
 use super::near_result::{CoordinateFitBody, KnotInsertionBody, SmoothingBody};
 use crate::api::{json::writer::whole, problem::Problem, shapes::places::beyond, warning::WarningBody};
 use flankfit_engine::{
-    geometry::curve::{Absence, Constructed, Curve, CurveShape, Stability},
+    geometry::curve::{Absence, Constructed, Curve, CurveShape, Stability, overshoot::Overshoot},
     words::rounded,
 };
 
@@ -46,29 +46,11 @@ pub struct StabilityBody {
     pub lebesgue_at: Option<f64>,
     /// The farthest that the curve leaves the range of the two points it runs between; left out
     /// where it never does.
-    pub overshoot: Option<OvershootBody>,
+    pub overshoot: Option<Overshoot>,
     /// Condition number of the equations that were solved, in the 2-norm.
     pub condition: Option<f64>,
     /// The farthest that the curve misses one of its points after all rounding, in one coordinate.
     pub interpolation_error: f64,
-}
-
-/// An excursion beyond neighbouring points.
-#[skip_serializing_none]
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[schema(as = Overshoot)]
-pub struct OvershootBody {
-    /// In the unit of the coordinate.
-    pub amount: f64,
-    /// Relative to the range of this coordinate over all points.
-    pub relative: Option<f64>,
-    /// The parameter at which it is reached.
-    pub at: f64,
-    /// 0 for y of a graph, else 0, 1, 2 for x, y, z.
-    pub coordinate: usize,
-    /// The two points between which it is reached, by their numbers from 0 on.
-    #[schema(value_type = Vec<usize>, min_items = 2, max_items = 2)]
-    pub between: [usize; 2],
 }
 
 /// Overshoots above this part of the range are warned of.
@@ -109,13 +91,7 @@ impl From<&Stability> for StabilityBody {
         StabilityBody {
             lebesgue_constant: lebesgue.map(|found| found.constant),
             lebesgue_at: lebesgue.map(|found| found.at),
-            overshoot: overshoot.as_ref().map(|found| OvershootBody {
-                amount: found.amount,
-                relative: found.relative,
-                at: found.at,
-                coordinate: found.coordinate,
-                between: found.between,
-            }),
+            overshoot: *overshoot,
             condition: condition.as_ref().ok().copied(),
             interpolation_error: *interpolation_error,
         }

@@ -5,22 +5,29 @@
 
 use std::{collections::HashSet, ops::Range};
 
+use super::{
+    cursor::{Cursor, Syntax, Token},
+    location::Location,
+};
+
 /// Members with content of the caller, which contain no warnings.
-const GIVEN: [&[u8]; 4] = [b"request", b"spec", b"gear", b"axes"];
-const WARNINGS: &[u8] = b"warnings";
+const GIVEN: [&str; 4] = ["request", "spec", "gear", "axes"];
 /// Start of the member `at`, which names the part of a gathered warning. It is the last member.
 const AT: &[u8] = b",\"at\":\"";
 
 /// Returns the answer with every warning of its parts in its outermost `warnings`, each with `at`,
 /// the JSON Pointer of the part. The list is added if there are such warnings and it is missing.
 pub fn gathered(answer: Vec<u8>) -> Vec<u8> {
-    let Scan { mut found, own } = Scan::of(&answer);
+    let mut scan = Scan::default();
+    if scan.value(&mut Cursor::new(&answer), &Location::Root).is_err() {
+        return answer;
+    }
+    let Scan { mut found, own } = scan;
     // the answer's own warnings first, wherever their list is
-    found.sort_by_key(|warning| !warning.list.is_empty());
+    found.sort_by_key(|(list, _)| !list.is_empty());
     let mut known = HashSet::new();
     let mut more: Vec<u8> = Vec::new();
-    for Found { list, entry } in found {
-        let entry = answer.get(entry).unwrap_or_default();
+    for (list, entry) in found {
         let (said, at) = placed(entry, &list);
         // a warning that a part has gathered itself is also found in the inner part
         if !known.insert((said, at.clone())) || list.is_empty() {
@@ -53,145 +60,41 @@ fn placed<'a>(entry: &'a [u8], list: &str) -> (&'a [u8], String) {
     }
 }
 
-/// A warning: the pointer of the object whose list contains it, and the range of its text.
-struct Found {
-    list: String,
-    entry: Range<usize>,
-}
-
 /// The result of a scan.
-struct Scan {
-    found: Vec<Found>,
+#[derive(Default)]
+struct Scan<'a> {
+    /// Each warning, with the pointer of the object whose list contains it.
+    found: Vec<(String, &'a [u8])>,
     /// Content of the outermost object's own list, without the brackets.
     own: Option<Range<usize>>,
 }
 
-/// An enclosing object or list of the current position.
-enum Level {
-    Object {
-        key: Range<usize>,
-    },
-    Array {
-        index: usize,
-    },
-    /// A list of warnings, with the start of the current one.
-    Warnings {
-        start: usize,
-    },
-}
-
-impl Scan {
-    fn of(text: &[u8]) -> Scan {
-        let mut scan = Scan { found: Vec::new(), own: None };
-        let mut levels: Vec<Level> = Vec::new();
-        let mut at = 0;
-        // whether the next string is a key
-        let mut before_key = false;
-        while let Some(byte) = text.get(at) {
-            match byte {
-                b'"' => {
-                    let end = end_of_string(text, at);
-                    if before_key && let Some(Level::Object { key }) = levels.last_mut() {
-                        *key = at + 1..end - 1;
-                        before_key = false;
-                    }
-                    at = end;
-                    continue;
-                }
-                b',' => match levels.last_mut() {
-                    Some(Level::Object { .. }) => before_key = true,
-                    Some(Level::Array { index }) => *index += 1,
-                    Some(Level::Warnings { .. }) | None => {}
-                },
-                b'{' | b'[' if is_given(text, &levels) => {
-                    at = end_of_value(text, at);
-                    continue;
-                }
-                b'{' if matches!(levels.last(), Some(Level::Warnings { .. })) => {
-                    let end = end_of_value(text, at);
-                    scan.found.push(Found { list: pointer(text, &levels), entry: at..end });
-                    at = end;
-                    continue;
-                }
-                b'{' => {
-                    levels.push(Level::Object { key: 0..0 });
-                    before_key = true;
-                }
-                b'[' => levels.push(match levels.last() {
-                    Some(Level::Object { key }) if text.get(key.clone()) == Some(WARNINGS) => {
-                        Level::Warnings { start: at + 1 }
-                    }
-                    _ => Level::Array { index: 0 },
-                }),
-                b'}' | b']' => {
-                    before_key = false;
-                    if let Some(Level::Warnings { start }) = levels.pop()
-                        && levels.len() == 1
-                    {
-                        scan.own = Some(start..at);
-                    }
-                }
-                _ => {}
-            }
-            at += 1;
-        }
-        scan
-    }
-}
-
-/// Whether the value that begins here was given by the caller.
-fn is_given(text: &[u8], levels: &[Level]) -> bool {
-    let Some(Level::Object { key }) = levels.last() else { return false };
-    text.get(key.clone()).is_some_and(|key| GIVEN.contains(&key))
-}
-
-/// Returns the pointer of the object that has the innermost list.
-fn pointer(text: &[u8], levels: &[Level]) -> String {
-    let mut pointer = String::new();
-    for level in levels {
-        match level {
-            Level::Object { key } if text.get(key.clone()) != Some(WARNINGS) => {
-                pointer.push('/');
-                let key = text.get(key.clone()).unwrap_or_default();
-                pointer.push_str(&String::from_utf8_lossy(key).replace('~', "~0").replace('/', "~1"));
-            }
-            Level::Array { index } => pointer.push_str(&format!("/{index}")),
-            Level::Object { .. } | Level::Warnings { .. } => {}
+impl<'a> Scan<'a> {
+    fn value(&mut self, cursor: &mut Cursor<'a>, at: &Location) -> Result<(), Syntax> {
+        match cursor.token()? {
+            Token::Object => cursor.object(|cursor, key| match &*key {
+                key if GIVEN.contains(&key) => cursor.skip_value().map(drop),
+                "warnings" if cursor.token()? == Token::Array => self.warnings(cursor, at),
+                key => self.value(cursor, &Location::Member(at, key)),
+            }),
+            Token::Array => cursor.array(|cursor, index| self.value(cursor, &Location::Entry(at, index))),
+            _ => cursor.skip_value().map(drop),
         }
     }
-    pointer
-}
 
-/// Returns the position after the closing quotation mark of the string that begins at `at`.
-fn end_of_string(text: &[u8], at: usize) -> usize {
-    let mut at = at + 1;
-    while let Some(byte) = text.get(at) {
-        match byte {
-            b'"' => return at + 1,
-            b'\\' => at += 2,
-            _ => at += 1,
+    fn warnings(&mut self, cursor: &mut Cursor<'a>, at: &Location) -> Result<(), Syntax> {
+        let start = cursor.at + 1;
+        cursor.array(|cursor, _| {
+            let is_object = cursor.token()? == Token::Object;
+            let entry = cursor.skip_value()?;
+            self.found.extend(is_object.then(|| (at.pointer(), entry)));
+            Ok(())
+        })?;
+        if let Location::Root = at {
+            self.own = Some(start..cursor.at - 1);
         }
+        Ok(())
     }
-    text.len()
-}
-
-/// Returns the position after the object or list that begins at `at`.
-fn end_of_value(text: &[u8], at: usize) -> usize {
-    let (mut at, mut depth) = (at, 0_usize);
-    while let Some(byte) = text.get(at) {
-        match byte {
-            b'"' => {
-                at = end_of_string(text, at);
-                continue;
-            }
-            b'{' | b'[' => depth += 1,
-            b'}' | b']' if depth == 1 => return at + 1,
-            b'}' | b']' => depth -= 1,
-            _ => {}
-        }
-        at += 1;
-    }
-    text.len()
 }
 
 #[cfg(test)]

@@ -18,7 +18,6 @@ pub mod reader;
 pub mod refusal;
 pub mod request;
 pub mod text;
-pub mod union_schema;
 pub mod value;
 pub mod wording;
 pub mod writer;

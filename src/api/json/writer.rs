@@ -76,11 +76,6 @@ impl Json {
         }
     }
 
-    /// The text as of [`Json::finish`], with the warnings of its parts in its own list.
-    pub fn finish_gathered(self) -> Result<Vec<u8>, Unwritable> {
-        self.finish().map(gathered)
-    }
-
     fn number(&mut self, value: f64) {
         self.finite &= value.is_finite();
         self.text.extend_from_slice(zmij::Buffer::new().format_finite(value).as_bytes());

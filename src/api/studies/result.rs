@@ -14,9 +14,9 @@ use crate::api::{faults::moved, problem::Problem, warning::WarningBody};
 use flankfit_engine::estimation::{
     FitError,
     randomization::{
-        self, Figures, LevelRatios, LevelResult, Outcome, Reference, ReferenceChoice, StudyResult, Summary,
+        self, Figures, LevelResult, Optimum, Outcome, Reference, ReferenceChoice, Regularized, StudyResult,
     },
-    spec::{ChosenBy, Criterion},
+    spec::Criterion,
 };
 
 /// Comparison of randomising the measurement matrix with regularising.
@@ -53,10 +53,10 @@ pub struct RandomizationResult {
     /// Note on reading the figures.
     pub remark: String,
     /// Figures of each level, in ascending order.
-    pub levels: Vec<StudyLevel>,
+    pub levels: Vec<LevelResult>,
     pub references: StudyReferences,
     /// The level of least median ‖A − Â_R‖²; absent without noise, where least squares is exact.
-    pub optimum: Option<StudyOptimum>,
+    pub optimum: Option<Optimum>,
     /// What to know about the answer; empty where there is nothing to say.
     pub warnings: Vec<WarningBody>,
     /// Version of the engine.
@@ -64,62 +64,11 @@ pub struct RandomizationResult {
     pub engine: String,
 }
 
-/// Median and quartiles over the repetitions.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct Quartiles {
-    /// Half of the repetitions lie below.
-    pub median: f64,
-    /// A quarter of the repetitions lies below.
-    pub q1: f64,
-    /// Three quarters of the repetitions lie below.
-    pub q3: f64,
-}
-
-/// Figures of one estimation method; those that do not exist in every repetition are absent.
-#[skip_serializing_none]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct StudyFigures {
-    /// Condition of the inverted matrix: X̃ᵀX̃ of a level, XᵀX of least squares, or the regularised
-    /// matrix.
-    pub condition: Option<Quartiles>,
-    /// log₁₀ of its determinant.
-    pub log10_determinant: Option<Quartiles>,
-    /// ‖A − Â‖².
-    pub bias_norm_squared: Option<Quartiles>,
-    /// ‖y − X Â‖², with the X that was not randomised.
-    pub rss: Option<Quartiles>,
-}
-
-/// One level of randomisation.
-#[skip_serializing_none]
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct StudyLevel {
-    /// k, the level: how strongly the matrices are perturbed.
-    pub level: f64,
-    #[serde(flatten)]
-    pub figures: StudyFigures,
-    /// ‖y − X̃ Â_R‖², the residual sum of squares in the randomised matrix.
-    pub fitted_rss: Option<Quartiles>,
-    /// The regularising matrix B of Eq. 40 of the same level, σ_B/σ_X = k; absent where no λ* up to
-    /// the largest eigenvalue gives this level, and where the columns are linearly dependent.
-    pub matrix_b: Option<StudyLevelOfB>,
-}
-
-/// The regularising matrix of one level, on the same heights: first order, as many eigenvalues as
-/// lie beyond the usual condition limit.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct StudyLevelOfB {
-    /// λ* at which the root mean square over the columns that vary of ‖B_j‖/(√m σ_j) is the level.
-    pub lambda_star: f64,
-    #[serde(flatten)]
-    pub figures: StudyFigures,
-}
-
 /// The same heights, estimated with X as it is.
 #[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct StudyReferences {
-    pub least_squares: StudyFigures,
+    pub least_squares: Figures,
     /// Absent where the columns are linearly dependent.
     pub spectral_first_order: Option<RegularizedReference>,
     /// Absent where the columns are linearly dependent.
@@ -135,61 +84,9 @@ pub struct RegularizedReference {
     /// L of the spectral schemes.
     pub count: Option<usize>,
     #[serde(flatten)]
-    pub chosen: RegularizedFigures,
+    pub chosen: Regularized,
     /// One entry for each criterion.
-    pub choices: Vec<StudyChoice>,
-}
-
-/// What a regularised estimate comes to.
-#[skip_serializing_none]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct RegularizedFigures {
-    /// λ* of the spectral schemes, k of ridge.
-    pub lambda_star: Option<Quartiles>,
-    /// σ_B/σ_X of the spectral schemes: size of B relative to the columns it is added to, on the
-    /// scale of the levels.
-    pub noise_to_signal: Option<Quartiles>,
-    #[serde(flatten)]
-    pub figures: StudyFigures,
-}
-
-/// One criterion for λ* or k, applied in every repetition with the study's σ.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct StudyChoice {
-    pub criterion: ChosenBy,
-    #[serde(flatten)]
-    pub chosen: RegularizedFigures,
-}
-
-/// The level of least median error, and those that do nearly as well.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct StudyOptimum {
-    #[serde(flatten)]
-    pub best: StudyRatios,
-    /// Lowest and highest level about the best one where ‖A − Â_R‖ is at most 5 % above the least.
-    #[schema(min_items = 2, max_items = 2)]
-    pub plateau: [f64; 2],
-    /// The level of least condition on the plateau: the accuracy is the same, the matrix is
-    /// conditioned best.
-    pub least_condition: StudyRatios,
-}
-
-/// Medians of one level relative to least squares.
-#[skip_serializing_none]
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct StudyRatios {
-    /// The level itself.
-    pub level: f64,
-    /// Median ‖A − Â‖² of least squares over that of this level; its root is the ratio of norms.
-    pub error_ratio: f64,
-    /// cond(XᵀX) over the median cond(X̃ᵀX̃) of this level.
-    pub condition_ratio: Option<f64>,
-    /// Median ‖y − X Â_R‖² of this level over that of least squares.
-    pub rss_ratio: Option<f64>,
-}
-
-fn quartiles(summary: Option<Summary>) -> Option<Quartiles> {
-    summary.map(|Summary { median, q1, q3 }| Quartiles { median, q1, q3 })
+    pub choices: Vec<ReferenceChoice>,
 }
 
 /// Runs a request to its answer. Processor work.
@@ -250,18 +147,14 @@ impl RandomizationResult {
             along_smallest: result.along_smallest,
             coefficient_norm_squared: result.coefficient_norm_squared,
             remark: remark(result.along_smallest, result.coefficient_norm_squared),
-            levels: result.levels.into_iter().map(level).collect(),
+            levels: result.levels,
             references: StudyReferences {
-                least_squares: figures(&result.references.least_squares),
+                least_squares: result.references.least_squares,
                 spectral_first_order: result.references.spectral_first_order.map(regularized),
                 spectral_exact: result.references.spectral_exact.map(regularized),
                 ridge: regularized(result.references.ridge),
             },
-            optimum: result.optimum.map(|o| StudyOptimum {
-                best: ratios(o.best),
-                plateau: o.plateau,
-                least_condition: ratios(o.least_condition),
-            }),
+            optimum: result.optimum,
             warnings: result.warnings.iter().map(WarningBody::from).collect(),
             engine: crate::api::ENGINE.to_owned(),
         }
@@ -286,47 +179,7 @@ fn remark(along: Option<f64>, norm_squared: f64) -> String {
     }
 }
 
-fn figures(f: &Figures) -> StudyFigures {
-    StudyFigures {
-        condition: quartiles(f.condition),
-        log10_determinant: quartiles(f.log10_determinant),
-        bias_norm_squared: quartiles(f.bias_norm_squared),
-        rss: quartiles(f.rss),
-    }
-}
-
-fn level(l: LevelResult) -> StudyLevel {
-    StudyLevel {
-        level: l.level,
-        figures: figures(&l.figures),
-        fitted_rss: quartiles(l.fitted_rss),
-        matrix_b: l.matrix_b.map(|b| StudyLevelOfB { lambda_star: b.lambda_star, figures: figures(&b.figures) }),
-    }
-}
-
-fn ratios(r: LevelRatios) -> StudyRatios {
-    StudyRatios {
-        level: r.level,
-        error_ratio: r.error_ratio,
-        condition_ratio: r.condition_ratio,
-        rss_ratio: r.rss_ratio,
-    }
-}
-
-fn chosen(c: &ReferenceChoice) -> RegularizedFigures {
-    RegularizedFigures {
-        lambda_star: quartiles(c.lambda_star),
-        noise_to_signal: quartiles(c.noise_to_signal),
-        figures: figures(&c.figures),
-    }
-}
-
-fn regularized(reference: Reference) -> RegularizedReference {
-    let default = reference.choices.iter().find(|c| c.criterion == Criterion::MinMse);
-    let choice = |c: &ReferenceChoice| StudyChoice { criterion: ChosenBy::Criterion(c.criterion), chosen: chosen(c) };
-    RegularizedReference {
-        count: reference.count,
-        chosen: default.map(chosen).unwrap_or_default(),
-        choices: reference.choices.iter().map(choice).collect(),
-    }
+fn regularized(Reference { count, choices }: Reference) -> RegularizedReference {
+    let default = choices.iter().find(|choice| choice.criterion == Criterion::MinMse);
+    RegularizedReference { count, chosen: default.map(|choice| choice.chosen).unwrap_or_default(), choices }
 }

@@ -1,7 +1,8 @@
 //! The paper's Figs. 4 and 5 from a study: what k does to stability and to accuracy.
 
 use super::svg::{Curve, Line, Panel, page};
-use crate::api::studies::result::{Quartiles, RandomizationResult, StudyFigures};
+use crate::api::studies::result::RandomizationResult;
+use flankfit_engine::estimation::randomization::{Figures, Summary};
 
 /// Fig. 4: condition and determinant of the randomised Fisher information matrix.
 pub fn stability(result: &RandomizationResult) -> String {
@@ -25,12 +26,7 @@ pub fn accuracy(result: &RandomizationResult) -> String {
     )
 }
 
-fn panel(
-    result: &RandomizationResult,
-    title: &str,
-    logarithm: bool,
-    figure: fn(&StudyFigures) -> Option<Quartiles>,
-) -> Panel {
+fn panel(result: &RandomizationResult, title: &str, logarithm: bool, figure: fn(&Figures) -> Option<Summary>) -> Panel {
     let scale = |x: f64| if logarithm { libm::log10(x) } else { x };
     // level 0 has no place on a logarithmic axis; it is the line of least squares
     let points = result.levels.iter().filter(|level| level.level > 0.0).filter_map(|level| {

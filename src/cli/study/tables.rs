@@ -4,9 +4,10 @@ use std::fmt::Write;
 
 use crate::{
     api::json::writer::text_of,
-    api::studies::result::{Quartiles, RandomizationResult, RegularizedReference, StudyFigures, StudyRatios},
+    api::studies::result::{RandomizationResult, RegularizedReference},
     cli::table::Table,
 };
+use flankfit_engine::estimation::randomization::{Figures, LevelRatios, Summary};
 
 /// Everything a person wants to see of a study.
 pub fn text(result: &RandomizationResult) -> String {
@@ -29,7 +30,7 @@ pub fn text(result: &RandomizationResult) -> String {
     let _ = writeln!(out, "{}\n", result.remark);
     let mut table = Table::new(["k", "cond", "log10 det", "‖A−Â‖²", "quartiles", "", "RSS", "RSS on X̃"], 0);
     for level in &result.levels {
-        let bias = |field: fn(Quartiles) -> f64| number(level.figures.bias_norm_squared.map(field));
+        let bias = |field: fn(Summary) -> f64| number(level.figures.bias_norm_squared.map(field));
         table.row([
             format!("{:.3e}", level.level),
             median(level.figures.condition),
@@ -43,8 +44,8 @@ pub fn text(result: &RandomizationResult) -> String {
     }
     let _ = writeln!(out, "{table}");
     let mut table = Table::new(["estimate", "λ* by", "cond", "log10 det", "‖A−Â‖²", "quartiles", "", "RSS"], 2);
-    let determinant = |q: Option<Quartiles>| q.map_or_else(String::new, |q| format!("{:.2}", q.median));
-    let cells = |name: &str, by: String, figures: &StudyFigures| {
+    let determinant = |q: Option<Summary>| q.map_or_else(String::new, |q| format!("{:.2}", q.median));
+    let cells = |name: &str, by: String, figures: &Figures| {
         let bias = figures.bias_norm_squared;
         [
             name.to_owned(),
@@ -88,8 +89,8 @@ fn beside_least_squares(result: &RandomizationResult) -> Table {
     let heads = ["k", "‖A−Â‖ ÷", "cond ÷", "RSS ×", "B of level k: λ*", "‖A−Â‖ ÷", "cond ÷", "RSS ×"];
     let mut table = Table::new(heads, 0);
     let base = &result.references.least_squares;
-    let over = |a: Option<Quartiles>, b: Option<Quartiles>| a.zip(b).map(|(a, b)| a.median / b.median);
-    let three = |figures: &StudyFigures| {
+    let over = |a: Option<Summary>, b: Option<Summary>| a.zip(b).map(|(a, b)| a.median / b.median);
+    let three = |figures: &Figures| {
         [
             number(over(base.bias_norm_squared, figures.bias_norm_squared).map(f64::sqrt)),
             number(over(base.condition, figures.condition)),
@@ -106,14 +107,14 @@ fn beside_least_squares(result: &RandomizationResult) -> Table {
     table
 }
 
-fn ratios(ratios: &StudyRatios) -> String {
+fn ratios(ratios: &LevelRatios) -> String {
     let condition = ratios.condition_ratio.map_or_else(String::new, |r| format!(", condition {r:.3e} times less"));
     let rss = ratios.rss_ratio.map_or_else(String::new, |r| format!(", RSS {r:.2} times"));
     let error = ratios.error_ratio.sqrt();
     format!("k = {:.3e}: median ‖A−Â‖ {error:.3} times less than least squares{condition}{rss}", ratios.level)
 }
 
-fn median(summary: Option<Quartiles>) -> String {
+fn median(summary: Option<Summary>) -> String {
     number(summary.map(|q| q.median))
 }
 

@@ -35,7 +35,8 @@ pub use measured::Measured;
 pub use outcome::{LevelFigures, Outcome};
 pub use plateau::PLATEAU;
 pub use result::{
-    Figures, LevelOfB, LevelRatios, LevelResult, Optimum, Reference, ReferenceChoice, References, StudyResult, Summary,
+    Figures, LevelOfB, LevelRatios, LevelResult, Optimum, Reference, ReferenceChoice, References, Regularized,
+    StudyResult, Summary,
 };
 pub use setup::{ColumnScaling, Setup, Study};
 

@@ -9,7 +9,7 @@ use nalgebra::DMatrix;
 
 use super::{
     outcome::Outcome,
-    result::{Figures, LevelOfB, Reference, ReferenceChoice, References, Summary},
+    result::{Figures, LevelOfB, Reference, ReferenceChoice, References, Regularized, Summary},
     setup::Study,
 };
 use crate::{
@@ -137,8 +137,7 @@ impl Base {
             .filter(|(at, _)| count == Some(0) || chosen.iter().all(|choices| choices[*at].is_some()))
             .map(|(at, &criterion)| {
                 let parameter = |r: usize| chosen[r][at];
-                ReferenceChoice {
-                    criterion,
+                let chosen = Regularized {
                     lambda_star: Summary::of((0..outcomes.len()).map(|r| parameter(r).unwrap_or(f64::NAN))),
                     noise_to_signal: Summary::of((0..outcomes.len()).map(|r| {
                         parameter(r).and_then(|lambda_star| self.noise_to_signal(rule, lambda_star)).unwrap_or(f64::NAN)
@@ -147,7 +146,8 @@ impl Base {
                         Some(parameter) => (rule, parameter),
                         None => (Rule::None, 0.0),
                     }),
-                }
+                };
+                ReferenceChoice { criterion, chosen }
             })
             .collect();
         Reference { count, choices }

@@ -30,12 +30,17 @@ pub struct StudyResult {
 
 /// Median and quartiles over the repetitions (interpolated linearly between order statistics).
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    schema(as = Quartiles)
+)]
 pub struct Summary {
-    /// Median.
+    /// Half of the repetitions lie below.
     pub median: f64,
-    /// Lower quartile.
+    /// A quarter of the repetitions lies below.
     pub q1: f64,
-    /// Upper quartile.
+    /// Three quarters of the repetitions lie below.
     pub q3: f64,
 }
 
@@ -52,39 +57,60 @@ impl Summary {
     }
 }
 
-/// Results of one way of estimating.
-#[derive(Clone, Debug, Default, PartialEq)]
+/// Results of one estimation method; those that do not exist in every repetition are absent.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(
+    feature = "contract",
+    serde_with_macros::skip_serializing_none,
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    schema(as = StudyFigures)
+)]
 pub struct Figures {
-    /// Condition of the (randomised, regularised) Fisher information matrix.
+    /// Condition of the inverted matrix: X̃ᵀX̃ of a level, XᵀX of least squares, or the regularised
+    /// matrix.
     pub condition: Option<Summary>,
-    /// log₁₀ of the determinant of the same matrix.
+    /// log₁₀ of its determinant.
     pub log10_determinant: Option<Summary>,
     /// ‖A − Â‖².
     pub bias_norm_squared: Option<Summary>,
-    /// ‖y − X Â‖² with the X that was not randomised.
+    /// ‖y − X Â‖², with the X that was not randomised.
     pub rss: Option<Summary>,
 }
 
 /// One level of randomisation.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "contract",
+    serde_with_macros::skip_serializing_none,
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    schema(as = StudyLevel)
+)]
 pub struct LevelResult {
-    /// k.
+    /// k, the level: how strongly the matrices are perturbed.
     pub level: f64,
     /// Results of the least-squares estimates on the randomised matrices.
+    #[cfg_attr(feature = "contract", serde(flatten))]
     pub figures: Figures,
-    /// ‖y − X̃ Â_R‖², what the randomised fit itself sees.
+    /// ‖y − X̃ Â_R‖², the residual sum of squares in the randomised matrix.
     pub fitted_rss: Option<Summary>,
-    /// The regularising matrix B of the same level; `None` where no λ* up to λₙ has it.
+    /// The regularising matrix B of Eq. 40 of the same level, σ_B/σ_X = k; absent where no λ* up to
+    /// the largest eigenvalue gives this level, and where the columns are linearly dependent.
     pub matrix_b: Option<LevelOfB>,
 }
 
-/// Results of the regularising matrix of one level (first order, as many eigenvalues as lie above
-/// the usual condition limit).
+/// The regularising matrix of one level, on the same heights: first order, as many eigenvalues as
+/// lie beyond the usual condition limit.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    schema(as = StudyLevelOfB)
+)]
 pub struct LevelOfB {
-    /// λ* at which σ_B/σ_X is the level.
+    /// λ* at which the root mean square over the columns that vary of ‖B_j‖/(√m σ_j) is the level.
     pub lambda_star: f64,
     /// Results of its estimates.
+    #[cfg_attr(feature = "contract", serde(flatten))]
     pub figures: Figures,
 }
 
@@ -95,16 +121,37 @@ impl LevelResult {
     }
 }
 
-/// A regularised estimate with one criterion.
+/// One criterion for λ* or k, applied in every repetition with the study's σ.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    schema(as = StudyChoice)
+)]
 pub struct ReferenceChoice {
     /// The criterion that chose λ* or k.
     pub criterion: Criterion,
-    /// λ* of the spectral schemes, k of ridge; `None` where nothing was regularised.
+    /// Results of the estimate.
+    #[cfg_attr(feature = "contract", serde(flatten))]
+    pub chosen: Regularized,
+}
+
+/// Results of a regularised estimate.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(
+    feature = "contract",
+    serde_with_macros::skip_serializing_none,
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    schema(as = RegularizedFigures)
+)]
+pub struct Regularized {
+    /// λ* of the spectral schemes, k of ridge.
     pub lambda_star: Option<Summary>,
-    /// σ_B/σ_X of the spectral schemes: the size of B relative to the columns that it is added to.
+    /// σ_B/σ_X of the spectral schemes: size of B relative to the columns it is added to, on the
+    /// scale of the levels.
     pub noise_to_signal: Option<Summary>,
     /// Results of its estimates.
+    #[cfg_attr(feature = "contract", serde(flatten))]
     pub figures: Figures,
 }
 
@@ -130,27 +177,40 @@ pub struct References {
     pub ridge: Reference,
 }
 
-/// Medians of least squares over those of one level, and for the residuals the other way round.
+/// Medians of one level relative to least squares.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "contract",
+    serde_with_macros::skip_serializing_none,
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    schema(as = StudyRatios)
+)]
 pub struct LevelRatios {
-    /// k.
+    /// The level itself.
     pub level: f64,
-    /// ‖A − Â‖² of least squares over that of the level.
+    /// Median ‖A − Â‖² of least squares over that of this level; its root is the ratio of norms.
     pub error_ratio: f64,
-    /// cond(XᵀX) over cond(X̃ᵀX̃).
+    /// cond(XᵀX) over the median cond(X̃ᵀX̃) of this level.
     pub condition_ratio: Option<f64>,
-    /// ‖y − XÂ_R‖² over that of least squares.
+    /// Median ‖y − X Â_R‖² of this level over that of least squares.
     pub rss_ratio: Option<f64>,
 }
 
-/// The level of least median ‖A − Â_R‖², and those that do nearly as well.
+/// The level of least median error, and those that do nearly as well.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    schema(as = StudyOptimum)
+)]
 pub struct Optimum {
     /// The best level.
+    #[cfg_attr(feature = "contract", serde(flatten))]
     pub best: LevelRatios,
-    /// Lowest and highest level about it without one between whose error is greater than
-    /// [`super::PLATEAU`] times the least.
+    /// Lowest and highest level about the best one where ‖A − Â_R‖ is at most 5 % above the least.
+    #[cfg_attr(feature = "contract", schema(min_items = 2, max_items = 2))]
     pub plateau: [f64; 2],
-    /// The level of least condition among them.
+    /// The level of least condition on the plateau: the accuracy is the same, the matrix is
+    /// conditioned best.
     pub least_condition: LevelRatios,
 }

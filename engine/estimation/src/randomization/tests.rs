@@ -107,15 +107,15 @@ fn a_level_is_what_it_is_defined_as() {
     close(reference.log10_determinant, least_squares.determinant.log10());
     // ridge with k: (XᵀX + kI) a = Xᵀy is least squares with √k I below
     for choice in &result.references.ridge.choices {
-        let k = choice.lambda_star.unwrap().median;
+        let k = choice.chosen.lambda_star.unwrap().median;
         let mut below = x.clone();
         (0..3).for_each(|j| below.push((0..3).map(|i| if i == j { k.sqrt() } else { 0.0 }).collect()));
         let mut z = y.clone();
         z.extend([0.0; 3]);
         let ridge = plain(&below, &z);
-        close(choice.figures.bias_norm_squared, squares(&ridge.a, &setup.coefficients));
-        close(choice.figures.rss, squares(&y, &predict(&x, &ridge.a)));
-        close(choice.figures.log10_determinant, ridge.determinant.log10());
+        close(choice.chosen.figures.bias_norm_squared, squares(&ridge.a, &setup.coefficients));
+        close(choice.chosen.figures.rss, squares(&y, &predict(&x, &ridge.a)));
+        close(choice.chosen.figures.log10_determinant, ridge.determinant.log10());
     }
     assert_eq!(result.references.ridge.choices.len(), 4, "every criterion but min_condition");
 }
@@ -176,10 +176,10 @@ fn the_matrix_b_of_a_level_has_that_level() {
     assert!((determinant - solved.determinant.log10()).abs() < 1e-8);
     // a reference says the level of its own λ*, which leads back to it
     let choice = &result.references.spectral_first_order.as_ref().unwrap().choices[0];
-    let level = choice.noise_to_signal.unwrap().median;
+    let level = choice.chosen.noise_to_signal.unwrap().median;
     let again = run(&self::study(|s| (s.levels, s.repetitions) = (vec![level], 1))).unwrap();
     let lambda_star = again.levels[0].matrix_b.as_ref().unwrap().lambda_star;
-    assert!((lambda_star / choice.lambda_star.unwrap().median - 1.0).abs() < 1e-9);
+    assert!((lambda_star / choice.chosen.lambda_star.unwrap().median - 1.0).abs() < 1e-9);
     assert!(run(&self::study(|s| s.levels = vec![1e9])).unwrap().levels[0].matrix_b.is_none());
 }
 

@@ -14,19 +14,24 @@ const SAMPLES: usize = 16;
 /// Excursions below this part of the largest value are rounding.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
-/// The largest excursion of a curve beyond the range of the two nodes around it.
+/// The largest excursion of a curve out of the range of the two points around it.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "contract",
+    serde_with_macros::skip_serializing_none,
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema)
+)]
 pub struct Overshoot {
     /// In the unit of the coordinate.
     pub amount: f64,
-    /// The same as a part of the range of this coordinate over all nodes; None where that range is
-    /// 0.
+    /// Relative to the range of this coordinate over all points; absent if that range is 0.
     pub relative: Option<f64>,
     /// The parameter at which it is reached.
     pub at: f64,
-    /// Which coordinate: 0 for y of a graph, else 0, 1, 2 for x, y, z.
+    /// 0 for y of a graph, else 0, 1, 2 for x, y, z.
     pub coordinate: usize,
-    /// The two nodes between which it is reached, as they are numbered in the input.
+    /// The two points between which it is reached, by their numbers from 0 on.
+    #[cfg_attr(feature = "contract", schema(value_type = Vec<usize>, min_items = 2, max_items = 2))]
     pub between: [usize; 2],
 }
 

@@ -16,28 +16,23 @@ request! {
 
 /// Measured nodes, in the caller's own length unit.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
-#[serde(untagged)]
-#[schema(as = Nodes, discriminator(property_name = "type", mapping(
-    ("curve" = "#/components/schemas/CurveNodes"),
-    ("scattered" = "#/components/schemas/ScatteredNodes"),
-    ("grid" = "#/components/schemas/GridNodes"),
-    ("matrix" = "#/components/schemas/MatrixNodes")
-)))]
+#[serde(tag = "type", rename_all = "snake_case")]
+#[schema(as = Nodes)]
 pub enum NodesBody {
+    /// One boundary curve y(x); abscissae in any order, repetitions are repeated measurements.
     Curve(CurveNodes),
+    /// One surface z(u, v) at arbitrary places.
     Scattered(ScatteredNodes),
+    /// One surface on the crossings of two axes.
     Grid(GridNodes),
+    /// The measurement matrix itself, row by row.
     Matrix(MatrixNodes),
 }
 
-/// One boundary curve y(x); abscissae in any order, repetitions are repeated measurements.
 #[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CurveNodes {
-    #[serde(rename = "type")]
-    #[schema(inline)]
-    pub kind: CurveTag,
     /// Abscissae of the heights, in any order.
     #[schema(min_items = 1)]
     pub x: Vec<f64>,
@@ -48,14 +43,10 @@ pub struct CurveNodes {
     pub weight: Option<Vec<f64>>,
 }
 
-/// One surface z(u, v) at arbitrary places.
 #[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ScatteredNodes {
-    #[serde(rename = "type")]
-    #[schema(inline)]
-    pub kind: ScatteredTag,
     /// First coordinate of each node.
     #[schema(min_items = 1)]
     pub u: Vec<f64>,
@@ -69,14 +60,10 @@ pub struct ScatteredNodes {
     pub weight: Option<Vec<f64>>,
 }
 
-/// One surface on the crossings of two axes.
 #[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GridNodes {
-    #[serde(rename = "type")]
-    #[schema(inline)]
-    pub kind: GridTag,
     /// Strictly ascending.
     #[schema(min_items = 1)]
     pub u: Vec<f64>,
@@ -92,14 +79,10 @@ pub struct GridNodes {
     pub weight: Option<Vec<Vec<f64>>>,
 }
 
-/// The measurement matrix itself, row by row.
 #[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MatrixNodes {
-    #[serde(rename = "type")]
-    #[schema(inline)]
-    pub kind: MatrixTag,
     /// The measurement matrix, one row for each measurement.
     #[schema(min_items = 1)]
     pub x: Vec<Vec<f64>>,
@@ -110,22 +93,4 @@ pub struct MatrixNodes {
     pub names: Option<Vec<String>>,
     /// Multiplies the squared residual; 0 leaves the row out.
     pub weight: Option<Vec<f64>>,
-}
-
-macro_rules! tags {
-    ($($name:ident = $value:ident),* $(,)?) => {$(
-        /// The variant.
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
-        #[serde(rename_all = "snake_case")]
-        pub enum $name {
-            $value,
-        }
-    )*};
-}
-
-tags! {
-    CurveTag = Curve,
-    ScatteredTag = Scattered,
-    GridTag = Grid,
-    MatrixTag = Matrix,
 }

@@ -12,7 +12,6 @@ use utoipa::ToSchema;
 use crate::api::{
     faults::Faults,
     gears::{flank_design::DesignBody, requirements::RequirementsBody},
-    json::union_schema::documented,
 };
 use flankfit_engine::gear::{correction::Flank, evaluation::flank_surface::FlankFigures};
 
@@ -48,9 +47,8 @@ pub struct TargetDeviationBody {
     pub deviation_um: Vec<f64>,
 }
 
-documented!(
-    TargetBody,
-    "CorrectionTarget",
+flankfit_engine::numerics::alternatives!(
+    TargetBody as "CorrectionTarget",
     "What a correction aims at: a name, or the deviation that is wanted at each node.",
     TargetName::schema(),
     TargetDeviationBody::schema(),
