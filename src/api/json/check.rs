@@ -103,6 +103,7 @@ impl<'a> Check<'a> {
     fn shape(&mut self, cursor: &mut Cursor, node: &'a Node, at: &Location) -> Result<(), Syntax> {
         let token = cursor.token()?;
         match (&node.kind, token) {
+            (Kind::Union { .. }, Token::Null) if node.is_nullable => cursor.skip_value().map(drop),
             (Kind::Union { tagged, forms }, _) => self.union(cursor, tagged, forms, token, at),
             (Kind::Names(names), _) => self.name(cursor, names, token, at),
             (Kind::Object(object), Token::Object) => self.object(cursor, object, at),
@@ -279,6 +280,9 @@ impl<'a> Check<'a> {
     ) -> Result<(), Syntax> {
         if token == Token::Object && !tagged.is_empty() {
             return self.tagged(cursor, tagged, at);
+        }
+        if let [only] = forms {
+            return self.value(cursor, *only, at);
         }
         let node = |id: &Id| self.schema.node(*id);
         let fits = |id: &&Id| match (&node(id).kind, token) {

@@ -144,14 +144,15 @@ impl<'a> Compiler<'a> {
         while let Some(target) = schema["$ref"].as_str().and_then(|path| self.schemas.get(path.rsplit('/').next()?)) {
             schema = target;
         }
-        self.nodes[id].is_nullable = schema["type"].is_array();
+        let has_null = |forms: &Vec<Value>| forms.iter().any(is_null);
+        self.nodes[id].is_nullable = schema["type"].is_array() || schema["oneOf"].as_array().is_some_and(has_null);
         self.nodes[id].kind = self.kind(schema);
         id
     }
 
     fn kind(&mut self, schema: &'a Value) -> Kind {
         if let Some(forms) = schema["oneOf"].as_array() {
-            let forms: Vec<Id> = forms.iter().map(|form| self.add(form)).collect();
+            let forms: Vec<Id> = forms.iter().filter(|form| !is_null(form)).map(|form| self.add(form)).collect();
             let tagged = forms.iter().filter_map(|id| Some((self.tag(*id)?, *id))).collect();
             return Kind::Union { tagged, forms };
         }
@@ -161,9 +162,8 @@ impl<'a> Compiler<'a> {
         let length = |keyword: &str| schema[keyword].as_u64().and_then(|count| count.try_into().ok());
         let bound = |keyword: &str| schema[keyword].as_f64();
         let kind = &schema["type"];
-        let is_null = |kind: &&str| *kind == "null";
         let kind =
-            kind.as_str().or_else(|| kind.as_array()?.iter().filter_map(Value::as_str).find(|one| !is_null(one)));
+            kind.as_str().or_else(|| kind.as_array()?.iter().filter_map(Value::as_str).find(|one| *one != "null"));
         match kind {
             Some("object") => {
                 let properties: Vec<(String, Id)> = schema["properties"]
@@ -209,4 +209,9 @@ impl<'a> Compiler<'a> {
         let Kind::Names(names) = &self.nodes[*tag].kind else { return None };
         names.first().cloned()
     }
+}
+
+/// Whether a form of a union is `null`.
+fn is_null(form: &Value) -> bool {
+    form["type"] == "null"
 }

@@ -3,7 +3,7 @@
 
 use sha2::{Digest, Sha256};
 
-use super::mapping::{ColumnBody, DecimalName, MappingBody, SeparatorName};
+use super::mapping::{ColumnBody, MappingBody};
 use crate::{api::json::writer::text_of, jobs::KeptMapping};
 use flankfit_engine::formats::table::{self, Shape};
 
@@ -40,13 +40,14 @@ pub fn key(content: &[u8], instrument: Option<&str>) -> Option<[u8; 32]> {
 
 fn key_of(shape: &Shape, instrument: Option<&str>) -> [u8; 32] {
     let Shape { separator, decimal, columns, names } = shape;
-    let (separator, decimal) = (SeparatorName::from(*separator), DecimalName::from(*decimal));
     Sha256::digest(text_of(&(instrument.unwrap_or_default(), separator, decimal, columns, names))).into()
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{super::mapping::MeaningName, *};
+    use flankfit_engine::formats::table::Meaning;
+
+    use super::*;
 
     #[test]
     fn tables_of_one_form_have_one_key() {
@@ -71,7 +72,7 @@ mod tests {
         let mapping = read(r#"{"decimal":",","columns":[{"name":"Tiefe","meaning":"u"}]}"#);
         let kept = SentMapping::of(b"1;2\n2;3\n", &mapping).unwrap().kept(None);
         assert_eq!(kept.mapping, r#"{"decimal":",","columns":[{"meaning":"u"}]}"#);
-        let column = ColumnBody { name: None, meaning: MeaningName::Ignore, unit: None };
+        let column = ColumnBody { name: None, meaning: Meaning::Ignore, unit: None };
         let long = MappingBody { columns: Some(vec![column; 1000]), ..MappingBody::default() };
         assert!(SentMapping::of(b"1;2\n2;3\n", &long).is_none());
         assert!(SentMapping::of(b"no table", &mapping).is_none());

@@ -6,14 +6,22 @@ use super::words::{Meaning, Unit};
 
 /// Separator of cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(rename_all = "snake_case"),
+    schema(as = TableSeparator)
+)]
 pub enum Separator {
     /// `,`
+    #[cfg_attr(feature = "contract", serde(rename = ","))]
     Comma,
     /// `;`
+    #[cfg_attr(feature = "contract", serde(rename = ";"))]
     Semicolon,
     /// A tab.
     Tab,
-    /// Blanks and tabs, any number of them.
+    /// Any number of blanks and tabs.
     Spaces,
 }
 
@@ -29,17 +37,30 @@ impl Separator {
     }
 }
 
-/// The decimal sign.
+/// The decimal sign of a table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    schema(as = TableDecimal)
+)]
 pub enum Decimal {
     /// `.`
+    #[cfg_attr(feature = "contract", serde(rename = "."))]
     Point,
     /// `,`
+    #[cfg_attr(feature = "contract", serde(rename = ","))]
     Comma,
 }
 
 /// Layout of the nodes of a table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(rename_all = "snake_case"),
+    schema(as = TableLayout)
+)]
 pub enum Layout {
     /// On the crossings of a few u and v; crossings may be missing.
     Grid,

@@ -5,6 +5,12 @@ use flankfit_gear::{Kind, Side};
 
 /// Meaning of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(rename_all = "snake_case"),
+    schema(as = TableMeaning)
+)]
 pub enum Meaning {
     /// Place along the profile by its roll length.
     RollLength,
@@ -103,22 +109,34 @@ impl Meaning {
     }
 }
 
-/// Unit of a column.
+/// Unit of a column of a table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    schema(as = TableUnit)
+)]
 pub enum Unit {
     /// nm
+    #[cfg_attr(feature = "contract", serde(rename = "nm"))]
     Nanometre,
     /// µm
+    #[cfg_attr(feature = "contract", serde(rename = "um", alias = "µm", alias = "μm"))]
     Micrometre,
     /// mm
+    #[cfg_attr(feature = "contract", serde(rename = "mm"))]
     Millimetre,
     /// Inch.
+    #[cfg_attr(feature = "contract", serde(rename = "in"))]
     Inch,
     /// Degree.
+    #[cfg_attr(feature = "contract", serde(rename = "deg", alias = "°"))]
     Degree,
     /// Minute of arc.
+    #[cfg_attr(feature = "contract", serde(rename = "arcmin", alias = "′"))]
     ArcMinute,
     /// rad
+    #[cfg_attr(feature = "contract", serde(rename = "rad"))]
     Radian,
 }
 

@@ -13,7 +13,7 @@ use crate::api::{
     measurand::{axes::AxesBody, side::SideName, units},
     problem::Problem,
     tables::{
-        mapping::{ColumnBody, DecimalName, LayoutName, MappingBody, MeaningName, SeparatorName, axis_unit},
+        mapping::{ColumnBody, MappingBody, axis_unit},
         nodes,
     },
 };
@@ -21,7 +21,7 @@ use flankfit_engine::{
     estimation::Nodes,
     formats::{
         FileError, Table,
-        table::{FlankFault, HelixSign, Layout, Meaning, NodeSet, Unit},
+        table::{Decimal, FlankFault, HelixSign, Layout, Meaning, NodeSet, Separator, Unit},
     },
     words::rounded,
 };
@@ -72,9 +72,9 @@ pub enum ProposedFromName {
 }))]
 pub struct ProposalBody {
     /// What separates cells.
-    pub separator: SeparatorName,
+    pub separator: Separator,
     /// The decimal sign.
-    pub decimal: DecimalName,
+    pub decimal: Decimal,
     /// Whether a line with names comes before the numbers.
     pub header: bool,
     /// Whether the first row holds v, the first column u and everything else heights.
@@ -84,7 +84,7 @@ pub struct ProposalBody {
     pub columns: Vec<ColumnBody>,
     /// How the nodes lie; left out where it is not known which columns they are.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub layout: Option<LayoutName>,
+    pub layout: Option<Layout>,
     /// Where the members above come from.
     pub proposed_from: ProposedFromName,
     /// Nodes with a height, or points.
@@ -144,7 +144,7 @@ pub struct TableRangeBody {
     /// Number of the column, from 0.
     pub column: usize,
     /// What it holds.
-    pub meaning: MeaningName,
+    pub meaning: Meaning,
     /// Left out where the column has none. Of roll angles in radians `deg`, as which they are
     /// stored.
     pub unit: Option<String>,
@@ -190,12 +190,12 @@ pub fn answer(
     }
     let zeros = sets.first().filter(|_| with_nodes).and_then(|set| set.own_zeros.as_ref());
     let proposal = ProposalBody {
-        separator: table.separator.into(),
-        decimal: table.decimal.into(),
+        separator: table.separator,
+        decimal: table.decimal,
         header: table.header,
         matrix: table.matrix,
         columns: table.columns.iter().map(ColumnBody::from).collect(),
-        layout: layout.map(Into::into),
+        layout,
         proposed_from,
         nodes: points + sets.iter().map(|set| set.count).sum::<usize>(),
         missing: sets.iter().map(|set| set.missing).sum(),
@@ -291,7 +291,7 @@ fn preview(table: &Table) -> PreviewBody {
             (Meaning::Weight | Meaning::I | Meaning::J | Meaning::K, _) => {}
             _ => words.push(format!("{} {}–{}{shown}", spec.meaning.name(), rounded(min, 3), rounded(max, 3))),
         }
-        ranges.push(TableRangeBody { column, meaning: spec.meaning.into(), unit: unit.map(str::to_owned), min, max });
+        ranges.push(TableRangeBody { column, meaning: spec.meaning, unit: unit.map(str::to_owned), min, max });
     }
     PreviewBody { text: words.join(", "), greatest_deviation_um: greatest, ranges }
 }
