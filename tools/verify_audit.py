@@ -3,7 +3,8 @@
 
 Prints the number of entries that are sealed, or the first number at fault. SEALS is a file of seals, kept elsewhere, as
 --audit-seal-file has them; ARCHIVE is that of a job, as GET /v1/jobs/{job_id}/archive has it: its rows must be those that its
-entries have digests of. docs/reference/audit.md has the layout. (Signatures are checked by `flankfit audit verify`.)
+entries have digests of, and none may be missing. docs/reference/audit.md has the layout. (Signatures are checked by
+`flankfit audit verify`.)
 """
 import argparse
 import hashlib
@@ -68,18 +69,44 @@ def verify(tenant, entries, seals=()):
 
 
 def rows(entries, lines):
-    """The first row of an archive that is not the one of its entries; of one that changes the last counts."""
-    told = {}
+    """The first row of the archive of a job that is missing, or not the one of its entries."""
+    first, lines = json.loads(next(lines, ""))["job"]["job"], list(lines)
+    entries = [entry for entry in entries if entry.get("job_id") == first]
+    deleted = {entry["subject"].rsplit("/", 1)[1] for entry in entries if entry["action"] == "stream.delete"}
+    told, found = {}, set()
     for entry in entries:
-        told.update((name, (bytes.fromhex(entry.get("salt", "")), value)) for name, value in entry["contents"].items())
+        for name, value in entry["contents"].items():
+            told.setdefault(name, []).append((bytes.fromhex(entry.get("salt", "")), value))
+    versions, unfinished = {}, set()
     for line in lines:
         (table, row), = json.loads(line).items()
+        if table in ("end", "archive", "audit"):
+            continue
         values = [str(value).lower() if isinstance(value, bool) else value for value in row.values()]
         name = "/".join([table] + [str(value) for value in values[:KEYS.get(table, 1)]])
-        salt, value = told.get(name, (b"", None))
         columns = [part for key, value in zip(row, values)
                    for part in (key, bytes.fromhex(value) if key in BYTES else value)]
-        if table not in ("job", "end", "archive", "audit", "events") and sha256(salt, table, *columns).hex() != value:
+        found.add(name)
+        if table in ("jobs", "streams"):
+            versions[name.rsplit("/", 1)[0]] = row["version"]
+        if table == "streams" and "iteration" not in row:
+            unfinished.add(row["id"])
+        # many events follow from other rows
+        if any(sha256(salt, table, *columns).hex() != value for salt, value in told.get(name, [])) \
+                or (name not in told and table != "events"):
+            return name
+    for name in sorted(told.keys() - found):
+        table, (key, _, last) = name.split("/")[0], name.rpartition("/")
+        stream = key.rpartition("/")[2]
+        if table in ("jobs", "streams"):
+            there = versions.get(key, 0) >= int(last) or (key not in versions and stream in deleted)
+        elif table in ("stream_blocks", "stream_states"):
+            later = table == "stream_states" and any(
+                other.startswith(key + "/") and int(other.rpartition("/")[2]) > int(last) for other in told)
+            there = stream not in unfinished or later
+        else:
+            there = False
+        if not there:
             return name
     return None
 

@@ -290,7 +290,7 @@ CREATE TABLE purges (
 
 -- Answers kept for clients that ask again with the same Idempotency-Key; scope is method and path. A row without an answer is a claim:
 -- it is given one, or deleted, before its transaction ends. Where an answer has the result of a fit in it, the fit is named, body is
--- the part before the result, and body_end the part after it.
+-- the part before the result, and body_end the part after it. about: the job or stream, with which a purge removes the answer.
 CREATE TABLE idempotency_keys (
     tenant         text        NOT NULL CHECK (length(tenant) BETWEEN 1 AND 63),
     key            text        NOT NULL,
@@ -305,12 +305,14 @@ CREATE TABLE idempotency_keys (
     created_at     timestamptz,
     body           bytea,
     body_end       bytea,
+    about          uuid,
     PRIMARY KEY (tenant, key, scope),
     FOREIGN KEY (job, number, fit) REFERENCES fits (job, number, position),
     CHECK (num_nonnulls(request_sha256, status, body, created_at) IN (0, 4)),
     CHECK (num_nonnulls(job, number, fit, body_end) IN (0, 4))
 );
 CREATE INDEX idempotency_keys_by_age ON idempotency_keys (created_at);
+CREATE INDEX idempotency_keys_about ON idempotency_keys (about) WHERE about IS NOT NULL;
 
 -- Tenants, each a plant. id is a UUIDv7: the order of id is that of creation. Jobs name their tenant themselves.
 CREATE TABLE tenants (

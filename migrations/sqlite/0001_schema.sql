@@ -242,12 +242,14 @@ CREATE TABLE idempotency_keys (
     created_at     TEXT    CHECK (length(created_at) = 27),
     body           BLOB,
     body_end       BLOB,
+    about          BLOB,
     PRIMARY KEY (tenant, key, scope),
     FOREIGN KEY (job, number, fit) REFERENCES fits (job, number, position),
     CHECK ((request_sha256 IS NULL) + (status IS NULL) + (body IS NULL) + (created_at IS NULL) IN (0, 4)),
     CHECK ((job IS NULL) + (number IS NULL) + (fit IS NULL) + (body_end IS NULL) IN (0, 4))
 ) STRICT;
 CREATE INDEX idempotency_keys_by_age ON idempotency_keys (created_at);
+CREATE INDEX idempotency_keys_about ON idempotency_keys (about) WHERE about NOTNULL;
 
 CREATE TABLE tenants (
     name        TEXT    NOT NULL PRIMARY KEY CHECK (length(name) BETWEEN 1 AND 63),

@@ -24,6 +24,12 @@ use crate::{
 /// Longest time between two times that the age is told.
 const TELL: Duration = Duration::from_secs(5);
 
+/// Time until the next turn if another process is sealing.
+const BUSY: Duration = Duration::from_secs(1);
+
+/// Bytes of seals in memory, above which no more are made until their file can be written.
+const MOST_UNWRITTEN: usize = 1 << 20;
+
 /// Why seals cannot be made as they are wanted.
 #[derive(Debug, thiserror::Error)]
 pub enum SealError {
@@ -62,24 +68,42 @@ impl SealKeeper {
     }
 
     async fn seal(&self, service: &JobService) {
-        let (mut unwritten, mut more) = (String::new(), false);
+        let (mut unwritten, mut pause) = (String::new(), self.every);
         loop {
-            if !more {
-                tokio::time::sleep(self.every).await;
-            }
-            let begun = Instant::now();
-            let sealed = service.seal_audit(self.key.clone()).await.inspect_err(|error| {
-                tracing::warn!(%error, "the audit could not be sealed");
-            });
-            for seal in sealed.iter().flat_map(|(seals, _)| seals) {
-                log(seal);
-                unwritten.push_str(&line(seal));
-            }
-            more = sealed.as_ref().is_ok_and(|(_, more)| *more);
-            if self.write(&mut unwritten).await && sealed.is_ok() && !more {
-                *self.sealed() = begun;
-            }
+            tokio::time::sleep(pause).await;
+            pause = self.turn(service, &mut unwritten).await;
         }
+    }
+
+    /// Seals the entries that wait, and writes the seals; returns the time until the next turn.
+    async fn turn(&self, service: &JobService, unwritten: &mut String) -> Duration {
+        let begun = Instant::now();
+        if unwritten.len() > MOST_UNWRITTEN && !self.write(unwritten).await {
+            return self.every;
+        }
+        let sealed = match service.seal_audit(self.key.clone()).await {
+            Ok(Some(sealed)) => sealed,
+            Ok(None) => return BUSY.min(self.every),
+            Err(error) => {
+                tracing::warn!(%error, "the audit could not be sealed");
+                return self.every;
+            }
+        };
+        for reason in &sealed.failed {
+            tracing::error!(reason, "a part of the audit is not sealed");
+        }
+        for seal in &sealed.seals {
+            log(seal);
+            unwritten.push_str(&line(seal));
+        }
+        let is_written = self.write(unwritten).await;
+        if sealed.more {
+            return Duration::ZERO;
+        }
+        if is_written && sealed.failed.is_empty() {
+            *self.sealed() = begun;
+        }
+        self.every
     }
 
     /// Appends what is not written yet; whether all is. What cannot be written is tried again with
@@ -156,6 +180,10 @@ fn append(file: &Path, lines: &str) -> io::Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::{
+        jobs::{Caller, JobDraft, OrderedIds, SystemClock, Upkeep as _},
+        store::{StoreSettings, open_sqlite},
+    };
 
     #[test]
     fn a_line_that_was_cut_off_is_replaced() {
@@ -170,6 +198,29 @@ mod tests {
             use std::os::unix::fs::PermissionsExt as _;
             assert_eq!(file.metadata().unwrap().permissions().mode() & 0o777, 0o600);
         }
+    }
+
+    /// They wait in the database instead, and are sealed afterwards.
+    #[tokio::test]
+    async fn no_seals_are_made_while_many_cannot_be_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let settings = StoreSettings::of_file(folder.path().join("jobs.db"));
+        let store = Arc::new(open_sqlite(settings, Arc::new(SystemClock)).await.unwrap());
+        let service = JobService::new(store.clone(), Arc::new(SystemClock), Arc::new(OrderedIds::new()));
+        let jobs = service.of(&Caller::anonymous());
+        jobs.create_job(JobDraft { name: "wheel".to_owned(), ..JobDraft::default() }, None).await.unwrap();
+        let file = folder.path().join("gone/seals");
+        let (every, sealed) = (Duration::from_secs(10), Mutex::new(Instant::now()));
+        let keeper = SealKeeper { key: None, file: Some(file.clone()), every, sealed };
+        let mut unwritten = "x\n".repeat(MOST_UNWRITTEN);
+        assert_eq!(keeper.turn(&service, &mut unwritten).await, every);
+        assert_eq!(unwritten.len(), 2 * MOST_UNWRITTEN);
+        std::fs::create_dir(file.parent().unwrap()).unwrap();
+        keeper.turn(&service, &mut unwritten).await;
+        assert_eq!(unwritten, "");
+        let text = std::fs::read_to_string(&file).unwrap();
+        assert_eq!(text.matches("\"number\":1,").count(), 1);
+        store.close().await;
     }
 
     #[test]

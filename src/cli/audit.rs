@@ -40,12 +40,9 @@ enum AuditCommand {
 
 #[derive(Debug, Args)]
 struct VerifyArguments {
-    /// Only this job.
+    /// Only this job; without it everything of every tenant.
     #[arg(long)]
     job: Option<Uuid>,
-    /// Everything of every tenant (the default without --job).
-    #[arg(long, conflicts_with = "job")]
-    all: bool,
     /// A copy of the file of seals that --audit-seal-file of the server writes; may be given
     /// several times.
     #[arg(long, value_name = "SEALS")]

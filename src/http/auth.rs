@@ -117,13 +117,18 @@ impl Callers {
         }
     }
 
-    /// Ready when somebody would not be let in any more by what let them in.
-    pub async fn ended(&self, proof: &Proof) {
-        match proof {
+    /// Returns the problem of a caller who is not let in any more, as soon as that is so.
+    pub async fn ended(&self, proof: &Proof) -> Problem {
+        let ended = match proof {
             Proof::Key(key) => self.kept.ended(key).await,
-            Proof::Token(token) => self.token_ended(token).await,
+            Proof::Token(token) => {
+                self.token_ended(token).await;
+                Ok(())
+            }
             Proof::None | Proof::Listed => future::pending().await,
-        }
+        };
+        let detail = "The key or token of this request cannot be used any more, so its work was cancelled.";
+        ended.map_or_else(Problem::from, |()| Problem::new(ProblemCode::InvalidKey, detail))
     }
 
     async fn token_ended(&self, token: &Token) {

@@ -31,8 +31,8 @@ impl CallerState {
         self.app.jobs.keys_of(&self.principal.caller)
     }
 
-    /// Ready when the caller would not be let in any more.
-    pub fn refused(&self) -> Pin<Box<dyn Future<Output = ()> + Send>> {
+    /// Returns the problem of the caller as soon as it is not let in any more.
+    pub fn refused(&self) -> Pin<Box<dyn Future<Output = Problem> + Send>> {
         let (app, proof) = (self.app.clone(), self.principal.proof.clone());
         Box::pin(async move { app.callers.ended(&proof).await })
     }

@@ -250,7 +250,7 @@ struct Listener {
     changes: watch::Receiver<u64>,
     stopped: Pin<Box<dyn Future<Output = ()> + Send>>,
     /// Whoever listens is not let in any more.
-    refused: Pin<Box<dyn Future<Output = ()> + Send>>,
+    refused: Pin<Box<dyn Future<Output = Problem> + Send>>,
     _open: OpenConnection,
 }
 
@@ -293,7 +293,7 @@ impl Listener {
             tokio::select! {
                 _ = self.changes.changed() => {}
                 () = &mut self.stopped => return None,
-                () = &mut self.refused => return None,
+                _ = &mut self.refused => return None,
                 () = tokio::time::sleep(self.subject.patience()) => {
                     if let Err(error) = self.subject.check_exists(&self.state.jobs).await {
                         return self.end(&error);

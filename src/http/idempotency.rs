@@ -104,7 +104,7 @@ where
         let detail = "The first request with this Idempotency-Key is still running; ask again for its answer.";
         Problem::new(ProblemCode::IdempotencyKeyInUse, detail).retry_after(1)
     })?;
-    if let Some(kept) = state.jobs.answer(&key, &scope).await? {
+    if let Some(kept) = state.jobs.answer(key.clone(), scope.clone()).await? {
         let limit = state.settings.body_limit;
         let again = state.pool.run(move || multipart::digest(payload, limit)).await??;
         return replayed(kept, &again);
@@ -114,7 +114,7 @@ where
     match work(state.clone(), payload, Some(claimed)).await {
         // Another server stored the answer to this key while this one worked.
         Err(problem) if problem.is(ProblemCode::IdempotencyKeyInUse) => {
-            match (state.jobs.answer(&key, &scope).await?, digest.get()) {
+            match (state.jobs.answer(key.clone(), scope.clone()).await?, digest.get()) {
                 (Some(kept), Some(own)) => replayed(kept, own),
                 _ => Err(problem),
             }

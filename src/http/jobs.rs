@@ -85,7 +85,7 @@ fn created(job: &Job, stored: Stored) -> Answer {
     )
 )]
 async fn list_jobs(state: CallerState, QueryOf(query): QueryOf<JobsQuery>) -> Result<axum::Json<JobPageBody>, Problem> {
-    let page = state.jobs.list_jobs(query.check()?).await?;
+    let page = state.jobs.jobs(query.check()?).await?;
     Ok(axum::Json(page.into()))
 }
 

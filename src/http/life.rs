@@ -1,6 +1,6 @@
 //! Old jobs: archived, and purged.
 
-use std::io;
+use std::{io, time::Duration};
 
 use axum::{
     body::{Body, Bytes},
@@ -8,13 +8,14 @@ use axum::{
     response::Response,
 };
 use futures_util::{StreamExt, stream};
-use tokio::sync::mpsc;
+use tokio::{sync::mpsc, time::timeout};
 use utoipa_axum::{router::OpenApiRouter, routes};
 use uuid::Uuid;
 
 use super::{
     body::Payload,
     caller_state::CallerState,
+    chunked::PIECE,
     compute::read_small_json,
     extract::PathOf,
     idempotency::{IdempotencyKey, idempotent},
@@ -24,13 +25,13 @@ use crate::{
     api::{
         jobs::purge::{PurgeBody, PurgeRequestBody},
         json::{value::read_json, writer::text_of},
-        problem::Problem,
+        problem::{Problem, ProblemCode},
     },
     jobs::{Answer, Purge, Scope, Stored},
 };
 
-/// Lines that wait for the client.
-const LINES: usize = 8;
+/// Pieces of lines that wait for the client.
+const PIECES: usize = 8;
 
 pub fn group() -> OpenApiRouter<AppState> {
     OpenApiRouter::new().routes(routes!(archive_job)).routes(routes!(purge_job))
@@ -57,27 +58,46 @@ async fn archive_job(state: CallerState, PathOf(job): PathOf<Uuid>) -> Result<Re
         ));
     }
     state.jobs.job(job).await?;
-    let (lines, taken) = mpsc::channel(LINES);
-    let jobs = state.jobs.clone();
+    let place = state.jobs.archiving().ok_or_else(|| {
+        Problem::new(ProblemCode::Overloaded, "Other archives are being sent; try again in a moment.").retry_after(5)
+    })?;
+    let (pieces, taken) = mpsc::channel(PIECES);
+    let (jobs, patience) = (state.jobs.clone(), state.settings.write_timeout());
     tokio::spawn(async move {
-        let write = |line: String| {
-            let sent = lines.send(Ok(Bytes::from(line)));
-            async move { sent.await.map_err(|_| io::ErrorKind::BrokenPipe.into()) }
-        };
-        if let Err(error) = jobs.archive(job, write).await {
-            tracing::warn!(%job, %error, "an archive was not sent to its end");
-            // the client sees that the answer was cut off
-            let _gone = lines.send(Err(io::Error::other(error))).await;
+        let written = jobs.archive(place, job, |line| send(&pieces, line.into(), patience)).await;
+        match written {
+            Ok(()) => drop(timeout(patience, pieces.send(None)).await),
+            Err(error) => tracing::warn!(%job, %error, "an archive was not sent to its end"),
         }
     });
-    let lines = stream::unfold(taken, |mut taken| async move { taken.recv().await.map(|line| (line, taken)) }).fuse();
-    let mut response = Response::new(Body::from_stream(lines));
+    let pieces = stream::unfold(Some(taken), |taken| async move {
+        let mut taken = taken?;
+        match taken.recv().await {
+            Some(Some(piece)) => Some((Ok(piece), Some(taken))),
+            Some(None) => None,
+            // the connection ends without the end of the answer, so that no reader takes it for
+            // whole
+            None => Some((Err(io::Error::other("the archive is cut off")), None)),
+        }
+    });
+    let mut response = Response::new(Body::from_stream(pieces.fuse()));
     let headers = response.headers_mut();
     headers.insert(header::CONTENT_TYPE, HeaderValue::from_static("application/jsonl"));
     if let Ok(name) = HeaderValue::from_str(&format!("attachment; filename=\"job-{job}.jsonl\"")) {
         headers.insert(header::CONTENT_DISPOSITION, name);
     }
     Ok(response)
+}
+
+/// Sends a line piece by piece. A client that takes too long for one holds a connection to the
+/// database no longer.
+async fn send(to: &mpsc::Sender<Option<Bytes>>, mut line: Bytes, patience: Duration) -> io::Result<()> {
+    while !line.is_empty() {
+        let piece = line.split_to(line.len().min(PIECE));
+        let sent = timeout(patience, to.send(Some(piece))).await;
+        sent.map_err(|_| io::ErrorKind::TimedOut)?.map_err(|_| io::ErrorKind::BrokenPipe)?;
+    }
+    Ok(())
 }
 
 /// Remove nodes, results, texts and names of a job, for good.
@@ -115,4 +135,20 @@ async fn purge_job(
 
 fn purged(new: &Purge, _stored: Stored) -> Answer {
     Answer { status: 200, location: None, etag: None, body: text_of(&PurgeBody::from(new)).into_bytes() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[tokio::test]
+    async fn a_client_that_takes_nothing_is_not_waited_for() {
+        let (pieces, mut taken) = mpsc::channel(1);
+        let line = Bytes::from(vec![b'x'; PIECE + 1]);
+        let sent = send(&pieces, line.clone(), Duration::from_millis(20)).await;
+        assert_eq!(sent.unwrap_err().kind(), io::ErrorKind::TimedOut);
+        assert_eq!(taken.recv().await.unwrap().unwrap().len(), PIECE);
+        drop(taken);
+        assert_eq!(send(&pieces, line, Duration::MAX).await.unwrap_err().kind(), io::ErrorKind::BrokenPipe);
+    }
 }

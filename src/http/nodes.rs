@@ -79,7 +79,7 @@ async fn read_nodes(
     };
     let (form, key) = state.pool.run(read).await??;
     let kept = match key {
-        Some(key) => state.jobs.mapping(key).await,
+        Some(key) => state.jobs.proposed_mapping(key).await,
         None => None,
     };
     let work = move || {

@@ -3,7 +3,12 @@
 //! One function instead of a stack of layers: each request is looked at once on its way in and once
 //! on its way out.
 
-use std::{panic::AssertUnwindSafe, task::Poll, time::Instant};
+use std::{
+    panic::AssertUnwindSafe,
+    sync::{Arc, OnceLock},
+    task::Poll,
+    time::Instant,
+};
 
 use axum::{
     Extension,
@@ -140,7 +145,11 @@ async fn respond(state: AppState, id: HeaderValue, mut request: Request, next: N
         }
     }
     headers::protect(&mut response, &method);
-    report(&method, path.as_ref(), &response, begun, &id, (actor.as_deref(), url));
+    let report = Report { method, path, begun, id, actor, url, span: telemetry::here() };
+    match response.extensions_mut().remove::<LateReport>() {
+        Some(late) => late.0.set(report).unwrap_or_default(),
+        None => report.end(response.status().as_u16()),
+    }
     response
 }
 
@@ -211,27 +220,48 @@ pub fn too_late(limit: u64) -> Problem {
     Problem::new(ProblemCode::RequestTimeout, format!("There was no answer within {limit} s.")).retry_after(5)
 }
 
-fn report(
-    method: &Method,
-    path: Option<&MatchedPath>,
-    response: &Response,
+/// Writes metrics and the log line of a request once its answer has ended.
+#[derive(Debug)]
+struct Report {
+    method: Method,
+    path: Option<MatchedPath>,
     begun: Instant,
-    id: &HeaderValue,
-    (actor, url): (Option<&str>, Option<String>),
-) {
-    let elapsed = begun.elapsed();
-    let seconds = elapsed.as_secs_f64();
-    let status = response.status();
-    let route = path.map_or("unmatched", MatchedPath::as_str);
-    telemetry::record_answer(method_name(method), route, status.as_u16(), elapsed);
-    let id = id.to_str().unwrap_or_default();
-    match url {
-        Some(url) => {
-            tracing::debug!(request_id = id, %method, route, %url, actor, status = status.as_u16(), seconds, "answered")
+    id: HeaderValue,
+    actor: Option<Arc<str>>,
+    url: Option<String>,
+    span: tracing::Span,
+}
+
+/// The report of an answer whose result follows its head (a response extension).
+#[derive(Clone, Debug, Default)]
+pub struct LateReport(Arc<OnceLock<Report>>);
+
+impl LateReport {
+    /// Reports the status of the result.
+    pub fn end(&self, status: u16) {
+        if let Some(report) = self.0.get() {
+            report.end(status);
+            telemetry::responded(&report.span, status);
         }
-        // where DEBUG is not logged
-        None if CHECKS.contains(&route) && status.is_success() => {}
-        None => tracing::info!(request_id = id, %method, route, actor, status = status.as_u16(), seconds, "answered"),
+    }
+}
+
+impl Report {
+    fn end(&self, status: u16) {
+        let Report { method, path, begun, id, actor, url, .. } = self;
+        let (elapsed, actor) = (begun.elapsed(), actor.as_deref());
+        let seconds = elapsed.as_secs_f64();
+        let route = path.as_ref().map_or("unmatched", MatchedPath::as_str);
+        telemetry::record_answer(method_name(method), route, status, elapsed);
+        let id = id.to_str().unwrap_or_default();
+        match url {
+            Some(url) => {
+                tracing::debug!(request_id = id, %method, route, %url, actor, status, seconds, "answered")
+            }
+            // where DEBUG is not logged
+            None if CHECKS.contains(&route) && (200..300).contains(&status) => {}
+            None => tracing::info!(request_id = id, %method, route, actor, status, seconds, "answered"),
+        }
     }
 }
 

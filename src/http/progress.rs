@@ -22,17 +22,13 @@ use tracing::Instrument as _;
 use super::{
     body::Payload,
     caller_state::CallerState,
-    observe::{self, catch_panic},
+    idempotency::REPLAYED,
+    observe::{self, LateReport, catch_panic},
     sse,
     state::AppState,
-    unsent,
 };
 use crate::{
-    api::{
-        json::writer::text_of,
-        problem::{Problem, ProblemCode},
-        progress::ProgressBody,
-    },
+    api::{json::writer::text_of, problem::Problem, progress::ProgressBody},
     pool::{self, Handle},
     usecases::budget::Permit,
 };
@@ -61,22 +57,29 @@ async fn begin(state: AppState, request: Request, next: Next) -> Result<Response
     let handling = pool::under(handle.clone(), next.run(Request::from_parts(parts, Body::from(bytes))));
     let mut answer = in_time(state.settings.progress_timeout, pool::on_behalf_of(pool::party(), handling));
     let look = state.settings.pace.look.min(state.settings.request_timeout() / 2);
+    let mut replayed = None;
     match timeout(look, &mut answer).await {
         Ok(response) if response.extensions().get::<Problem>().is_some() => return Ok(response),
-        Ok(response) => answer = Box::pin(future::ready(response)),
+        Ok(response) => {
+            replayed = response.headers().get(&REPLAYED).cloned();
+            answer = Box::pin(future::ready(response));
+        }
         Err(_elapsed) => {}
     }
     let mut looks = interval(look.max(Duration::from_millis(1)));
     looks.set_missed_tick_behavior(MissedTickBehavior::Delay);
-    let refused = caller.refused();
-    let work = Work { caller, handle, begun, answer, refused, looks, reported: None };
+    let (refused, report) = (caller.refused(), LateReport::default());
+    let work = Work { caller, handle, begun, answer, refused, looks, reported: None, report: report.clone() };
     let events = stream::unfold(Stage::Working(Box::new(work)), |stage| async move {
         match stage {
             Stage::Working(work) => Some(work.next().await),
             Stage::Sent(_permit) => None,
         }
     });
-    Ok(sse::response(events, state.settings.pace.comment))
+    let mut response = sse::response(events, state.settings.pace.comment);
+    response.extensions_mut().insert(report);
+    response.headers_mut().extend(replayed.map(|replayed| (REPLAYED.clone(), replayed)));
+    Ok(response)
 }
 
 /// The answer of a handler, or the problem that there is none.
@@ -104,10 +107,11 @@ struct Work {
     handle: Handle,
     begun: Instant,
     answer: Answer,
-    /// Ready when the caller would not be let in any more.
-    refused: Pin<Box<dyn Future<Output = ()> + Send>>,
+    /// The problem of the caller as soon as it is not let in any more.
+    refused: Pin<Box<dyn Future<Output = Problem> + Send>>,
     looks: Interval,
     reported: Option<f64>,
+    report: LateReport,
 }
 
 impl Work {
@@ -117,10 +121,7 @@ impl Work {
             let response = tokio::select! {
                 biased;
                 response = &mut self.answer => response,
-                () = &mut self.refused => {
-                    let detail = "The key or token of this request cannot be used any more, so its work was cancelled.";
-                    Problem::new(ProblemCode::InvalidKey, detail).into_response()
-                }
+                problem = &mut self.refused => problem.into_response(),
                 _ = self.looks.tick() => {
                     let progress = self.handle.progress();
                     if self.reported.replace(progress) == Some(progress) {
@@ -135,24 +136,25 @@ impl Work {
     }
 
     /// The event of the answer.
-    async fn last(self: Box<Self>, response: Response) -> (Event, Stage) {
+    async fn last(self: Box<Self>, mut response: Response) -> (Event, Stage) {
         let mut permit = self.caller.budget.permit();
+        let status = response.status().as_u16();
         let result = async {
-            let mut response = unsent::charged(&self.caller, response);
             if let Some(problem) = response.extensions_mut().remove::<Problem>() {
                 return Err(problem);
             }
             let bytes = body::to_bytes(response.into_body(), usize::MAX).await.map_err(Problem::internal)?;
-            // the event is a copy
+            // what was computed is sent, whatever there is room for
             permit.force(bytes.len());
             let text = str::from_utf8(&bytes).map_err(Problem::internal)?;
             Ok(Event::default().event("result").data(text))
         };
-        let event = result.await.unwrap_or_else(|problem| {
+        let (status, event) = result.await.map(|event| (status, event)).unwrap_or_else(|problem| {
             let id = self.caller.principal.caller.origin.request_id.as_deref();
             let problem = observe::named(problem, id.unwrap_or_default());
-            Event::default().event("problem").data(text_of(&problem))
+            (problem.status, Event::default().event("problem").data(text_of(&problem)))
         });
+        self.report.end(status);
         (event, Stage::Sent(permit))
     }
 }

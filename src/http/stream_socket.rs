@@ -127,9 +127,10 @@ async fn session(state: &CallerState, id: Uuid, socket: &mut WebSocket) -> Sessi
     loop {
         tokio::select! {
             () = &mut stopped => return SessionEnd::Close(close_code::AWAY, "the server stops"),
-            () = &mut refused => {
-                return SessionEnd::Close(close_code::POLICY, "the key or the token cannot be used any more");
-            }
+            problem = &mut refused => return match problem.is(ProblemCode::InvalidKey) {
+                true => SessionEnd::Close(close_code::POLICY, "the key or the token cannot be used any more"),
+                false => SessionEnd::Close(close_code::AGAIN, "the store cannot be used now"),
+            },
             _ = ends.changed() => {
                 if let Some(end) = ended(state, id).await {
                     return end;

@@ -33,11 +33,7 @@ pub fn with_permit(mut response: Response, permit: Permit) -> Response {
 
 /// Charges an answer whose length is known. (Others are made piece by piece as they are sent.)
 pub async fn charge(State(state): State<AppState>, request: Request, next: Next) -> Response {
-    charged(&state, next.run(request).await)
-}
-
-/// The answer with the permit for its bytes.
-pub fn charged(state: &AppState, mut response: Response) -> Response {
+    let mut response = next.run(request).await;
     let ready = response.extensions_mut().remove().and_then(|ResponsePermit(permit)| Arc::into_inner(permit));
     let Some(length) = response.body().size_hint().exact().filter(|length| *length >= SHORT) else { return response };
     let ready = ready.unwrap_or_else(|| state.budget.permit());

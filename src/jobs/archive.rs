@@ -4,10 +4,11 @@
 //! Each job is a section: a line that names it, a line for each row, and a line with the digest of
 //! these. A store takes a section as a whole or not at all.
 
-use std::io::{self, BufRead, Read as _};
+use std::io::{self, BufRead, BufReader, Read as _, Seek as _, Write as _};
 
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
+use tempfile::spooled_tempfile;
 use tokio::sync::mpsc;
 use uuid::Uuid;
 
@@ -22,6 +23,8 @@ use super::{
 pub const ON_THE_WAY: usize = 8;
 /// No line is longer: what is kept is bounded by what a request may be.
 const LONGEST: u64 = frames::LONGEST;
+/// Bytes of a job in memory while it is read; a longer one is in a temporary file.
+const IN_MEMORY: usize = 16 << 20;
 
 /// Names a job.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -39,23 +42,17 @@ pub trait Holdings: Send + Sync {
     /// existed.
     fn read(&self, key: Key, to: mpsc::Sender<Row>) -> RepositoryFuture<'_, ()>;
 
-    /// Stores the rows of a job that does not exist; nothing unless [`Coming::All`] is the last,
-    /// and the rows are those of the job's entries.
-    fn write(&self, key: Key, from: mpsc::Receiver<Coming>) -> RepositoryFuture<'_, ()>;
+    /// Stores the rows of a job that does not exist, each with the number of its line; nothing if
+    /// a row is `None`, or if the rows are not those of the job's entries.
+    fn write<'a>(&'a self, key: Key, rows: &'a mut Rows<'_>) -> RepositoryFuture<'a, ()>;
 
     /// Ends the writing; returns whether all is in the file of the database alone, where it is a
     /// file.
     fn close(&self) -> RepositoryFuture<'_, bool>;
 }
 
-/// What a store takes.
-#[derive(Debug)]
-pub enum Coming {
-    /// A row, with the number of its line.
-    Row(u64, Row),
-    /// All rows have come, as they were written.
-    All,
-}
+/// Rows with the numbers of their lines; `None` in place of a row that cannot be read.
+pub type Rows<'a> = dyn Iterator<Item = Option<(u64, Row)>> + Send + 'a;
 
 /// Why an archive was not read, or a job of it not stored.
 #[derive(Debug, thiserror::Error)]
@@ -193,7 +190,7 @@ impl<R: BufRead> ArchiveReader<R> {
     pub async fn import(
         &mut self,
         to: &dyn Holdings,
-        check: impl Fn(&Row) -> Result<(), String>,
+        check: fn(&Row) -> Result<(), String>,
     ) -> Result<Imported, ArchiveError> {
         let first = self.next_line()?;
         let key = match serde_json::from_str(&first) {
@@ -206,62 +203,44 @@ impl<R: BufRead> ArchiveReader<R> {
             _ => return self.wrong("it does not begin a job as an archive of this version does"),
         };
         self.jobs += 1;
-        let there = section(to, &key).await?;
-        let (rows, coming) = mpsc::channel(ON_THE_WAY);
-        let writing = async {
-            match &there {
-                // who takes nothing is not asked
-                Some(_) => {
-                    drop(coming);
-                    Ok(())
-                }
-                None => to.write(key.clone(), coming).await,
+        let (job, begin) = (key.job, self.line);
+        let (mut own, mut lines) = (Section::default(), spooled_tempfile(IN_MEMORY));
+        own.line(&first);
+        // the store locks nothing before all is there
+        let end = loop {
+            let line = self.next_line()?;
+            if let Ok(end @ Mark::End { .. }) = serde_json::from_str::<Mark>(&line) {
+                break end.line();
             }
+            own.line(&line);
+            lines.write_all(line.as_bytes())?;
         };
-        let job = key.job;
-        let reading = async move {
-            let mut own = Section::default();
-            own.line(&first);
-            let mut refused = None;
-            loop {
-                let line = self.next_line()?;
-                if let Ok(told @ Mark::End { .. }) = serde_json::from_str::<Mark>(&line) {
-                    let is_whole = own.end().line() == told.line();
-                    if let Some(refused) = refused {
-                        return Err(refused);
-                    }
-                    if !is_whole {
-                        let why = "the job has changed since it was written".to_owned();
-                        return Err(ArchiveError::Row { line: self.line, job, why });
-                    }
-                    let _whoever_refused_says_why = rows.send(Coming::All).await;
-                    return Ok(told.line());
-                }
-                own.line(&line);
-                if refused.is_some() {
-                    continue;
-                }
+        if own.end().line() != end {
+            let why = "the job has changed since it was written".to_owned();
+            return Err(ArchiveError::Row { line: self.line, job, why });
+        }
+        match section(to, &key).await? {
+            Some(there) if there == end => return Ok(Imported::Exists),
+            Some(_) => return Err(ArchiveError::Differs { job }),
+            None => lines.rewind()?,
+        }
+        let mut refused = None;
+        let mut rows = BufReader::new(lines).lines().zip(begin + 1..).map(|(line, number)| {
+            let row = line.map_err(|error| error.to_string()).and_then(|line| {
                 let row = Row::of_line(&line).map_err(|(column, why)| match column {
                     Some(column) => format!("`{column}`: {why}"),
                     None => why.to_owned(),
-                });
-                match row.and_then(|row| check(&row).map(|()| row)) {
-                    Ok(row) => {
-                        let _whoever_refused_says_why = rows.send(Coming::Row(self.line, row)).await;
-                    }
-                    Err(why) => refused = Some(ArchiveError::Row { line: self.line, job, why }),
-                }
-            }
-        };
-        let (read, written) = tokio::join!(reading, writing);
-        let end = read?;
-        match there {
-            Some(there) if there == end => Ok(Imported::Exists),
-            Some(_) => Err(ArchiveError::Differs { job }),
-            None => match written {
-                Ok(()) => Ok(Imported::Stored),
-                Err(error) => Err(ArchiveError::NotStored { job, error }),
-            },
+                })?;
+                check(&row).map(|()| row)
+            });
+            let row = row.map_err(|why| refused = Some(ArchiveError::Row { line: number, job, why }));
+            row.ok().map(|row| (number, row))
+        });
+        let written = to.write(key, &mut rows).await;
+        drop(rows);
+        match refused {
+            Some(error) => Err(error),
+            None => written.map(|()| Imported::Stored).map_err(|error| ArchiveError::NotStored { job, error }),
         }
     }
 }

@@ -8,19 +8,14 @@ use uuid::Uuid;
 use super::{
     amendment::Amendment,
     draft::{AmendmentDraft, DecisionDraft, IterationDraft, RefitDraft},
-    fit::{FitRecord, NewFit},
+    fit::NewFit,
     idempotency::Keyed,
-    iteration::{FitSummary, Iteration, ListedIteration, NewIteration},
-    measurand::{Measurand, Successors},
+    iteration::{Iteration, NewIteration},
     outcome::{Precondition, RepositoryError, Stored},
-    page::{Page, PageRequest},
-    prior::{Predecessor, Predecessors},
     record::Record,
-    rounds::Rounds,
     said::{Choice, DecisionEvent},
     service::Jobs,
 };
-use flankfit_engine::estimation::Nodes;
 
 impl Jobs {
     /// Stores nodes with their first fit, which stands until somebody chooses another.
@@ -57,50 +52,6 @@ impl Jobs {
                 .collect(),
             expected_gear: draft.expected_gear,
         }
-    }
-
-    /// By number, each with the fit that stands.
-    pub async fn iterations(&self, job: Uuid, page: PageRequest) -> Result<Page<ListedIteration>, RepositoryError> {
-        self.repository.iterations(job, page).await
-    }
-
-    pub async fn iteration(&self, job: Uuid, number: u32) -> Result<Iteration, RepositoryError> {
-        self.repository.iteration(job, number).await
-    }
-
-    pub async fn nodes(&self, job: Uuid, number: u32) -> Result<Nodes, RepositoryError> {
-        self.repository.nodes(job, number).await
-    }
-
-    /// What the nodes of an iteration are of.
-    pub async fn measurand(&self, job: Uuid, number: u32) -> Result<Measurand, RepositoryError> {
-        self.repository.measurand(job, number).await
-    }
-
-    /// Earlier iterations of the same flank and tooth, oldest first.
-    pub async fn predecessors(&self, job: Uuid, wanted: Predecessors) -> Result<Vec<Predecessor>, RepositoryError> {
-        self.repository.predecessors(job, wanted).await
-    }
-
-    /// Iterations and corrections of a job.
-    pub async fn rounds(&self, job: Uuid) -> Result<Rounds, RepositoryError> {
-        self.repository.rounds(job).await
-    }
-
-    /// What was measured after an iteration.
-    pub async fn successors(&self, job: Uuid, number: u32) -> Result<Successors, RepositoryError> {
-        self.repository.successors(job, number).await
-    }
-
-    /// The nodes of an iteration if they take at most so many bytes in the store, else how many
-    /// they take.
-    pub async fn nodes_up_to(
-        &self,
-        job: Uuid,
-        number: u32,
-        most: usize,
-    ) -> Result<Result<Nodes, usize>, RepositoryError> {
-        self.repository.nodes_up_to(job, number, most).await
     }
 
     /// Stores another fit of stored nodes. It does not stand until it is chosen.
@@ -174,15 +125,5 @@ impl Jobs {
         self.write(job, |repository| async move { repository.amend(job, number, amendment, precondition).await })
             .await?;
         self.iteration(job, number).await
-    }
-
-    /// A stored fit in full.
-    pub async fn fit(&self, job: Uuid, number: u32, fit: Uuid) -> Result<FitRecord, RepositoryError> {
-        self.repository.fit(job, number, fit).await
-    }
-
-    /// Fits of an iteration in the order in which they were made.
-    pub async fn fits(&self, job: Uuid, number: u32, page: PageRequest) -> Result<Page<FitSummary>, RepositoryError> {
-        self.repository.fits(job, number, page).await
     }
 }

@@ -42,17 +42,6 @@ impl JobStatus {
         }
     }
 
-    /// Returns the status of a rank in the store; the lowest rank of its flanks is that of the job.
-    pub fn of_rank(rank: u8) -> Option<Self> {
-        match rank {
-            1 => Some(JobStatus::Rejected),
-            2 => Some(JobStatus::Remachine),
-            3 => Some(JobStatus::Open),
-            4 => Some(JobStatus::Accepted),
-            _ => None,
-        }
-    }
-
     /// The status of that name.
     pub fn named(name: &str) -> Option<Self> {
         JobStatus::ALL.into_iter().find(|status| status.name() == name)

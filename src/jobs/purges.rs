@@ -2,6 +2,7 @@
 
 use std::{io, sync::Arc};
 
+use tokio::sync::OwnedSemaphorePermit;
 use uuid::Uuid;
 
 use super::{
@@ -12,14 +13,25 @@ use super::{
     service::Jobs,
 };
 
+/// The right to write an archive.
+pub struct ArchivePlace(#[expect(dead_code, reason = "it is held")] OwnedSemaphorePermit);
+
 impl Jobs {
+    /// Returns a place for writing an archive, if there is one: each takes a connection.
+    pub fn archiving(&self) -> Option<ArchivePlace> {
+        self.service.archiving.clone().try_acquire_owned().ok().map(ArchivePlace)
+    }
+
     /// Writes the archive of a job.
-    pub async fn archive<F>(&self, job: Uuid, mut write: impl FnMut(String) -> F) -> Result<(), ArchiveError>
+    pub async fn archive<F>(
+        &self,
+        _place: ArchivePlace,
+        job: Uuid,
+        mut write: impl FnMut(String) -> F,
+    ) -> Result<(), ArchiveError>
     where
         F: Future<Output = io::Result<()>>,
     {
-        // a few at a time: each has a connection of its own
-        let _place = self.service.archiving.acquire().await;
         let key = Key { tenant: self.tenant().clone(), job };
         archive::export(&*self.service.holdings, &key, &mut write).await?;
         write(archive::last_line(1)).await?;

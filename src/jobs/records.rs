@@ -7,8 +7,7 @@ use uuid::Uuid;
 use super::{
     idempotency::Keyed,
     outcome::{RepositoryError, Stored},
-    page::{Page, PageRequest},
-    record::{Record, RecordDraft, RecordKind, RecordSummary},
+    record::{Record, RecordDraft},
     service::Jobs,
 };
 
@@ -29,29 +28,5 @@ impl Jobs {
             .write(job, |repository| async move { repository.insert_record(job, number, kept, receipt).await })
             .await?;
         Ok((record, stored))
-    }
-
-    pub async fn record(&self, job: Uuid, number: u32, id: Uuid) -> Result<Record, RepositoryError> {
-        self.repository.record(job, number, id).await
-    }
-
-    /// The one of a kind that was kept last.
-    pub async fn latest_record(
-        &self,
-        job: Uuid,
-        number: u32,
-        kind: RecordKind,
-    ) -> Result<Option<Record>, RepositoryError> {
-        self.repository.latest_record(job, number, kind).await
-    }
-
-    /// Oldest first.
-    pub async fn records(
-        &self,
-        job: Uuid,
-        number: u32,
-        page: PageRequest,
-    ) -> Result<Page<RecordSummary>, RepositoryError> {
-        self.repository.records(job, number, page).await
     }
 }

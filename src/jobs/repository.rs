@@ -11,7 +11,7 @@ use uuid::Uuid;
 use super::{
     amendment::Amendment,
     archive::{Holdings, Key},
-    audit::{Auditor, ListedEntry, Seal, Sealing},
+    audit::{Auditor, ListedEntry, Seal, Sealed, Sealing},
     callers::{Caller, Credentials, Keys},
     event::{EventPlace, JobEvent, ToldEvent},
     fit::{FitRecord, NewFit},
@@ -28,6 +28,7 @@ use super::{
     record::{Record, RecordKind, RecordSummary},
     rounds::Rounds,
     said::{Choice, DecisionEvent},
+    service::Jobs,
     streams::{Block, FinishedStream, NewBlock, NewStream, Stream, StreamState},
     summary::JobCounts,
     wake::Wake,
@@ -81,9 +82,9 @@ pub trait Upkeep: Send + Sync + 'static {
     /// by which it is known later.
     fn forget_told(&self, now: Timestamp, before: Timestamp, most: u32) -> RepositoryFuture<'_, u64>;
 
-    /// Links the entries of every tenant that are not sealed, and seals them; returns the new
-    /// seals, and whether more entries wait.
-    fn seal_audit(&self, sealing: Sealing) -> RepositoryFuture<'_, (Vec<Seal>, bool)>;
+    /// Links the entries of every tenant that are not sealed, and seals them; `None` if another
+    /// process is doing so.
+    fn seal_audit(&self, sealing: Sealing) -> RepositoryFuture<'_, Option<Sealed>>;
 
     /// Jobs without activity since a time that are not purged, after the last one of `after`, at
     /// most so many.
@@ -236,6 +237,12 @@ macro_rules! declare {
         pub trait $Trait: Send + Sync + 'static {
             $($(#[$about])* fn $read(&self, $($of: $what),*) -> RepositoryFuture<'_, $found>;)*
             $($(#[$on])* fn $write(&self, $($with: $given),*) -> RepositoryFuture<'_, $reply>;)*
+        }
+
+        impl Jobs {
+            $($(#[$about])* pub fn $read(&self, $($of: $what),*) -> RepositoryFuture<'_, $found> {
+                self.repository.$read($($of),*)
+            })*
         }
     };
 }

@@ -10,18 +10,15 @@ use uuid::Uuid;
 use super::{
     ambient::{Clock, Ids},
     archive::{Holdings, Key},
-    audit::{self, Evidence, ListedEntry, Seal, Sealing, SigningKey, Verdict},
+    audit::{self, Evidence, Sealed, Sealing, SigningKey, Verdict},
     callers::{Caller, Owned, Tenant},
     draft::JobDraft,
-    event::{EventPlace, JobEvent, JobNotifier, ToldEvent},
-    idempotency::{Answer, Keyed},
-    iteration::Trace,
+    event::JobNotifier,
+    idempotency::Keyed,
     job::{Job, JobPatch},
     known_jobs::KnownJobs,
-    listing::{JobPage, JobQuery},
     mapping::KeptMapping,
     outcome::{Precondition, RepositoryError, Resource},
-    page::{Page, PageRequest},
     repository::{Repository, Store, Wakes},
     said::Event,
     streams::StreamCache,
@@ -44,7 +41,7 @@ pub struct JobService {
     /// Told when some key was changed, here or by another process.
     pub(super) key_changes: watch::Sender<u64>,
     /// Archives that may be written at a time.
-    pub(super) archiving: Semaphore,
+    pub(super) archiving: Arc<Semaphore>,
     /// Verifications that may go on at a time.
     verifying: Semaphore,
     /// How other processes are woken that use the store.
@@ -56,7 +53,7 @@ impl JobService {
         let (known, cache, notifier) = Default::default();
         let wakes = store.wakes();
         let key_changes = watch::channel(0).0;
-        let (archiving, verifying) = (Semaphore::new(ARCHIVES), Semaphore::new(ARCHIVES));
+        let (archiving, verifying) = (Arc::new(Semaphore::new(ARCHIVES)), Semaphore::new(ARCHIVES));
         let holdings = store.holdings();
         Arc::new(JobService {
             store,
@@ -98,9 +95,8 @@ impl JobService {
         self.clock.now()
     }
 
-    /// Links and seals the entries that are not sealed; returns the new seals, and whether more
-    /// entries wait.
-    pub async fn seal_audit(&self, key: Option<Arc<SigningKey>>) -> Result<(Vec<Seal>, bool), RepositoryError> {
+    /// Links and seals the entries that are not sealed; `None` if another process is doing so.
+    pub async fn seal_audit(&self, key: Option<Arc<SigningKey>>) -> Result<Option<Sealed>, RepositoryError> {
         self.store.seal_audit(Sealing { at: self.now(), key }).await
     }
 
@@ -132,6 +128,7 @@ impl JobService {
 /// begun.
 #[derive(Clone)]
 pub struct Jobs {
+    /// Its reads are methods of [`Jobs`] too.
     pub(super) repository: Arc<dyn Repository>,
     pub(super) tenant: Tenant,
     /// Who the caller is, where that is known.
@@ -169,11 +166,6 @@ impl Jobs {
         Event { reason, by: self.actor(), created_at }
     }
 
-    /// The answer kept under an idempotency key, with the digest of its request.
-    pub async fn answer(&self, key: &str, scope: &str) -> Result<Option<([u8; 32], Answer)>, RepositoryError> {
-        self.repository.answer(key.to_owned(), scope.to_owned()).await
-    }
-
     pub async fn create_job(&self, draft: JobDraft, keyed: Option<Keyed<Job>>) -> Result<Arc<Job>, RepositoryError> {
         let job = Arc::new(self.new_job(draft));
         let receipt = keyed.map(|keyed| keyed.receipt(job.clone()));
@@ -202,17 +194,9 @@ impl Jobs {
         }
     }
 
-    pub async fn list_jobs(&self, query: JobQuery) -> Result<JobPage, RepositoryError> {
-        self.repository.jobs(query).await
-    }
-
     /// Returns the numbers of jobs.
     pub async fn summary(&self) -> Result<JobSummary, RepositoryError> {
         Ok(self.repository.job_counts(first_week(self.now())).await?.summary())
-    }
-
-    pub async fn job(&self, id: Uuid) -> Result<Job, RepositoryError> {
-        self.repository.job(id).await
     }
 
     pub async fn patch_job(
@@ -232,16 +216,6 @@ impl Jobs {
         Ok(())
     }
 
-    /// A page of the story of a job.
-    pub async fn trace(&self, job: Uuid, page: PageRequest) -> Result<Trace, RepositoryError> {
-        self.repository.trace(job, page).await
-    }
-
-    /// Entries of the audit of a job, or of the whole tenant, oldest first.
-    pub async fn audit(&self, job: Option<Uuid>, page: PageRequest) -> Result<Page<ListedEntry>, RepositoryError> {
-        self.repository.audit(job, page).await
-    }
-
     /// Verifies the audit of a job, or of the whole tenant.
     pub async fn verify_audit(&self, job: Option<Uuid>) -> Result<Verdict, RepositoryError> {
         // a few at a time: each has a connection of its own
@@ -252,36 +226,6 @@ impl Jobs {
             Some(_) if verdict.is_empty() && verdict.faults.is_empty() => Err(RepositoryError::NotFound(Resource::Job)),
             _ => Ok(verdict),
         }
-    }
-
-    /// Seals of the tenant, oldest first.
-    pub async fn seals(&self, page: PageRequest) -> Result<Page<Seal>, RepositoryError> {
-        self.repository.seals(page).await
-    }
-
-    /// Some events of a job after the one numbered `after`, in order.
-    pub async fn events(&self, job: Uuid, after: u64, limit: u32) -> Result<Vec<JobEvent>, RepositoryError> {
-        self.repository.events(job, after, limit).await
-    }
-
-    /// The number of a job's last event.
-    pub async fn last_event(&self, job: Uuid) -> Result<u64, RepositoryError> {
-        self.repository.last_event(job).await
-    }
-
-    /// Some events of all jobs after a place, in order.
-    pub async fn all_events(&self, after: EventPlace, limit: u32) -> Result<Vec<ToldEvent>, RepositoryError> {
-        self.repository.all_events(after, limit).await
-    }
-
-    /// A place behind all that has happened to the jobs of the tenant.
-    pub async fn last_place(&self) -> Result<EventPlace, RepositoryError> {
-        self.repository.last_place().await
-    }
-
-    /// Whether nothing that happened after a place was forgotten.
-    pub async fn tells_all_after(&self, place: EventPlace) -> Result<bool, RepositoryError> {
-        self.repository.tells_all_after(place).await
     }
 
     /// Is woken when something happens to any job of the tenant.
@@ -296,7 +240,7 @@ impl Jobs {
 
     /// Returns the mapping that was kept last under a key. It is a proposal only: where the store
     /// fails there is none.
-    pub async fn mapping(&self, key: [u8; 32]) -> Option<String> {
+    pub async fn proposed_mapping(&self, key: [u8; 32]) -> Option<String> {
         self.repository.mapping(key).await.unwrap_or_else(|error| {
             tracing::warn!(%error, "the kept mapping of a table is not read");
             None
@@ -306,7 +250,7 @@ impl Jobs {
     /// Keeps a mapping. Where the store fails nothing is lost but a proposal: it is logged, and the
     /// request that has stored an iteration by it goes on.
     pub async fn keep_mapping(&self, kept: KeptMapping) {
-        if self.mapping(kept.key).await.as_ref() == Some(&kept.mapping) {
+        if self.proposed_mapping(kept.key).await.as_ref() == Some(&kept.mapping) {
             return;
         }
         if let Err(error) = self.repository.keep_mapping(kept, self.now()).await {

@@ -17,7 +17,7 @@ use flankfit::{
         Caller, Credentials, JobService, Keys, OrderedIds, Repository, RepositoryError, RepositoryFuture, Store,
         SystemClock, Unfit, Upkeep,
         archive::{Holdings, Key},
-        audit::{Auditor, Seal, Sealing},
+        audit::{Auditor, Sealed, Sealing},
     },
     store::{StoreSettings, open_sqlite},
 };
@@ -68,7 +68,7 @@ impl Upkeep for Watched {
         self.store.forget_told(now, before, most)
     }
 
-    fn seal_audit(&self, sealing: Sealing) -> RepositoryFuture<'_, (Vec<Seal>, bool)> {
+    fn seal_audit(&self, sealing: Sealing) -> RepositoryFuture<'_, Option<Sealed>> {
         self.store.seal_audit(sealing)
     }
 

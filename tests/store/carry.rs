@@ -171,6 +171,34 @@ async fn jobs_go_to_postgresql_and_back_and_are_the_same() {
     goes_on(&place, &back, job).await;
 }
 
+/// Servers write while an import waits for its input.
+#[tokio::test]
+#[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
+async fn an_import_locks_nothing_while_it_reads() {
+    let (place, _) = filled().await;
+    let text = exported(&url(&place.file()));
+    let there = Server::shared().database().await;
+    let mut run = Command::new(env!("CARGO_BIN_EXE_flankfit"))
+        .args(["import", "--database-url", &there])
+        .env_clear()
+        .stdin(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut input = run.stdin.take().unwrap();
+    let (first, rest) = text.split_at(text.find("\n{\"end\":").unwrap());
+    input.write_all(first.as_bytes()).unwrap();
+    // time in which it would lock the tables
+    tokio::time::sleep(std::time::Duration::from_secs(1)).await;
+    let mut own = PgConnection::connect(&there).await.unwrap();
+    let write = "BEGIN; SET LOCAL lock_timeout = '1ms'; LOCK TABLE iterations, events IN ROW EXCLUSIVE MODE; COMMIT";
+    sqlx::raw_sql(write).execute(&mut own).await.unwrap();
+    own.close().await.unwrap();
+    input.write_all(rest.as_bytes()).unwrap();
+    drop(input);
+    assert!(run.wait().unwrap().success());
+    verified(&there);
+}
+
 /// A job that was stored anew takes its next iteration, fit and event.
 async fn goes_on(place: &Place, database: &Path, job: Uuid) {
     let opened = place.open_with(flankfit::store::StoreSettings::of_file(database)).await;

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use flankfit::{
-    jobs::{OrderedIds, Store, SystemClock},
+    jobs::{OrderedIds, Store, SystemClock, Upkeep as _, audit::Sealing},
     store::{PostgresSettings, open_postgres},
 };
 use sqlx::{Connection as _, Executor as _, PgConnection};
@@ -41,6 +41,25 @@ async fn an_open_transaction_delays_no_other_entry() {
     let verdict = verified(&store).await;
     let faults: Vec<_> = verdict.faults.iter().map(|fault| fault.place.as_str()).collect();
     assert_eq!((verdict.unsealed, faults), (0, vec!["entry 4"]));
+    store.close().await;
+    Server::shared().done_with(&url);
+}
+
+/// Nobody takes that for a turn in which all was sealed.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+#[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
+async fn a_turn_while_another_process_seals_seals_nothing() {
+    let url = Server::shared().database().await;
+    let mut settings = PostgresSettings::of_url(&url).unwrap();
+    settings.unsafe_store = true;
+    let store = open_postgres(settings, Arc::new(OrderedIds::new()), Arc::new(SystemClock)).await.unwrap();
+    let values = Values::default();
+    let mut other = PgConnection::connect(&url).await.unwrap();
+    other.execute("SELECT pg_advisory_lock(hashtext('flankfit seals'))").await.unwrap();
+    let sealing = Sealing { at: values.now(), key: None };
+    assert_eq!(store.seal_audit(sealing.clone()).await.unwrap(), None);
+    other.close().await.unwrap();
+    while store.seal_audit(sealing.clone()).await.unwrap().is_none() {}
     store.close().await;
     Server::shared().done_with(&url);
 }

@@ -309,9 +309,9 @@ pub fn purge_of(place: &Values, job: Uuid) -> Arc<Purge> {
 
 /// Seals all entries; the seals.
 pub async fn sealed(store: &Arc<dyn Store>, at: Timestamp) -> Vec<Seal> {
-    let (seals, more) = store.seal_audit(Sealing { at, key: None }).await.unwrap();
-    assert!(!more);
-    seals
+    let sealed = store.seal_audit(Sealing { at, key: None }).await.unwrap().unwrap();
+    assert_eq!((sealed.more, sealed.failed), (false, Vec::new()));
+    sealed.seals
 }
 
 /// Verdict on everything in a store.

@@ -2,7 +2,7 @@
 
 use std::marker::PhantomData;
 
-use serde::{Deserialize, Deserializer, Serialize, Serializer, de::DeserializeOwned, ser::Error};
+use serde::{Deserialize, Deserializer, Serialize, Serializer, ser::Error};
 use serde_json::value::RawValue;
 
 /// JSON text of a `T`, which is written as it is.
@@ -10,13 +10,6 @@ use serde_json::value::RawValue;
 pub struct Raw<T> {
     text: String,
     of: PhantomData<T>,
-}
-
-impl<T: DeserializeOwned> Raw<T> {
-    /// Returns the value.
-    pub fn value(&self) -> serde_json::Result<T> {
-        serde_json::from_str(&self.text)
-    }
 }
 
 impl<T, S: Into<String>> From<S> for Raw<T> {

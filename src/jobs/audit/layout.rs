@@ -11,7 +11,8 @@ const ABSENT: u64 = u64::MAX;
 
 static PRINTER: DateTimePrinter = DateTimePrinter::new().precision(Some(6));
 
-/// A time as digests and entries have it, `2026-11-21T09:21:33.123456Z`: always 27 characters.
+/// Returns a time as RFC 3339 in UTC with six decimals, `2026-11-21T09:21:33.123456Z`: always 27
+/// characters, so that the order of texts is the order of times.
 pub fn time_text(time: Timestamp) -> String {
     PRINTER.timestamp_to_string(&time)
 }
@@ -57,6 +58,13 @@ impl Fields {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_width_of_times_is_fixed_and_nothing_is_lost() {
+        for text in ["1970-01-01T00:00:00.000000Z", "2026-11-21T09:21:33.120000Z", "9999-12-30T22:00:00.999999Z"] {
+            assert_eq!((time_text(text.parse().unwrap()).as_str(), text.len()), (text, 27));
+        }
+    }
 
     #[test]
     fn fields_are_told_apart_by_their_lengths() {

@@ -18,6 +18,6 @@ pub use contents::Contents;
 pub use entry::{Action, By, Entry, Link, ListedEntry};
 pub use examination::{Auditor, Evidence, Verdict, examine};
 pub use layout::{Fields, Sha256Digest, time_text};
-pub use seal::{Seal, Sealing};
+pub use seal::{Seal, Sealed, Sealing};
 pub use signing::{Signed, SigningKey, public_key};
 pub use verify::{ChainVerifier, Fault, RowVerifier, What, is_sound, left};

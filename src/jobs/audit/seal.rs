@@ -71,6 +71,16 @@ impl Seal {
     }
 }
 
+/// Result of a turn of the sealer.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Sealed {
+    pub seals: Vec<Seal>,
+    /// True if further entries wait.
+    pub more: bool,
+    /// Entries that could not be sealed, each with the reason.
+    pub failed: Vec<String>,
+}
+
 /// How seals are made.
 #[derive(Clone)]
 pub struct Sealing {

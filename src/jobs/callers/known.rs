@@ -84,18 +84,18 @@ impl KnownKeys {
         Ok((None, registered))
     }
 
-    /// Ready when a key no longer lets anybody in.
-    pub async fn ended(&self, key: &KnownKey) {
+    /// Returns when a key no longer lets anybody in; an error if the store has not confirmed it for
+    /// longer than it is held.
+    pub async fn ended(&self, key: &KnownKey) -> Result<(), RepositoryError> {
         let credential = match &key.key.san {
             Some(san) => Credential::Certificate(san.clone()),
             None => Credential::Secret(key.key.id),
         };
         let mut changes = self.changes.clone();
         loop {
-            // the store that does not answer ends nobody, as long as the key is held
-            match self.find(credential.clone()).await {
-                Ok(Some(now)) if now.key.id == key.key.id && now.is_valid(self.clock.now()) => {}
-                Ok(_) | Err(_) => return,
+            let now = self.find(credential.clone()).await?;
+            if !now.is_some_and(|now| now.key.id == key.key.id && now.is_valid(self.clock.now())) {
+                return Ok(());
             }
             let _told = timeout(LOOK, changes.changed()).await;
         }
@@ -311,8 +311,28 @@ mod tests {
             told.send_modify(|changes| *changes += 1);
         };
         let both = async { tokio::join!(ended, revoking) };
-        assert!(timeout(Duration::from_secs(4), both).await.is_ok());
+        assert!(timeout(Duration::from_secs(4), both).await.is_ok_and(|(ended, ())| ended.is_ok()));
     }
+
+    /// The key may be a good one: the store is the reason.
+    #[tokio::test]
+    async fn who_is_in_hears_that_the_store_is_away() {
+        let (store, known, told, secret) = one_key(Duration::from_millis(100));
+        let key = known.of_secret(secret.expose().as_bytes()).await.unwrap().unwrap();
+        store.away.store(true, Ordering::Relaxed);
+        let ringing = async {
+            loop {
+                tokio::time::sleep(Duration::from_millis(20)).await;
+                told.send_modify(|changes| *changes += 1);
+            }
+        };
+        let ended = tokio::select! {
+            ended = known.ended(&key) => ended,
+            () = ringing => unreachable!("it never ends"),
+        };
+        assert!(matches!(ended, Err(RepositoryError::Unavailable(_))), "{ended:?}");
+    }
+
     #[tokio::test]
     async fn tenants_of_tokens_are_known_as_keys_are() {
         let (store, known, told, _) = one_key(LONG);

@@ -18,7 +18,6 @@ use crate::jobs::{
     iteration::NewIteration,
     measurement::MeasurementDetails,
     outcome::{Precondition, RepositoryError, Stored},
-    page::{Page, PageRequest},
     service::Jobs,
 };
 use flankfit_engine::estimation::{FitSpec, Nodes, Recursive};
@@ -49,21 +48,11 @@ impl Jobs {
         .await
     }
 
-    /// Streams of a job, oldest first.
-    pub async fn streams(&self, job: Uuid, page: PageRequest) -> Result<Page<Stream>, RepositoryError> {
-        self.repository.streams(job, page).await
-    }
-
     /// Some blocks of an open stream after the one numbered `after`, with the stream as it was
     /// before they were read.
     pub async fn stream_blocks(&self, id: Uuid, after: u64) -> Result<(Stream, Vec<Block>), RepositoryError> {
         let stream = self.repository.stream(id).await?;
         Ok((stream, self.repository.blocks(id, after).await?))
-    }
-
-    /// The stream as it is stored.
-    pub async fn stream(&self, id: Uuid) -> Result<Stream, RepositoryError> {
-        self.repository.stream(id).await
     }
 
     /// The stream, an open one with its estimate.

@@ -17,7 +17,8 @@ use super::{
 use crate::jobs::{
     RepositoryFuture, Tenant,
     audit::{
-        Auditor, ChainVerifier, Entry, Fault, Link, ListedEntry, RowVerifier, Seal, Sealing, Verdict, What, is_sound,
+        Auditor, ChainVerifier, Entry, Fault, Link, ListedEntry, RowVerifier, Seal, Sealed, Sealing, Verdict, What,
+        is_sound,
     },
     rows::{OF_JOBS, OF_TENANTS, Table},
 };
@@ -25,20 +26,22 @@ use crate::jobs::{
 /// Entries that are sealed in one transaction.
 const AT_A_TIME: usize = 10_000;
 
-/// Links and seals the entries that are not sealed; returns the seals, and whether more wait.
+/// Links and seals the entries that are not sealed.
 pub struct SealAudit(pub Sealing);
 
+/// The end of a chain: its last link and its last seal.
+type End = (Link, Option<Seal>);
+
 impl Write for SealAudit {
-    type Reply = (Vec<Seal>, bool);
+    type Reply = Option<Sealed>;
 
     /// What is committed is linked, whatever other transactions go on: they are looked at again as
-    /// long as one may end that began before.
-    async fn run(&self, tx: &mut Tx<'_>) -> Outcome<(Vec<Seal>, bool)> {
+    /// long as one may end that began before. All is read before the first row is inserted.
+    async fn run(&self, tx: &mut Tx<'_>) -> Outcome<Option<Sealed>> {
         let (db, Sealing { at, key }) = (tx.db(), &self.0);
         let lock = "SELECT pg_try_advisory_xact_lock(hashtext('flankfit seals'))";
         if db.is_postgres() && !db.one::<bool>(lock, args![]).await? {
-            // another process is at it
-            return Ok((Vec::new(), false));
+            return Ok(None);
         }
         let from: Option<i64> = db.first("SELECT upto FROM audit_seals ORDER BY at DESC LIMIT 1", args![]).await?;
         let horizon: i64 = db.one("SELECT audit FROM horizon", args![]).await?;
@@ -48,39 +51,75 @@ impl Write for SealAudit {
             "SELECT ",
             entry_columns!(),
             " FROM audit a WHERE a.changed_by >= $1 AND NOT EXISTS (SELECT 1 FROM audit_chain c WHERE c.entry = a.id)
-              ORDER BY a.changed_by, a.id LIMIT $2"
+              ORDER BY a.changed_by, a.id LIMIT $2 OFFSET $3"
         );
-        let entries: Vec<Entry> = db.all(sql, args![from, AT_A_TIME]).await?;
-        let more = entries.len() == AT_A_TIME;
-        let upto = if more { from } else { horizon };
-        let mut of_tenants: BTreeMap<Tenant, Vec<&Entry>> = BTreeMap::new();
-        for entry in &entries {
-            of_tenants.entry(entry.tenant.clone()).or_default().push(entry);
+        let (mut sealed, mut chains, mut skipped, mut upto) = (Sealed::default(), Vec::new(), 0, horizon);
+        loop {
+            let rows: Vec<Readable<Entry>> = db.all(sql, args![from, AT_A_TIME, skipped]).await?;
+            sealed.more = rows.len() == AT_A_TIME;
+            let mut tenants: BTreeMap<Tenant, Vec<Entry>> = BTreeMap::new();
+            let mut unreadable = rows.len();
+            for entry in rows.into_iter().filter_map(|row| row.0) {
+                tenants.entry(entry.tenant.clone()).or_default().push(entry);
+                unreadable -= 1;
+            }
+            if unreadable > 0 {
+                sealed.failed.push(format!("{unreadable} entries cannot be read"));
+                skipped += unreadable;
+            }
+            for (tenant, entries) in tenants {
+                if let Some(end) = end(db, &tenant).await? {
+                    chains.push((tenant, entries, end));
+                    continue;
+                }
+                let name = tenant.as_str();
+                sealed.failed.push(format!("the end of the chain of tenant {name} cannot be read"));
+                skipped += entries.len();
+                // they are looked at until it is repaired
+                upto = from;
+            }
+            // entries that cannot be sealed do not keep others from it
+            if !chains.is_empty() || !sealed.more {
+                break;
+            }
         }
-        let mut seals = Vec::new();
-        for (tenant, entries) in &of_tenants {
-            let sql = "SELECT number, sha256 FROM audit_chain WHERE tenant = $1 ORDER BY number DESC LIMIT 1";
-            let head: Option<Link> = db.maybe(sql, args![tenant]).await?;
-            let mut head = head.unwrap_or_else(|| Link::genesis(tenant));
+        if sealed.more {
+            upto = from;
+        }
+        for (tenant, entries, (mut head, last)) in chains {
             let mut links = Vec::with_capacity(entries.len());
-            for entry in entries {
+            for entry in &entries {
                 head = head.next(&entry.digest());
                 links.push((entry.id, head));
             }
-            let rows: Vec<_> = links
-                .iter()
-                .map(|(id, link)| vec![tenant.into(), link.number.into(), id.into(), (&link.sha256).into()])
-                .collect();
+            let row = |(id, link): &(Uuid, Link)| {
+                vec![
+                    (&tenant).into(),
+                    link.number.into(),
+                    (*id).into(),
+                    Value::Bytes(Some(link.sha256.to_vec().into())),
+                ]
+            };
+            let rows: Vec<_> = links.iter().map(row).collect();
             db.insert("audit_chain", "tenant, number, entry, sha256", &rows).await?;
-            let sql =
-                concat!("SELECT ", seal_columns!(), " FROM audit_seals WHERE tenant = $1 ORDER BY number DESC LIMIT 1");
-            let last: Option<Seal> = db.maybe(sql, args![tenant]).await?;
-            let seal = Seal::next(tenant, last.as_ref(), head, *at, key.as_deref());
+            let seal = Seal::next(&tenant, last.as_ref(), head, *at, key.as_deref());
             insert(db, &seal, upto).await?;
-            seals.push(seal);
+            sealed.seals.push(seal);
         }
-        Ok((seals, more))
+        Ok(Some(sealed))
     }
+}
+
+/// Returns the end of the chain of a tenant; `None` if it cannot be read, or nothing can follow it.
+async fn end(db: &mut Db, tenant: &Tenant) -> Outcome<Option<End>> {
+    let sql = "SELECT number, sha256 FROM audit_chain WHERE tenant = $1 ORDER BY number DESC LIMIT 1";
+    let link: Option<Readable<Link>> = db.maybe(sql, args![tenant]).await?;
+    let sql = concat!("SELECT ", seal_columns!(), " FROM audit_seals WHERE tenant = $1 ORDER BY number DESC LIMIT 1");
+    let seal: Option<Readable<Seal>> = db.maybe(sql, args![tenant]).await?;
+    let link = link.map_or(Some(Link::genesis(tenant)), |link| link.0);
+    let seal = seal.map_or(Some(None), |seal| seal.0.map(Some));
+    let is_last = |(link, seal): &End| link.number.max(seal.as_ref().map_or(0, |seal| seal.number)) == i64::MAX as u64;
+    Ok(link.zip(seal).filter(|end| !is_last(end)))
 }
 
 async fn insert(db: &mut Db, seal: &Seal, upto: i64) -> Outcome<()> {
@@ -187,9 +226,9 @@ pub async fn verify_rows(db: &mut Db, tenant: &Tenant, job: Option<Uuid>) -> Out
             verdict.unsealed += 1;
             continue;
         };
-        let before = match place.number {
-            1 => Some(Link::genesis(tenant)),
-            number => before.map(|sha256| Link { number: number - 1, sha256 }),
+        let before = match place.number.checked_sub(1) {
+            Some(0) => Some(Link::genesis(tenant)),
+            number => number.zip(before).map(|(number, sha256)| Link { number, sha256 }),
         };
         let is_linked = before.is_some_and(|before| before.next(&entry.digest()) == place);
         if !is_linked || !is_sound(&entry, is_purged) {
@@ -247,16 +286,19 @@ async fn verify_chain(
     let mut verdict = verify_rows(db, tenant, None).await?;
     let fault = |job, place: String, what| Fault { tenant: tenant.as_str().to_owned(), job, place, what };
     let sql = concat!("SELECT ", seal_columns!(), " FROM audit_seals WHERE tenant = $1 ORDER BY number");
-    let seals: Vec<Readable<Seal>> = db.all(sql, args![tenant]).await?;
-    if seals.iter().any(|seal| seal.0.is_none()) {
-        verdict.faults.insert(fault(None, "a seal".to_owned(), What::Unreadable));
+    let mut chain = ChainVerifier::new(tenant, kept, key);
+    let mut seals = db.each::<Readable<Seal>>(sql, args![tenant])?;
+    while let Some(Readable(seal)) = seals.try_next().await? {
+        match seal {
+            Some(seal) => chain.seal(&seal).await,
+            None => drop(verdict.faults.insert(fault(None, "a seal".to_owned(), What::Unreadable))),
+        }
     }
-    let seals: Vec<Seal> = seals.into_iter().filter_map(|seal| seal.0).collect();
-    verdict.seals = seals.len() as u64;
+    drop(seals);
+    verdict.seals = chain.seals;
     if !job_ids(db, tenant).await?.1 {
         verdict.faults.insert(fault(None, "the id of a job".to_owned(), What::Unreadable));
     }
-    let mut chain = ChainVerifier::new(tenant, &seals, kept, key);
     let sql = concat!(
         "SELECT ",
         entry_columns!(),

@@ -2,7 +2,7 @@
 
 use std::{borrow::Cow, collections::BTreeMap, sync::Arc};
 
-use jiff::{Timestamp, fmt::temporal::DateTimePrinter};
+use jiff::{Timestamp, civil::Date};
 use sqlx::{ColumnIndex, Database, Decode, Postgres, Row, Sqlite, Type, error::BoxDynError};
 use uuid::Uuid;
 
@@ -12,14 +12,6 @@ use crate::jobs::{
     Tenant, audit::Contents, nodes_codec, side_named,
 };
 use flankfit_engine::{estimation::Nodes, gear::Side};
-
-static PRINTER: DateTimePrinter = DateTimePrinter::new().precision(Some(6));
-
-/// Returns a time as RFC 3339 in UTC with six decimals. It has always 27 characters, so that the
-/// order of texts is the order of times.
-pub fn time_text(time: Timestamp) -> String {
-    PRINTER.timestamp_to_string(&time)
-}
 
 /// Returns the document of a job's tags.
 pub fn tags_text(tags: &BTreeMap<String, String>) -> String {
@@ -70,7 +62,7 @@ impl<T: Column> Column for Option<T> {
     }
 }
 
-/// A time: a timestamptz of PostgreSQL, which counts microseconds, or the text of [`time_text`].
+/// A time: a timestamptz of PostgreSQL, which counts microseconds, or its text (`audit::time_text`).
 pub struct Moment(Timestamp);
 
 /// A JSON document, stored as its text or, where that is long, as a frame of zstd.
@@ -167,6 +159,7 @@ columns! {
     Nodes: Vec<u8>, |bytes| {
         nodes_codec::decode(&bytes).map_err(|error| damaged("nodes", &error.to_string()).into())
     };
+    Date: String, |text| text.parse().map_err(|_| damaged("a day", &text).into());
     Contents: Vec<u8>, |bytes| Contents::read(&bytes).ok_or_else(|| damaged("an entry", "of the audit").into());
 }
 
@@ -192,16 +185,4 @@ names! {
     Side, "a flank", side_named;
     // of a criterion or a scheme of figures
     &'static str, "a figure's name", |name| Figures::criterion_named(name).or_else(|| Figures::scheme_named(name));
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_width_of_times_is_fixed_and_nothing_is_lost() {
-        for text in ["1970-01-01T00:00:00.000000Z", "2026-11-21T09:21:33.120000Z", "9999-12-30T22:00:00.999999Z"] {
-            assert_eq!((time_text(text.parse().unwrap()).as_str(), text.len()), (text, 27));
-        }
-    }
 }

@@ -277,7 +277,7 @@ impl Db {
 
     fn with_rows<'a>(&self, before: &str, rows: &[Vec<Value<'a>>], after: &str) -> (String, Vec<Value<'a>>) {
         let (size, width) = (rows.len().next_power_of_two(), rows[0].len());
-        let missing = rows[0].iter().map(Value::none).cycle().take((size - rows.len()) * width);
+        let missing = rows[0].iter().map(|value| value.kind().none()).cycle().take((size - rows.len()) * width);
         let args = rows.iter().flatten().cloned().chain(missing).collect();
         let mut sql = format!("{before} (VALUES ");
         for k in 0..size * width {

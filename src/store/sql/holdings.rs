@@ -19,7 +19,7 @@ use super::{
 use crate::{
     jobs::{
         Caller, Clock as _, RepositoryError, RepositoryFuture, SystemClock, Tenant, actor,
-        archive::{Coming, Holdings, Key},
+        archive::{Holdings, Key, Rows},
         audit::{Action, By},
         rows::{ENTRIES, OF_JOBS, Row},
         searched_text,
@@ -77,16 +77,16 @@ impl SqlHoldings {
         Ok(keys)
     }
 
-    async fn store(&self, key: &Key, from: mpsc::Receiver<Coming>) -> Outcome<()> {
+    async fn store(&self, key: &Key, rows: &mut Rows<'_>) -> Outcome<()> {
         if let Pool::Postgres(pool) = &self.readers {
             let mut db = Db::Postgres(Lent::Transaction(postgres::begin(pool, "BEGIN").await?));
-            store_in(&mut db, key, from).await?;
+            store_in(&mut db, key, rows).await?;
             return Ok(db.commit().await?);
         }
         let mut writer = self.writer.lock().await;
         let Some(db) = writer.as_mut() else { return Err(given_up("the database was opened to be read").into()) };
         db.run("BEGIN IMMEDIATE", args![]).await?;
-        let stored = store_in(db, key, from).await;
+        let stored = store_in(db, key, rows).await;
         db.run(if stored.is_ok() { "COMMIT" } else { "ROLLBACK" }, args![]).await?;
         stored
     }
@@ -128,18 +128,12 @@ fn given_up(why: &str) -> RepositoryError {
 }
 
 /// Stores the rows of a job in a transaction.
-async fn store_in(db: &mut Db, key: &Key, mut from: mpsc::Receiver<Coming>) -> Outcome<()> {
+async fn store_in(db: &mut Db, key: &Key, rows: &mut Rows<'_>) -> Outcome<()> {
     // triggers would write the events a second time
     let triggers = drop_triggers(db).await?;
-    loop {
-        match from.recv().await {
-            Some(Coming::Row(line, row)) => insert(db, key, row).await.map_err(|error| {
-                let error = reported(error);
-                given_up(&format!("line {line}: {error}"))
-            })?,
-            Some(Coming::All) => break,
-            None => return Err(given_up("not all of its rows came").into()),
-        }
+    for row in rows {
+        let (line, row) = row.ok_or_else(|| given_up("a row of it cannot be read"))?;
+        insert(db, key, row).await.map_err(|error| given_up(&format!("line {line}: {}", reported(error))))?;
     }
     db.script(AssertSqlSafe(triggers)).await?;
     db.run(CLASS, args![key.job]).await?;
@@ -216,8 +210,8 @@ impl Holdings for SqlHoldings {
         Box::pin(async move { self.send(&key, to).await.map_err(reported) })
     }
 
-    fn write(&self, key: Key, from: mpsc::Receiver<Coming>) -> RepositoryFuture<'_, ()> {
-        Box::pin(async move { self.store(&key, from).await.map_err(reported) })
+    fn write<'a>(&'a self, key: Key, rows: &'a mut Rows<'_>) -> RepositoryFuture<'a, ()> {
+        Box::pin(async move { self.store(&key, rows).await.map_err(reported) })
     }
 
     fn close(&self) -> RepositoryFuture<'_, bool> {

@@ -204,7 +204,7 @@ async fn change(session: &mut Session, accepted: &[Numbered<'_>], entries: &mut 
         let Incoming { iteration, receipt, .. } = row.new;
         let stored = Stored { number: row.number, version: 1 };
         let fit = StoredFit { place: row.first_fit(), result: &iteration.fit.computed.result };
-        session.keys.keep(row.new.tenant(), receipt, stored, Some(fit), iteration.created_at);
+        session.keys.keep(row.new.tenant(), receipt, Some(iteration.job_id), stored, Some(fit), iteration.created_at);
     }
     Ok(())
 }

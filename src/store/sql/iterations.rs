@@ -10,7 +10,7 @@ use super::{
     lists::{Listed, page},
     locate::{self, iteration_version, which_is_missing},
     neighbours,
-    row::{IterationRow, NodesRow, SuccessorRow, figure_columns},
+    row::{NodesRow, SuccessorRow, figure_columns},
 };
 use crate::jobs::{
     Caller, Iteration, ListedIteration, Measurand, Page, PageRequest, Predecessor, Predecessors, RepositoryError,
@@ -21,16 +21,17 @@ use flankfit_engine::estimation::Nodes;
 pub async fn iteration(db: &mut Db, Caller { tenant, .. }: &Caller, job: &Uuid, number: &u32) -> Outcome<Iteration> {
     let (job, number) = (*job, *number);
     let sql = concat!(
-        "SELECT i.id, i.flank, i.tooth, i.axes, i.units_accepted, i.measured_at, i.instrument, i.operator, i.note,
-                i.created_at, (SELECT count FROM nodes WHERE job = i.job AND number = i.number) AS node_count, ",
+        "SELECT i.id, i.job AS job_id, i.number, i.flank, i.tooth, i.axes, i.units_accepted, i.measured_at,
+                i.instrument, i.operator, i.note, i.created_at,
+                (SELECT count FROM nodes WHERE job = i.job AND number = i.number) AS node_count, ",
         iteration_version!(),
         " + CASE WHEN j.purged_at IS NULL THEN 0 ELSE 1 END AS version, j.purged_at
          FROM jobs j JOIN measured i ON i.job = j.id WHERE j.id = $1 AND j.tenant = $2 AND i.number = $3"
     );
-    let row: IterationRow = locate::row(db, sql, (tenant, job, number)).await?;
-    let fits = fits::last(db, job, number).await?;
+    let found: Iteration = locate::row(db, sql, (tenant, job, number)).await?;
+    let (fits, earlier_fits) = fits::last(db, job, number).await?;
     let decision = decisions::latest(db, job, number).await?;
-    Ok(row.with((job, number), fits, decision))
+    Ok(Iteration { fits, earlier_fits, decision, ..found })
 }
 
 pub async fn iterations(

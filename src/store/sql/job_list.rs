@@ -5,9 +5,9 @@ use uuid::Uuid;
 
 use super::{
     columns::Cell,
-    db::{Db, Statement},
+    db::{Db, Record, Statement},
     error::Outcome,
-    row::{Count, ListedJobRow, counts, job_columns},
+    row::{NamedJob, job_columns},
     search::{FEW, Parts},
     value::Value,
 };
@@ -73,6 +73,17 @@ fn push_place(sql: &mut Statement<'_>, place: &JobPlace) -> &'static str {
     }
 }
 
+/// The status of the flanks of one side of a job, by the lowest rank.
+macro_rules! status_of {
+    ($side:literal) => {
+        concat!(
+            "CASE (SELECT min(f.rank) FROM flanks f WHERE f.job = listed.id AND f.flank = '",
+            $side,
+            "') WHEN 1 THEN 'rejected' WHEN 2 THEN 'remachine' WHEN 3 THEN 'open' WHEN 4 THEN 'accepted' END"
+        )
+    };
+}
+
 /// The columns of a page. Last iterations are read only for the jobs of the page.
 const LISTED: &str = concat!(
     "), listed AS (SELECT jobs.* FROM page CROSS JOIN jobs WHERE jobs.id = page.id)
@@ -82,8 +93,11 @@ const LISTED: &str = concat!(
         (SELECT coalesce(i.measured_at, i.created_at) FROM iterations i
          WHERE i.job = listed.id AND i.number = iteration_count) AS last_measured_at,
         (SELECT i.flank FROM measured i WHERE i.job = listed.id AND i.number = iteration_count) AS flank,
-        (SELECT min(f.rank) FROM flanks f WHERE f.job = listed.id AND f.flank = 'left') AS left_rank,
-        (SELECT min(f.rank) FROM flanks f WHERE f.job = listed.id AND f.flank = 'right') AS right_rank,
+        ",
+    status_of!("left"),
+    " AS left_status, ",
+    status_of!("right"),
+    " AS right_status,
         (SELECT d.decision FROM decisions d WHERE d.job = listed.id AND d.number = iteration_count
          ORDER BY d.position DESC LIMIT 1) AS decision,
         chosen.rms AS rms, chosen.condition AS condition, chosen.flank_figures AS flank_figures
@@ -149,29 +163,37 @@ pub async fn jobs(db: &mut Db, caller: &Caller, query: &JobQuery) -> Outcome<Job
         Some(parts) if are_few(db, &caller.tenant, &parts).await? => Some(parts),
         _ => None,
     };
-    let rows: Vec<ListedJobRow> = page("", db.is_postgres(), caller, query, few.as_ref()).all(db).await?;
-    Ok(JobPage::of(rows.into_iter().map(Into::into).collect(), query))
+    let rows: Vec<NamedJob> = page("", db.is_postgres(), caller, query, few.as_ref()).all(db).await?;
+    Ok(JobPage::of(rows.into_iter().map(|row| (row.listed, row.sort_name)).collect(), query))
 }
 
 pub async fn job_counts(db: &mut Db, caller: &Caller, from: &Timestamp) -> Outcome<JobCounts> {
     let tenant = &caller.tenant;
-    let sql = "SELECT status AS of, count(*) AS jobs FROM jobs WHERE tenant = $1 GROUP BY status";
-    let statuses: Vec<Count> = db.all(sql, args![tenant]).await?;
-    let sql = "SELECT machine AS of, count(*) AS jobs FROM jobs WHERE tenant = $1 AND machine IS NOT NULL
+    let statuses =
+        counts(db, "SELECT status, count(*) FROM jobs WHERE tenant = $1 GROUP BY status", args![tenant]).await?;
+    let sql = "SELECT machine, count(*) AS jobs FROM jobs WHERE tenant = $1 AND machine IS NOT NULL
                GROUP BY machine ORDER BY jobs DESC, machine LIMIT $2";
-    let machines: Vec<Count> = db.all(sql, args![tenant, MOST_MACHINES]).await?;
+    let machines = counts(db, sql, args![tenant, MOST_MACHINES]).await?;
     let sql = "SELECT count(DISTINCT machine), count(*) FROM jobs
                WHERE tenant = $1 AND machine IS NOT NULL";
-    let all: Vec<(Cell<u64>, Cell<u64>)> = db.all(sql, args![tenant]).await?;
+    let (machine_count, with_machine) = counts(db, sql, args![tenant]).await?[0];
     let sql = db.pick(
-        "SELECT substr(changed_at, 1, 10) AS of, count(*) AS jobs FROM jobs WHERE tenant = $1 AND changed_at >= $2
+        "SELECT substr(changed_at, 1, 10), count(*) FROM jobs WHERE tenant = $1 AND changed_at >= $2
          GROUP BY 1 ORDER BY 1",
-        "SELECT to_char(changed_at AT TIME ZONE 'UTC', 'YYYY-MM-DD') AS of, count(*) AS jobs FROM jobs
+        "SELECT to_char(changed_at AT TIME ZONE 'UTC', 'YYYY-MM-DD'), count(*) FROM jobs
          WHERE tenant = $1 AND changed_at >= $2 GROUP BY 1 ORDER BY 1",
     );
-    let days: Vec<Count> = db.all(sql, args![tenant, *from]).await?;
-    let (Cell(machines_in_all), Cell(with_machine)) = all[0];
-    counts(statuses, machines, (machines_in_all, with_machine), days)
+    let days = counts(db, sql, args![tenant, *from]).await?;
+    Ok(JobCounts { statuses, machines, machine_count, with_machine, days })
+}
+
+/// Returns numbers of jobs, each with what these have.
+async fn counts<T: Send + 'static>(db: &mut Db, sql: &'static str, args: &[Value<'_>]) -> Outcome<Vec<(T, u64)>>
+where
+    (Cell<T>, Cell<u64>): Record,
+{
+    let rows: Vec<(Cell<T>, Cell<u64>)> = db.all(sql, args).await?;
+    Ok(rows.into_iter().map(|(Cell(of), Cell(jobs))| (of, jobs)).collect())
 }
 
 #[cfg(test)]

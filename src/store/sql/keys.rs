@@ -45,6 +45,8 @@ pub struct Keys {
 struct Kept {
     request_sha256: [u8; 32],
     answer: Answer,
+    /// The job or stream that it is about.
+    about: Option<Uuid>,
     /// The fit whose result it contains, and the part after the result.
     fit: Option<(FitPlace, Vec<u8>)>,
     now: Timestamp,
@@ -102,6 +104,7 @@ impl Keys {
         &mut self,
         tenant: &Tenant,
         receipt: Option<&Receipt>,
+        about: Option<Uuid>,
         stored: Stored,
         fit: Option<StoredFit<'_>>,
         now: Timestamp,
@@ -116,7 +119,7 @@ impl Keys {
             answer.body = before;
             fit
         });
-        let kept = Kept { request_sha256: receipt.request.request_sha256, answer, fit, now };
+        let kept = Kept { request_sha256: receipt.request.request_sha256, answer, about, fit, now };
         self.claimed.insert(OwnedKey::of(tenant, receipt), Some(kept));
     }
 
@@ -132,7 +135,7 @@ impl Keys {
         .await?;
         let answered = claimed.iter().filter_map(|(key, kept)| Some((key, kept.as_ref()?)));
         let rows = answered.map(|(key, kept)| {
-            let Kept { request_sha256, answer, fit, now } = kept;
+            let Kept { request_sha256, answer, about, fit, now } = kept;
             let place = fit.as_ref().map(|(place, _)| *place);
             let mut row = key.values();
             row.extend([
@@ -146,13 +149,14 @@ impl Keys {
                 (*now).into(),
                 (&answer.body).into(),
                 fit.as_ref().map(|(_, after)| after).into(),
+                (*about).into(),
             ]);
             row
         });
         db.run_rows(
             "UPDATE idempotency_keys SET request_sha256 = column4, status = column5, location = column6,
                     etag = column7, job = column8, number = column9, fit = column10, created_at = column11,
-                    body = column12, body_end = column13
+                    body = column12, body_end = column13, about = column14
              FROM",
             &rows.collect::<Vec<_>>(),
             "WHERE tenant = column1 AND key = column2 AND scope = column3",

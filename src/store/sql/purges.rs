@@ -7,7 +7,7 @@ use uuid::Uuid;
 
 use super::{
     columns::Cell,
-    db::{Db, Pool},
+    db::Pool,
     error::{Outcome, StoreError},
     gone, jobs, subject,
     write::{Intent, Tx, Write},
@@ -45,7 +45,13 @@ async fn purge(tx: &mut Tx<'_>, purge: &Purge, job: Job) -> Outcome<u64> {
     let (tenant, after) = (tx.tenant(), job.purged(purge.at));
     let mut entry = tx.draft(job.id, Action::PurgeJob, subject::job(job.id))?;
     let db = tx.db();
-    forget_answers(db, tenant, job.id).await?;
+    // also that to the request by which it was stored, perhaps with other jobs
+    db.run(
+        "DELETE FROM idempotency_keys WHERE tenant = $1 AND status IS NOT NULL
+         AND (about = $2 OR about IN (SELECT id FROM streams WHERE job = $2) OR created_at = $3)",
+        args![tenant, job.id, job.created_at],
+    )
+    .await?;
     db.run("INSERT INTO purges (job, at, reason) VALUES ($1, $2, $3)", args![job.id, purge.at, &purge.reason]).await?;
     db.run(
         "UPDATE jobs SET version = $1, updated_at = $2 WHERE id = $3",
@@ -65,18 +71,6 @@ async fn purge(tx: &mut Tx<'_>, purge: &Purge, job: Job) -> Outcome<u64> {
     entry.note_digest("left".to_owned(), fields.digest());
     tx.enter(entry);
     Ok(after.version)
-}
-
-/// Forgets answers about the job. (The key without an answer is the purge's own.)
-async fn forget_answers(db: &mut Db, tenant: &Tenant, job: Uuid) -> Outcome<()> {
-    let streams: Vec<Uuid> = db.values("SELECT id FROM streams WHERE job = $1", args![job]).await?;
-    db.run("DELETE FROM idempotency_keys WHERE tenant = $1 AND job = $2", args![tenant, job]).await?;
-    // a scope is method and path
-    for id in streams.into_iter().chain([job]) {
-        let sql = "DELETE FROM idempotency_keys WHERE tenant = $1 AND scope LIKE $2 AND status IS NOT NULL";
-        db.run(sql, args![tenant, format!("%{id}%")]).await?;
-    }
-    Ok(())
 }
 
 /// Returns jobs without activity since a time that are not purged, after one, in the order of

@@ -23,7 +23,7 @@ use crate::{
     jobs::{
         self, Caller, Clock, Credentials, Keys, Repository, RepositoryFuture, Upkeep, Wakes,
         archive::{Holdings, Key},
-        audit::{Auditor, Seal, Sealing},
+        audit::{Auditor, Sealed, Sealing},
     },
     store::postgres::{self, Notifications, PostgresSettings},
     telemetry,
@@ -121,7 +121,7 @@ impl Upkeep for SqlStore {
         self.0.write(ForgetTold { now, before, most })
     }
 
-    fn seal_audit(&self, sealing: Sealing) -> RepositoryFuture<'_, (Vec<Seal>, bool)> {
+    fn seal_audit(&self, sealing: Sealing) -> RepositoryFuture<'_, Option<Sealed>> {
         self.0.write(SealAudit(sealing))
     }
 

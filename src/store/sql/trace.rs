@@ -2,7 +2,7 @@
 
 use uuid::Uuid;
 
-use super::{db::Db, decisions, error::Outcome, fits, jobs, records, row::TracedIterationRow};
+use super::{db::Db, decisions, error::Outcome, fits, jobs, records};
 use crate::jobs::{Caller, Cursor, Earlier, PageRequest, Trace, TracedIteration};
 
 /// Text of coefficients on a page of the trace, in addition to the first iteration.
@@ -20,7 +20,7 @@ pub async fn trace(
     let sql = "SELECT id, number, measured_at, instrument, operator, created_at, flank, tooth, axes, units_accepted
                FROM measured WHERE job = $1 AND number > $2 ORDER BY number LIMIT $3";
     let after = after.map_or(0, |cursor| cursor.number());
-    let rows: Vec<TracedIterationRow> = db.all(sql, args![id, after, i64::from(*limit) + 1]).await?;
+    let rows: Vec<TracedIteration> = db.all(sql, args![id, after, i64::from(*limit) + 1]).await?;
     let (mut iterations, mut text) = (Vec::new(), 0);
     let mut next = None;
     for row in rows {
@@ -37,8 +37,7 @@ pub async fn trace(
 }
 
 /// `text` is how much of the page is left for coefficients.
-async fn iteration(db: &mut Db, job: Uuid, row: TracedIterationRow, text: usize) -> Outcome<TracedIteration> {
-    let iteration = TracedIteration::from(row);
+async fn iteration(db: &mut Db, job: Uuid, iteration: TracedIteration, text: usize) -> Outcome<TracedIteration> {
     let number = iteration.number;
     let (fits, earlier_fits) = fits::last_with_coefficients(db, job, number, text).await?;
     let (choices, earlier_choices) = fits::last_choices(db, job, number).await?;

@@ -7,9 +7,8 @@ use jiff_sqlx::ToSqlx as _;
 use sqlx::{Database, Encode, Postgres, Sqlite, Type, encode::IsNull, error::BoxDynError};
 use uuid::Uuid;
 
-use super::columns::time_text;
 pub use crate::jobs::rows::Value;
-use crate::jobs::{EncodedText, KeyId, Tenant};
+use crate::jobs::{EncodedText, KeyId, Tenant, audit::time_text};
 
 impl Value<'_> {
     /// Returns the stored form of a document.
@@ -62,12 +61,7 @@ values! {
     Uuid => Id, |value| value;
     &'a Uuid => Id, |value| *value;
     Timestamp => Time, |value| value;
-}
-
-impl From<bool> for Value<'_> {
-    fn from(value: bool) -> Self {
-        Value::Flag(value)
-    }
+    bool => Flag, |value| value;
 }
 
 /// Returns the values of a statement, each of a type of its own.

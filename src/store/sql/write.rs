@@ -134,7 +134,11 @@ impl<'a> Tx<'a> {
 
     /// Keeps the answer in the transaction of the change that it describes.
     pub fn keep(&mut self, receipt: &Option<Receipt>, stored: Stored, fit: Option<StoredFit<'_>>, now: Timestamp) {
-        self.session.keys.keep(self.tenant(), receipt.as_ref(), stored, fit, now);
+        let about = match self.asked.subject {
+            Subject::Job(id) | Subject::Stream(id) => Some(id),
+            Subject::Nothing => None,
+        };
+        self.session.keys.keep(self.tenant(), receipt.as_ref(), about, stored, fit, now);
     }
 
     /// Begins the entry of a change of a job of the caller.

@@ -7,7 +7,7 @@ use reqwest::Method;
 use serde_json::{Value, json};
 
 use super::{
-    app::{TestApp, send},
+    app::{TestApp, nodes, send},
     purges::{archived, purged},
 };
 
@@ -93,18 +93,49 @@ fn the_program_says_how_it_is_used_and_what_it_cannot_read() {
 #[tokio::test]
 async fn python_knows_the_rows_of_an_archive() {
     let mut app = TestApp::start().await;
-    let job = app.job().await;
+    let (job, other) = (app.job().await, app.job().await);
     app.iteration(&job).await;
+    app.iteration(&other).await;
+    app.patch(&job, &json!({"name": "pinion"})).await.expect(200);
+    let spec = json!({"model": {"type": "polynomial", "degree": [1, 1]}});
+    let [gone, finished, stream] =
+        [app.stream(&job, &spec).await, app.stream(&job, &spec).await, app.stream(&job, &spec).await];
+    for stream in [&gone, &finished, &stream] {
+        // of more than 64 nodes the estimate is stored
+        for sequence in 1..=2 {
+            app.post(&format!("{stream}/nodes"), &json!({"sequence": sequence, "nodes": nodes()})).await.expect(200);
+        }
+    }
+    app.delete(&gone).await.expect(204);
+    app.post(&format!("{finished}/finish"), &json!({})).await.expect(201);
+    let stream_id = stream.rsplit('/').next().unwrap();
     let archive = archived(&app, &job).await;
     let page = app.get("/v1/audit").await.expect(200).json();
     let folder = tempfile::tempdir().unwrap();
-    let by_python = |archive: &str| {
+    let with_page = |archive: &str, page: &Value| {
         let file = folder.path().join("archive");
         std::fs::write(&file, archive).unwrap();
-        by_python_with(&["--archive", file.to_str().unwrap()], &page)
+        by_python_with(&["--archive", file.to_str().unwrap()], page)
     };
+    let by_python = |archive: &str| with_page(archive, &page);
     assert_eq!(by_python(&archive), "intact 0 -");
     assert_eq!(by_python(&archive.replace("J. Doe", "J. Roe")), "iterations/1 row");
+    let without = |table: &str| {
+        let lines = archive.split_inclusive('\n').filter(|line| !line.starts_with(&format!("{{\"{table}\":")));
+        by_python(&lines.collect::<String>())
+    };
+    assert_eq!(["nodes", "fits", "jobs"].map(without), ["nodes/1 row", "fits/1/1 row", "jobs/1 row"]);
+    let [block, state] =
+        [("blocks", 1), ("states", 2)].map(|(of, number)| format!("stream_{of}/{stream_id}/{number} row"));
+    assert_eq!(["stream_blocks", "stream_states"].map(without), [block, state]);
+    // a later entry does not outvote an earlier one
+    let mut forged = page.clone();
+    let entries = forged["items"].as_array_mut().unwrap();
+    let genuine = entries.iter().find(|entry| entry["contents"].get("nodes/1").is_some()).unwrap().clone();
+    entries.push(genuine);
+    let first = entries.iter_mut().find(|entry| entry["contents"].get("nodes/1").is_some()).unwrap();
+    first["contents"]["nodes/1"] = json!("00".repeat(32));
+    assert_eq!(with_page(&archive, &forged), "nodes/1 row");
     purged(&app, &job).await;
     app.stop().await;
 }

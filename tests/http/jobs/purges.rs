@@ -2,7 +2,7 @@
 
 use std::{fs, path::Path, process::Command};
 
-use flankfit::api::jobs::purge::PurgeBody;
+use flankfit::{api::jobs::purge::PurgeBody, jobs::Caller};
 use serde_json::json;
 
 use super::app::{Answer, TestApp, iteration, nodes};
@@ -56,6 +56,22 @@ async fn an_archive_is_the_same_while_nothing_changes_and_elsewhere() {
     app.patch(&job, &json!({"name": "pinion"})).await.expect(200);
     assert_ne!(archived(&app, &job).await, first);
     app.get(&format!("{NOBODY}/archive")).await.problem(404, "not_found");
+    app.stop().await;
+}
+
+/// Before the answer begins.
+#[tokio::test]
+async fn an_archive_that_finds_no_connection_is_refused() {
+    let mut app = TestApp::start().await;
+    let job = app.job().await;
+    let jobs = app.state().jobs.of(&Caller::anonymous());
+    let places: Vec<_> = std::iter::from_fn(|| jobs.archiving()).collect();
+    assert_eq!(places.len(), 2);
+    let answer = app.get(&format!("{job}/archive")).await;
+    answer.problem(503, "overloaded");
+    assert_eq!(answer.header("retry-after"), Some("5"));
+    drop(places);
+    archived(&app, &job).await;
     app.stop().await;
 }
 

@@ -6,7 +6,7 @@ use std::{collections::BTreeSet, sync::Arc};
 use flankfit::jobs::{
     Choice, Decision, DecisionEvent, Event, FinishedStream, JobPatch, KeyPatch, NewPlant, NewRun, PageRequest,
     PlantPatch, Precondition, RecordKind, Repository, RepositoryError, Rotation, Tenant,
-    audit::{Evidence, Link, ListedEntry, Seal, What, examine},
+    audit::{Evidence, Link, ListedEntry, Seal, Sealing, What, examine},
 };
 use tokio::task::JoinSet;
 use uuid::Uuid;
@@ -262,4 +262,35 @@ pub async fn names_cannot_be_tried_after_a_purge(pair: &mut Pair) {
         pair.ground.intrude(format!("{}; DROP TABLE kept_{table}", pair.ground.again(table))).await;
         intact(&pair.handles[0]).await;
     }
+}
+
+/// It is reported, and its entries are sealed once it is repaired.
+pub async fn one_tenants_damage_keeps_no_other_from_its_seal(pair: &mut Pair) {
+    let place = pair.values.clone();
+    let tenants = ["default", "damaged", "partly"].map(|tenant| pair.seen_by(tenant));
+    for store in &tenants {
+        place.stored_job(store).await;
+    }
+    let first = sealed(&pair.handles[0], place.now()).await;
+    assert_eq!(first.len(), 3);
+    let lost = place.stored_job(&tenants[2]).await.id;
+    for store in &tenants {
+        place.stored_job(store).await;
+    }
+    pair.ground.defenceless().await;
+    let nothing = pair.ground.literal(&[0xff]);
+    pair.ground.intrude(format!("UPDATE audit_seals SET sha256 = {nothing} WHERE tenant = 'damaged'")).await;
+    pair.ground.intrude(format!("UPDATE audit SET who = {nothing} WHERE job = {}", pair.ground.id(lost))).await;
+    let sealing = Sealing { at: place.now(), key: None };
+    let turn = pair.handles[1].seal_audit(sealing.clone()).await.unwrap().unwrap();
+    let whose: Vec<_> = turn.seals.iter().map(|seal| (seal.tenant.as_str(), seal.last.number)).collect();
+    assert_eq!((whose, turn.more), (vec![("default", 2), ("partly", 2)], false));
+    assert_eq!(turn.failed, ["1 entries cannot be read", "the end of the chain of tenant damaged cannot be read"]);
+    let damaged = first.iter().find(|seal| seal.tenant.as_str() == "damaged").unwrap();
+    let was = pair.ground.literal(&damaged.sha256);
+    pair.ground.intrude(format!("UPDATE audit_seals SET sha256 = {was} WHERE tenant = 'damaged'")).await;
+    place.stored_job(&tenants[0]).await;
+    let turn = pair.handles[1].seal_audit(sealing).await.unwrap().unwrap();
+    let whose: Vec<_> = turn.seals.iter().map(|seal| (seal.tenant.as_str(), seal.last.number)).collect();
+    assert_eq!(whose, [("damaged", 2), ("default", 3)]);
 }

@@ -90,13 +90,17 @@ conformance! {
             what_is_refused_leaves_none,
             many_writers_leave_one_chain_without_gaps,
             a_chain_that_was_written_anew_is_convicted_by_its_seals,
+            one_tenants_damage_keeps_no_other_from_its_seal,
             names_cannot_be_tried_after_a_purge;
         forgery:
             every_column_of_every_table_is_guarded,
             nothing_is_removed_unnoticed,
             what_is_exchanged_is_noticed,
             what_is_made_by_hand_is_noticed,
-            one_unreadable_value_hides_nothing;
+            one_unreadable_value_hides_nothing,
+            a_forged_purge_hides_nothing,
+            a_forged_deletion_hides_no_rollback,
+            an_older_estimate_is_noticed;
         blocks:
             the_last_estimate_stays_while_blocks_come,
             blocks_are_read_a_few_megabytes_at_a_time,
@@ -137,6 +141,7 @@ conformance! {
         purges:
             a_purged_job_keeps_its_numbers_and_no_more,
             a_purge_is_done_once,
+            a_purge_removes_the_answers_about_its_job_alone,
             a_purge_comes_before_or_after_each_writer,
             of_two_purges_one_is_told_of_the_other,
             the_trace_loses_only_what_a_purge_takes,

@@ -4,9 +4,9 @@
 use std::sync::Arc;
 
 use flankfit::jobs::{
-    Answer, Caller, Choice, Decision, DecisionEvent, Event, EventKind, FinishedStream, JobEvent, JobPatch, Measurand,
-    NewIteration, Precondition, Predecessors, Purge, Receipt, RecordKind, RecordSummary, Repository, RepositoryError,
-    Resource, Stored, StreamEvent,
+    Answer, Caller, Choice, Decision, DecisionEvent, Event, EventKind, FinishedStream, Job, JobEvent, JobPatch,
+    Measurand, NewIteration, NewRun, Precondition, Predecessors, Purge, Receipt, RecordKind, RecordSummary, Repository,
+    RepositoryError, Resource, Stored, StreamEvent,
 };
 use jiff::SignedDuration;
 use tokio::task::JoinSet;
@@ -231,6 +231,27 @@ pub async fn a_purge_is_done_once(pair: &mut Pair) {
     let nothing = store.purge_job(purge_of(&place, place.id()), None).await;
     assert!(matches!(nothing, Err(RepositoryError::NotFound(Resource::Job))), "{nothing:?}");
     intact(&pair.handles[0]).await;
+}
+
+/// A purge also removes the response to the request that stored the job together with others.
+pub async fn a_purge_removes_the_answers_about_its_job_alone(pair: &mut Pair) {
+    let (store, place) = (pair.store.clone(), pair.values.clone());
+    let scopes = ["POST /v1/simulations/closed-loop", "POST /v1/streams/x/nodes", "POST /v1/jobs/y/iterations"];
+    let runs = [(); 2].map(|()| NewRun { job: place.job("run"), iterations: Vec::new() });
+    let (now, run) = (runs[0].job.created_at, runs[1].job.id);
+    let runs = runs.map(|run| NewRun { job: Job { created_at: now, updated_at: now, ..run.job }, ..run });
+    store.insert_runs(runs.into(), telling("k", scopes[0].to_owned()), now).await.unwrap();
+    let stream = Arc::new(place.stream(run));
+    store.insert_stream(stream.clone(), None).await.unwrap();
+    store.insert_block(place.block(stream.id, 1), telling("k", scopes[1].to_owned())).await.unwrap();
+    let other = place.stored_job(&store).await.id;
+    store.insert_iteration(place.iteration(other), telling("k", scopes[2].to_owned())).await.unwrap();
+    purged(pair, run).await;
+    let mut kept = Vec::new();
+    for scope in scopes {
+        kept.push(store.answer("k".to_owned(), scope.to_owned()).await.unwrap().is_some());
+    }
+    assert_eq!(kept, [false, false, true]);
 }
 
 /// Each of many writers comes before the purge, or is refused; nothing is half done.

@@ -16,7 +16,7 @@ use flankfit::{
         Record, RecordKind, RecordSummary, Repository, RepositoryError, RepositoryFuture, Resource, Rotation, Rounds,
         San, Store, Stored, Stream, StreamState, Successors, Tenant, ToldEvent, Trace, Upkeep, Wakes,
         archive::{Holdings, Key},
-        audit::{Auditor, ListedEntry, Seal, Sealing},
+        audit::{Auditor, ListedEntry, Seal, Sealed, Sealing},
     },
     key_operations, repository_operations,
 };
@@ -175,7 +175,7 @@ impl Upkeep for Watched {
         self.store.forget_told(now, before, most)
     }
 
-    fn seal_audit(&self, sealing: Sealing) -> RepositoryFuture<'_, (Vec<Seal>, bool)> {
+    fn seal_audit(&self, sealing: Sealing) -> RepositoryFuture<'_, Option<Sealed>> {
         self.exercised.operation("seal_audit");
         self.store.seal_audit(sealing)
     }

@@ -1,11 +1,8 @@
 //! Iterations, and what they are of.
 
-use jiff::Timestamp;
-use uuid::Uuid;
-
 use crate::jobs::{
-    DecisionEvent, FitSummary, Iteration, ListedIteration, MadeCorrection, Measurand, MeasuredIteration,
-    MeasurementDetails, Predecessor, RepositoryError, TracedIteration, has_no_tooth,
+    Iteration, ListedIteration, MadeCorrection, Measurand, MeasuredIteration, MeasurementDetails, Predecessor,
+    RepositoryError, TracedIteration, has_no_tooth,
 };
 use flankfit_engine::estimation::Nodes;
 
@@ -16,6 +13,14 @@ from_row! {
         @measurand, @fit,
         id = "iteration_id", number, measured_at, instrument, operator, created_at = "stored_at", decision, decided_by,
     }
+    Iteration {
+        @measurand, @details, id, job_id, number, created_at, node_count, version, purged_at;
+        fits, earlier_fits, decision
+    }
+    TracedIteration {
+        @measurand, id, number, measured_at, instrument, operator, created_at;
+        fits, choices, decisions, records, earlier
+    }
     Predecessor { @measurand, number, fit_id }
     MeasuredIteration { @measurand, number, created_at }
     MadeCorrection { number, id, kind, created_at }
@@ -25,78 +30,6 @@ row! {
     pub struct SuccessorRow {
         @pub measurand: Measurand,
         pub number: u32,
-    }
-}
-
-row! {
-    pub struct IterationRow {
-        @measurand: Measurand,
-        @details: MeasurementDetails,
-        id: Uuid,
-        created_at: Timestamp,
-        node_count: u64,
-        version: u64,
-        purged_at: Option<Timestamp>,
-    }
-}
-
-impl IterationRow {
-    /// Returns the iteration of this number of a job, with its last fits and how many come before
-    /// them.
-    pub fn with(
-        self,
-        (job_id, number): (Uuid, u32),
-        (fits, earlier_fits): (Vec<FitSummary>, u64),
-        decision: Option<DecisionEvent>,
-    ) -> Iteration {
-        let IterationRow { measurand, details, id, created_at, node_count, version, purged_at } = self;
-        Iteration {
-            id,
-            job_id,
-            number,
-            measurand,
-            details,
-            created_at,
-            node_count,
-            version,
-            fits,
-            earlier_fits,
-            decision,
-            purged_at,
-        }
-    }
-}
-
-row! {
-    pub struct TracedIterationRow {
-        @measurand: Measurand,
-        id: Uuid,
-        number: u32,
-        measured_at: Option<Timestamp>,
-        instrument: Option<String>,
-        operator: Option<String>,
-        created_at: Timestamp,
-    }
-}
-
-impl From<TracedIterationRow> for TracedIteration {
-    /// Returns the iteration without its lists.
-    fn from(row: TracedIterationRow) -> Self {
-        let TracedIterationRow { measurand, id, number, measured_at, instrument, operator, created_at } = row;
-        TracedIteration {
-            id,
-            number,
-            measurand,
-            measured_at,
-            instrument,
-            operator,
-            created_at,
-            fits: Vec::new(),
-            choices: Vec::new(),
-            decisions: Vec::new(),
-            records: Vec::new(),
-            earlier: Default::default(),
-        }
     }
 }
 

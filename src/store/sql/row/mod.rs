@@ -12,9 +12,9 @@ mod stream;
 
 pub use audit::JobPurge;
 pub use fit::TracedFitRow;
-pub use iteration::{IterationRow, MeasuredTooth, NodesRow, SuccessorRow, TracedIterationRow};
+pub use iteration::{MeasuredTooth, NodesRow, SuccessorRow};
 pub use job::AnswerRow;
-pub use listing::{Count, ListedJobRow, counts};
+pub use listing::NamedJob;
 pub use stream::{EventRow, ToldEventRow};
 pub(super) use {
     audit::{entry_columns, seal_columns},

@@ -206,11 +206,49 @@ async fn the_work_of_a_revoked_key_ends() {
     let open = app.server().occupy_worker().await;
     let mut events = Events::of(posted(&app, STUDIES, &study(40)).bearer_auth(&own)).await;
     events.begun().await;
+    let refused = answered(&app, 401).await;
     let revoking = app.request(Method::DELETE, &format!("/v1/keys/{}", &own[4..20]));
     send(revoking.bearer_auth(&admin)).await.expect(204);
     let (_, name, data) = events.into_end().await;
     assert!(name == "problem" && data.contains("\"invalid_key\""), "{data}");
     drop(open);
+    // it counts by its end
+    assert!(answered(&app, 401).await > refused);
+}
+
+/// How many studies were answered with a status.
+async fn answered(app: &TestApp, status: u16) -> f64 {
+    let series = format!("flankfit_http_requests_total{{method=\"POST\",path=\"{STUDIES}\",status=\"{status}\"}} ");
+    let metrics = app.get("/metrics").await.text;
+    metrics.lines().find_map(|line| line.strip_prefix(&series)).map_or(0.0, |count| count.parse().unwrap())
+}
+
+/// What was computed is not lost because others have the memory.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_result_is_sent_whoever_holds_the_memory() {
+    let settings = |settings: &mut flankfit::config::ServeSettings| {
+        (settings.body_memory, settings.pace.look) = (1 << 20, Duration::ZERO);
+    };
+    let app = TestApp::around(harness::TestApp::start_with(settings).await);
+    let mut events = Events::of(posted(&app, STUDIES, &study(1500))).await;
+    while !matches!(events.next().await, Some(Entry::Event { data, .. }) if !data.contains("\"progress\":0.0")) {}
+    let mut others = app.state().budget.permit();
+    others.force(1 << 20);
+    let (_, name, data) = events.into_end().await;
+    assert!(name == "result" && data.len() > 4 << 10, "{name} {}", data.len());
+}
+
+/// Where it is known before the events begin, as of an answer that is kept.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_result_that_is_given_again_says_so() {
+    let app = TestApp::around(harness::TestApp::start_with(|settings| settings.pace.look = super::PATIENCE).await);
+    let path = format!("{}/iterations", app.job().await);
+    for replayed in [None, Some("true")] {
+        let events = Events::of(posted(&app, &path, &iteration()).header("idempotency-key", "k")).await;
+        let header = events.response.headers().get("idempotency-replayed");
+        assert_eq!(header.map(|value| value.to_str().unwrap()), replayed);
+        assert_eq!(events.into_end().await.1, "result");
+    }
 }
 
 /// A body is counted once in the budget, and its length need not be known.
