@@ -30,12 +30,12 @@ fn gear() -> Gear {
 
 /// `rows` × `columns` nodes of the usable flank.
 fn nodes(gear: &Gear, rows: usize, columns: usize) -> GridSpec {
-    let usable = Geometry::of(gear).usable.expect("a usable flank");
+    let usable = Geometry::of(gear).usable_profile.expect("a usable flank");
     let between = |[a, b]: [f64; 2], k: usize, n: usize| a + (b - a) * k as f64 / (n - 1) as f64;
     GridSpec {
         side: Side::Left,
         axis: ProfileAxis::RollLength,
-        values: (0..rows).map(|k| between(usable.roll_lengths, k, rows)).collect(),
+        values: (0..rows).map(|k| between(usable.roll_lengths_mm, k, rows)).collect(),
         positions: (0..columns).map(|k| between([0.0, 30.0], k, columns)).collect(),
         tooth: 1,
     }

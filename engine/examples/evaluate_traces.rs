@@ -42,10 +42,10 @@ fn main() -> Result<(), Box<dyn Error>> {
         let Some(values) = trace.values else { continue };
         println!(
             "{:?}: slope {:6.2}, form {:5.2}, total {:5.2}, crowning {:5.2} µm",
-            trace.kind, values.slope, values.form, values.total, values.crowning
+            trace.kind, values.slope_um, values.form_um, values.total_um, values.crowning_um
         );
     }
-    println!("class: {:?}", evaluation.overall);
+    println!("class: {:?}", evaluation.class);
     for warning in &evaluation.warnings {
         println!("{}: {}", warning.code(), warning);
     }

@@ -4,11 +4,8 @@
 //! them. Lengths, angles and shares have their units in the names.
 
 mod fits;
-mod flanks;
-mod gears;
 mod outliers;
 
-pub use gears::quantity;
 pub use outliers::MovedFigure;
 
 use std::{borrow::Cow, collections::BTreeMap};
@@ -35,6 +32,19 @@ impl Params {
     /// Creates parameters from names and values.
     pub fn of<const N: usize>(all: [(&'static str, Value); N]) -> Self {
         all.into_iter().fold(Params::new(), |params, (name, value)| params.with(name, value))
+    }
+
+    /// Returns the fields of a warning of the engine; `None` if it has none.
+    pub fn of_fields(warning: &impl Serialize) -> Option<Self> {
+        let Ok(Value::Object(fields)) = serde_json::to_value(warning) else { return None };
+        Params(
+            fields
+                .into_iter()
+                .filter(|(_, value)| !value.is_null())
+                .map(|(name, value)| (name.into(), value))
+                .collect(),
+        )
+        .some()
     }
 
     /// Adds a parameter.

@@ -10,11 +10,7 @@ use crate::{
     api::{
         gears::{
             deviations,
-            evaluation::{
-                answer::{EvaluatedTraceBody, EvaluationBody},
-                figures::FigureBody,
-                request::EvaluationSettingsBody,
-            },
+            evaluation::{answer::EvaluationBody, request::EvaluationSettingsBody},
             files::{
                 content::{self, FileRead},
                 gears::{self, GearsOfFileBody},
@@ -32,7 +28,10 @@ use crate::{
 };
 use flankfit_engine::{
     formats::{GearFile, gear_file, klingelnberg::ResultValue},
-    gear::Gear,
+    gear::{
+        Gear,
+        evaluation::{Evaluated, flank_surface::Figure},
+    },
     words::Shown,
 };
 
@@ -207,7 +206,7 @@ fn trace_table(
     title: &str,
     [slope, form, total, crowning]: [&str; 4],
 ) -> std::fmt::Result {
-    let traces: Vec<&EvaluatedTraceBody> = found.traces.iter().filter(|trace| trace.kind == kind).collect();
+    let traces: Vec<&Evaluated> = found.traces.iter().filter(|trace| trace.kind == kind).collect();
     if traces.is_empty() {
         return Ok(());
     }
@@ -215,7 +214,7 @@ fn trace_table(
     let mut table = Table::new(["tooth", "flank", slope, form, total, crowning, "class"], 2);
     for trace in traces {
         let number = |x: Option<f64>| x.map_or_else(|| "–".to_owned(), tenths);
-        let class = trace.class.as_ref().map_or_else(
+        let class = trace.classes.as_ref().map_or_else(
             || "–".to_owned(),
             |class| {
                 let worst = [class.slope, class.form, class.total].into_iter().flatten().max();
@@ -229,15 +228,15 @@ fn trace_table(
         table.row([
             trace.tooth.clone(),
             side_word(trace.flank).to_owned(),
-            number(trace.slope_um),
-            number(trace.form_um),
-            number(trace.total_um),
-            number(trace.crowning_um),
+            number(trace.values.map(|values| values.slope_um)),
+            number(trace.values.map(|values| values.form_um)),
+            number(trace.values.map(|values| values.total_um)),
+            number(trace.values.map(|values| values.crowning_um)),
             class,
         ]);
     }
     write!(out, "{table}")?;
-    for mean in found.means.iter().filter(|mean| mean.kind == kind) {
+    for mean in found.summaries.iter().filter(|mean| mean.kind == kind) {
         let flank = side_word(mean.flank);
         writeln!(
             out,
@@ -256,8 +255,8 @@ fn surface_table(out: &mut String, found: &EvaluationBody) -> std::fmt::Result {
     let mut table =
         Table::new(["tooth", "flank", "traces", "f_Hα", "f_Hβ", "C_α", "C_β", "twist", "left over (rms)"], 2);
     for surface in &found.surfaces {
-        let figure = |figure: &Option<FigureBody>| match figure {
-            Some(FigureBody { value, std_error: Some(error), .. }) => {
+        let figure = |figure: &Option<Figure>| match figure {
+            Some(Figure { value, std_error: Some(error), .. }) => {
                 format!("{} ± {}", tenths(*value), tenths(*error))
             }
             Some(figure) => tenths(figure.value),
@@ -268,11 +267,11 @@ fn surface_table(out: &mut String, found: &EvaluationBody) -> std::fmt::Result {
             surface.tooth.clone(),
             side_word(surface.flank).to_owned(),
             surface.traces.to_string(),
-            figure(&of.profile_slope_um),
-            figure(&of.helix_slope_um),
-            figure(&of.profile_crowning_um),
-            figure(&of.helix_crowning_um),
-            figure(&of.twist_um),
+            figure(&of.profile_slope),
+            figure(&of.helix_slope),
+            figure(&of.profile_crowning),
+            figure(&of.helix_crowning),
+            figure(&of.twist),
             format!("{:.2}", surface.rms_um),
         ]);
     }

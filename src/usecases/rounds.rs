@@ -5,11 +5,12 @@ use uuid::Uuid;
 use super::{Context, budget::WithPermit, decide, nodes};
 use crate::{
     api::{
-        gears::{correction::same_nodes::Measured, evaluation::tooth_shift::ToothShiftBody},
+        gears::{correction::same_nodes::Measured, evaluation::tooth_shift},
         problem::Problem,
     },
     jobs::{MadeCorrection, Record, RecordKind, Rounds},
 };
+use flankfit_engine::gear::evaluation::tooth_shift::ToothShift;
 
 /// Nodes of iterations, with the permits for their memory.
 pub type Iterations = Vec<WithPermit<Measured>>;
@@ -49,10 +50,10 @@ pub async fn tooth_shift(
     job: Uuid,
     before: &[u32],
     after: &[u32],
-) -> Result<Option<ToothShiftBody>, Problem> {
+) -> Result<Option<ToothShift>, Problem> {
     let Some(after) = newest_pitch(context, job, after).await? else { return Ok(None) };
     let Some(before) = newest_pitch(context, job, before).await? else { return Ok(None) };
-    context.pool.run(move || ToothShiftBody::between(&before, &after)).await?
+    context.pool.run(move || tooth_shift::between(&before, &after)).await?
 }
 
 async fn newest_pitch(context: Context<'_>, job: Uuid, numbers: &[u32]) -> Result<Option<Record>, Problem> {

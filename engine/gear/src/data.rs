@@ -17,6 +17,12 @@ pub const DEDENDUM: f64 = 1.25;
 
 /// Direction of the helix.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(rename_all = "snake_case"),
+    schema(as = HandName)
+)]
 pub enum Hand {
     /// Like a common screw: the section turns counterclockwise on its way to the viewer.
     Right,

@@ -4,15 +4,20 @@ use super::Gear;
 use crate::check::degrees;
 use flankfit_numerics::{check::Faults, words::Shown};
 
-/// What profile values are.
+/// Coordinate along the profile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(rename_all = "snake_case")
+)]
 pub enum ProfileAxis {
     /// √(r² − r_b²), mm.
     #[default]
     RollLength,
-    /// L / r_b, rad.
+    /// L / r_b; in requests in degrees, here in rad.
     RollAngle,
-    /// mm.
+    /// Diameter, mm.
     Diameter,
 }
 
@@ -20,6 +25,20 @@ pub enum ProfileAxis {
 const MOST_ROLL_LENGTH: f64 = 1e7;
 
 impl ProfileAxis {
+    /// Returns the name in requests.
+    pub fn name(self) -> &'static str {
+        match self {
+            ProfileAxis::RollLength => "roll_length",
+            ProfileAxis::RollAngle => "roll_angle",
+            ProfileAxis::Diameter => "diameter",
+        }
+    }
+
+    /// Converts a value of a request, in which roll angles are in degrees.
+    pub fn requested(self, value: f64) -> f64 {
+        if self == ProfileAxis::RollAngle { value.to_radians() } else { value }
+    }
+
     /// The roll length of a value; `None` where there is no involute.
     ///
     /// ```

@@ -93,23 +93,29 @@ pub enum Rounding {
     Unrounded,
 }
 
-/// A quantity that the scope of the standard is told by.
+/// Quantity that limits the scope of the standard.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize), serde(rename_all = "snake_case"))]
 pub enum Quantity {
     /// z.
     Teeth,
-    /// d, mm.
+    /// d.
+    #[cfg_attr(feature = "contract", serde(rename = "reference_diameter_mm"))]
     ReferenceDiameter,
-    /// m_n, mm.
+    /// m_n.
+    #[cfg_attr(feature = "contract", serde(rename = "normal_module_mm"))]
     NormalModule,
-    /// β, degrees.
+    /// β.
+    #[cfg_attr(feature = "contract", serde(rename = "helix_angle_deg"))]
     HelixAngle,
-    /// b, mm.
+    /// b.
+    #[cfg_attr(feature = "contract", serde(rename = "face_width_mm"))]
     FaceWidth,
 }
 
 /// A quantity for which the standard does not speak.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize))]
 pub struct Excess {
     /// Which one.
     pub quantity: Quantity,
@@ -121,28 +127,32 @@ pub struct Excess {
 
 /// The gear lies outside the scope of the standard.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("{}", not_covered(.0, Quantity::words))]
-pub struct OutOfScope(pub Vec<Excess>);
+#[cfg_attr(feature = "contract", derive(serde::Serialize))]
+#[error("{}", not_covered(.outside))]
+pub struct OutOfScope {
+    /// Every quantity outside of it.
+    pub outside: Vec<Excess>,
+}
 
 impl Quantity {
-    fn words(self) -> &'static str {
+    /// Returns the field of a gear that has it.
+    fn name(self) -> &'static str {
         match self {
-            Quantity::Teeth => "number of teeth",
-            Quantity::ReferenceDiameter => "reference diameter in mm",
-            Quantity::NormalModule => "normal module in mm",
-            Quantity::HelixAngle => "helix angle in degrees",
-            Quantity::FaceWidth => "face width in mm",
+            Quantity::Teeth => "teeth",
+            Quantity::ReferenceDiameter => "reference_diameter_mm",
+            Quantity::NormalModule => "normal_module_mm",
+            Quantity::HelixAngle => "helix_angle_deg",
+            Quantity::FaceWidth => "face_width_mm",
         }
     }
 }
 
-/// The sentence about what lies outside of the scope, by names of the quantities.
-pub fn not_covered(excesses: &[Excess], name: impl Fn(Quantity) -> &'static str) -> String {
+fn not_covered(outside: &[Excess]) -> String {
     let one = |e: &Excess| {
-        let (name, [least, most]) = (name(e.quantity), e.scope.map(Shown));
+        let (name, [least, most]) = (e.quantity.name(), e.scope.map(Shown));
         format!("{name} = {} is not within {least} and {most}", Shown(e.value))
     };
-    let each: Vec<String> = excesses.iter().map(one).collect();
+    let each: Vec<String> = outside.iter().map(one).collect();
     format!("ISO 1328-1:2013 does not cover this gear: {}", each.join("; "))
 }
 
@@ -173,7 +183,7 @@ impl Tolerances {
             .map(|(quantity, value, scope)| Excess { quantity, value, scope })
             .collect();
         if !excesses.is_empty() {
-            return Err(OutOfScope(excesses));
+            return Err(OutOfScope { outside: excesses });
         }
         let cumulative = 0.002 * d + 0.55 * d.sqrt() + 0.7 * m + 12.0;
         let (profile_slope, profile_form) = (0.4 * m + 0.001 * d + 4.0, 0.55 * m + 5.0);
@@ -261,6 +271,23 @@ pub fn rounded(tolerance: f64) -> f64 {
         (2.0 * tolerance).round() / 2.0
     } else {
         (10.0 * tolerance).round() / 10.0
+    }
+}
+
+/// Returns the classes up to the coarsest one, and the names of those that exceed it.
+pub(crate) fn numbered<const N: usize>(named: [(&str, Option<Class>); N]) -> ([Option<u8>; N], Vec<String>) {
+    let beyond = named.iter().filter(|(_, class)| *class == Some(Class::Beyond));
+    let beyond = beyond.map(|(name, _)| (*name).to_owned()).collect();
+    (named.map(|(_, class)| class.and_then(Class::number)), beyond)
+}
+
+impl Class {
+    /// Returns the number of the class; `None` beyond the coarsest one.
+    pub fn number(self) -> Option<u8> {
+        match self {
+            Class::Within(number) => Some(number),
+            Class::Beyond => None,
+        }
     }
 }
 

@@ -9,9 +9,10 @@
 use std::fmt;
 
 /// Where on its flank a trace lies, as the letter behind the tooth's number says.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Position {
     /// No letter of the four below: the trace that counts in means.
+    #[default]
     Middle,
     /// `f`: a helix near the root.
     Root,

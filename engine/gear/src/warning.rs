@@ -8,15 +8,19 @@ use flankfit_numerics::words::{Shown, counted, listed};
 /// Something that the reader of a registration or of a correction must know.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
+#[cfg_attr(feature = "contract", derive(serde::Serialize), serde(untagged))]
 pub enum Warning {
     /// A registration that did not converge.
-    #[error("the motions still changed after {0} iterations")]
-    RegistrationNotConverged(usize),
+    #[error("the motions still changed after {iterations} iterations")]
+    RegistrationNotConverged {
+        /// Number of iterations.
+        iterations: usize,
+    },
     /// Rotation and axial shift of a helical gear, which are one motion.
     #[error(
         "rotation and axial_shift: a screw motion carries the flanks of a helical gear into themselves, and these \
-         points do not tell the two apart. Positions along z depend on how their joint effect is split: all of it is \
-         taken as rotation, the axial shift is left at 0, and neither has a standard error"
+         points do not tell the two apart. Positions along z (`z_mm`) depend on how their joint effect is split: \
+         all of it is taken as rotation, the axial shift is left at 0, and neither has a standard error"
     )]
     ScrewUndetermined,
     /// The axial shift of a spur gear.
@@ -28,25 +32,32 @@ pub enum Warning {
     /// Motions that depend on each other over the points.
     #[error(
         "{}: these points do not tell them apart; their joint effect is shared between them by minimum norm, and none \
-         has a standard error", listed(.0.iter().map(|motion| motion.name()))
+         has a standard error", listed(.motions.iter().map(|motion| motion.name()))
     )]
-    MotionsIndistinguishable(Vec<Motion>),
+    MotionsIndistinguishable {
+        /// The motions.
+        motions: Vec<Motion>,
+    },
     /// An axial shift that modifications alone tell, µm.
     #[error(
-        "axial_shift: {} µm are determined by the modifications alone, which change along z; deviations of the same shape \
-         do the same. Leave it out of the motions to have positions along z without it", tenth(*.0)
+        "axial_shift: {} µm are determined by the modifications alone, which change along z; deviations of the same \
+         shape do the same. Leave it out of the motions to have `z_mm` without it", tenth(*.shift_um)
     )]
-    AxialShiftByModification(f64),
+    AxialShiftByModification {
+        /// The shift.
+        shift_um: f64,
+    },
     /// An axial shift that takes up a rotation.
     #[error(
         "axial_shift: {} µm do to the flanks of this helical gear what a rotation by {} µrad does, and rotation is \
-         not free: free it, alone or with the axial shift, if the part may be turned", tenth(*.shift), whole(*.rotation)
+         not free: free it, alone or with the axial shift, if the part may be turned", tenth(*.shift_um),
+        whole(*.rotation_urad)
     )]
     AxialShiftForRotation {
-        /// µm.
-        shift: f64,
-        /// The rotation that does the same, µrad.
-        rotation: f64,
+        /// The shift.
+        shift_um: f64,
+        /// The rotation that does the same.
+        rotation_urad: f64,
     },
     /// Nodes without a place on the flank.
     #[error(
@@ -59,20 +70,27 @@ pub enum Warning {
         /// The first of them, from 0.
         first: usize,
         /// Why it has none.
+        #[cfg_attr(feature = "contract", serde(skip))]
         reason: NoFoot,
     },
     /// A rotation that is told up to whole pitches of so many µrad.
     #[error(
         "no point tells its tooth, and a gear that is turned by whole pitches ({} µrad) looks the same: of all such \
-         rotations the one next to 0 is answered", whole(*.0)
+         rotations the one next to 0 is answered", whole(*.pitch_urad)
     )]
-    RotationModuloPitch(f64),
+    RotationModuloPitch {
+        /// Angle of a pitch.
+        pitch_urad: f64,
+    },
     /// So many points on other teeth than they are said to be of.
     #[error(
-        "{} on another, where most others lie on theirs; their nodes are on the tooth that they lie on",
-        contradicting(*.0)
+        "{} on another, where most others lie on theirs; `tooth` says on which: see `teeth`",
+        counted(*.count, "point said to be of one tooth lies", "points said to be of one tooth lie")
     )]
-    TeethContradict(usize),
+    TeethContradict {
+        /// Number of points.
+        count: usize,
+    },
     /// Points that fit other flanks about as well.
     #[error(
         "the points fit other flanks about as well, with another motion; the smaller motion is answered. Say which \
@@ -82,38 +100,44 @@ pub enum Warning {
     /// So many points on other flanks than were nearest before.
     #[error(
         "{} to another flank than the one that was nearest before the part was laid in place",
-        counted(*.0, "point belongs", "points belong")
+        counted(*.count, "point belongs", "points belong")
     )]
-    FlanksReassigned(usize),
+    FlanksReassigned {
+        /// Number of points.
+        count: usize,
+    },
     /// Deviations beyond those of any flank.
     #[error(
         "after the registration {} µm (rms) are left, more than any flank deviates by ({} µm): other motions, other \
-         flanks or another gear", tenth(*.rms), tenth(*.limit)
+         flanks or another gear", tenth(*.rms_um), tenth(*.limit_um)
     )]
     PoorFit {
-        /// What is left, µm.
-        rms: f64,
-        /// What a flank may deviate by, µm.
-        limit: f64,
+        /// Root mean square that is left.
+        rms_um: f64,
+        /// Greatest deviation of a flank.
+        limit_um: f64,
     },
     /// Points far from where the others fit.
     #[error(
         "{} far from where the others fit; the first is {first}, with {} µm: dirt, another flank, or an error of \
-         measurement", counted(*.count, "point lies", "points lie"), tenth(*.deviation)
+         measurement", counted(*.count, "point lies", "points lie"), tenth(*.deviation_um)
     )]
     PointsMisfit {
         /// How many.
         count: usize,
         /// The first of them, from 0.
         first: usize,
-        /// Its deviation, µm.
-        deviation: f64,
+        /// Its deviation.
+        deviation_um: f64,
     },
     /// So many points beyond the tip or the root circle.
     #[error(
-        "{} beyond the tip or the root circle, where there is no flank", counted(*.0, "point lies", "points lie")
+        "{} beyond the tip or the root circle, where there is no flank", counted(*.count, "point lies", "points lie")
     )]
-    PointsBeyondFlank(usize),
+    PointsBeyondFlank {
+        /// Number of points.
+        count: usize,
+    },
     /// A correction whose active set did not settle.
     #[error(
         "regularised fits do not agree on which settings stay at their limits: the best point within them is answered"
@@ -121,9 +145,12 @@ pub enum Warning {
     LimitsNotSettled,
     /// Settings that were stopped at their limits.
     #[error(
-        "{} would go further than allowed; the others make up for it as far as they can", quoted(.0)
+        "{} would go further than allowed; the others make up for it as far as they can", quoted(.settings)
     )]
-    SettingsLimited(Vec<String>),
+    SettingsLimited {
+        /// Names of the settings.
+        settings: Vec<String>,
+    },
     /// Settings that the deviations say nothing about.
     #[error(
         "{}: {}; it stays as it is", quoted(.settings), .common.map_or_else(
@@ -139,24 +166,32 @@ pub enum Warning {
         settings: Vec<String>,
         /// The nodes that they would change alike; `None` for settings without an effect of their
         /// own at the nodes.
+        #[cfg_attr(feature = "contract", serde(skip))]
         common: Option<Common>,
     },
     /// Those of them that their limits move all the same.
     #[error(
         "{}: the deviations say nothing about it, but its limits do not let it stay as it is; it goes no further than \
-         they ask for", quoted(.0)
+         they ask for", quoted(.settings)
     )]
-    UndeterminedSettingsMoved(Vec<String>),
+    UndeterminedSettingsMoved {
+        /// Names of the settings.
+        settings: Vec<String>,
+    },
     /// Those of them whose limits were not needed.
     #[error(
-        "{}: the deviations say nothing about it, so its limits and its increment were not needed", quoted(.0)
+        "{}: the deviations say nothing about it, so its limits and its increment were not needed", quoted(.settings)
     )]
-    LimitsWithoutEffect(Vec<String>),
+    LimitsWithoutEffect {
+        /// Names of the settings.
+        settings: Vec<String>,
+    },
     /// Plain least squares of settings that nearly depend on each other, as this sentence says.
     #[error(
         "plain least squares divides by what the sensitivity hardly knows ({0}): repeated, such a correction can \
          drive the settings away"
     )]
+    #[cfg_attr(feature = "contract", serde(skip))]
     UndampedCorrection(String),
     /// Settings that depend on each other exactly.
     #[error(
@@ -170,23 +205,23 @@ impl Warning {
     pub fn code(&self) -> &'static str {
         use Warning::*;
         match self {
-            RegistrationNotConverged(_) => "registration_not_converged",
-            ScrewUndetermined | AxialShiftUndetermined | MotionsIndistinguishable(_) => "motions_indistinguishable",
-            AxialShiftByModification(_) => "axial_shift_by_modification",
+            RegistrationNotConverged { .. } => "registration_not_converged",
+            ScrewUndetermined | AxialShiftUndetermined | MotionsIndistinguishable { .. } => "motions_indistinguishable",
+            AxialShiftByModification { .. } => "axial_shift_by_modification",
             AxialShiftForRotation { .. } => "axial_shift_for_rotation",
             NodesLost { .. } => "nodes_lost",
-            RotationModuloPitch(_) => "rotation_modulo_pitch",
-            TeethContradict(_) => "teeth_contradict",
+            RotationModuloPitch { .. } => "rotation_modulo_pitch",
+            TeethContradict { .. } => "teeth_contradict",
             FlanksAmbiguous => "flanks_ambiguous",
-            FlanksReassigned(_) => "flanks_reassigned",
+            FlanksReassigned { .. } => "flanks_reassigned",
             PoorFit { .. } => "poor_fit",
             PointsMisfit { .. } => "points_misfit",
-            PointsBeyondFlank(_) => "points_beyond_flank",
+            PointsBeyondFlank { .. } => "points_beyond_flank",
             LimitsNotSettled => "limits_not_settled",
-            SettingsLimited(_) => "settings_limited",
+            SettingsLimited { .. } => "settings_limited",
             UndeterminedSettings { .. } => "undetermined_settings",
-            UndeterminedSettingsMoved(_) => "undetermined_settings_moved",
-            LimitsWithoutEffect(_) => "limits_without_effect",
+            UndeterminedSettingsMoved { .. } => "undetermined_settings_moved",
+            LimitsWithoutEffect { .. } => "limits_without_effect",
             UndampedCorrection(_) => "undamped_correction",
             DependentSettings => "dependent_settings",
         }
@@ -215,13 +250,8 @@ impl fmt::Display for Common {
 }
 
 /// Rounded to a tenth.
-pub fn tenth(x: f64) -> Shown {
+pub(crate) fn tenth(x: f64) -> Shown {
     Shown((x * 10.0).round() / 10.0)
-}
-
-/// The beginning of what is said of so many points on other teeth than they are said to be of.
-pub fn contradicting(count: usize) -> impl fmt::Display {
-    counted(count, "point said to be of one tooth lies", "points said to be of one tooth lie")
 }
 
 fn whole(x: f64) -> Shown {

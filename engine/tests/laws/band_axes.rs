@@ -31,7 +31,7 @@ fn found(gear: &Gear, band: Band) -> Found {
         ..Settings::default()
     };
     let found = evaluate(gear, &[Posted { trace: &trace, design: None }], &settings).expect("the trace is sound");
-    found.traces[0].bands[0].1
+    found.traces[0].bands[0]
 }
 
 /// In a band whose lines are straight over diameters the profile fits between them; over roll
@@ -52,14 +52,14 @@ fn lines_over_diameters_are_straight_over_diameters() {
         lower: line(-0.01),
     };
     let straight = found(&gear, band.clone());
-    assert!((straight.room - 0.02).abs() < 1e-6 && straight.shift.abs() < 1e-6, "{straight:?}");
+    assert!((straight.room_um - 0.02).abs() < 1e-6 && straight.shift_um.abs() < 1e-6, "{straight:?}");
     assert_eq!(straight.within, Some(true));
     // where it is nearest is a roll length still
-    assert!(straight.nearest.iter().all(|roll| (0.0..13.0).contains(roll)), "{straight:?}");
+    assert!(straight.nearest_mm.iter().all(|roll| (0.0..13.0).contains(roll)), "{straight:?}");
     let rolls = |line: &[[f64; 2]]| -> Vec<[f64; 2]> {
         line.iter().map(|[d, y]| [gear.roll_length(*d).expect("above the base circle"), *y]).collect()
     };
     let bent = Band { axis: ProfileAxis::RollLength, upper: rolls(&band.upper), lower: rolls(&band.lower), ..band };
     let bent = found(&gear, bent);
-    assert!(bent.room < -3.0 && bent.within == Some(false), "{bent:?}");
+    assert!(bent.room_um < -3.0 && bent.within == Some(false), "{bent:?}");
 }

@@ -74,7 +74,7 @@ fn scanned(random: &mut Random) -> Vec<f64> {
 fn figures_and_decisions_take_the_model_of_the_errors() {
     let held = |spec: &FitSpec, draws: usize| {
         let mut random = Random::new(91);
-        let limits = ToleranceLimits { helix_slope: Some([-1e3, 0.0]), ..ToleranceLimits::default() };
+        let limits = ToleranceLimits { helix_slope_um: Some([-1e3, 0.0]), ..ToleranceLimits::default() };
         let asked = settings_of(spec.clone(), limits);
         let (mut hits, mut conforming) = ([0usize; 2], 0usize);
         for _ in 0..draws {

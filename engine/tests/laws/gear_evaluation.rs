@@ -103,12 +103,12 @@ proptest! {
         let found = evaluate(&gear, &[Posted { trace: &measured, design: Some(&design) }], &settings).unwrap();
         let found = &found.traces[0];
         let [low, high] = range(&gear, kind);
-        prop_assert_eq!(found.range, [low, high]);
+        prop_assert_eq!(found.range_mm, [low, high]);
         let values = found.values.unwrap();
-        for (height, u) in values.parabola.into_iter().zip([-1.0, 0.0, 1.0]) {
+        for (height, u) in values.mean_parabola_um.into_iter().zip([-1.0, 0.0, 1.0]) {
             near(height, curve(u), 1e-6);
         }
-        for (height, u) in values.line.into_iter().zip([-1.0, 1.0]) {
+        for (height, u) in values.mean_line_um.into_iter().zip([-1.0, 1.0]) {
             near(height, a + b * u + c / 3.0, 0.02 * c.abs() + 1e-6);
         }
     }
@@ -126,10 +126,10 @@ proptest! {
             ..HelixSettings::on([1.0, 19.0]) });
         let straight = trace(&gear, kind, side, count, |u| height + 0.5 * slope * u);
         let values = one(&gear, &straight, &settings);
-        near(values.slope, slope, 1e-6);
-        near(values.crowning, 0.0, 1e-6);
-        near(values.form, 0.0, 1e-6);
-        prop_assert!(values.total <= slope.abs() + 1e-6);
+        near(values.slope_um, slope, 1e-6);
+        near(values.crowning_um, 0.0, 1e-6);
+        near(values.form_um, 0.0, 1e-6);
+        prop_assert!(values.total_um <= slope.abs() + 1e-6);
 
         // about the mean parabola slope and crowning are separated wherever samples lie
         for (mean, profile) in [(MeanCurve::Parabola, settings.profile), (MeanCurve::Line, settings.profile)] {
@@ -138,12 +138,12 @@ proptest! {
             let both = Settings { profile, helix, ..settings.clone() };
             let crowned = trace(&gear, kind, side, count, |u| height + 0.5 * slope * u - crowning * u * u);
             let values = one(&gear, &crowned, &both);
-            near(values.crowning, crowning, 1e-6);
+            near(values.crowning_um, crowning, 1e-6);
             if mean == MeanCurve::Parabola {
-                near(values.slope, slope, 1e-6);
-                near(values.form, 0.0, 1e-6);
+                near(values.slope_um, slope, 1e-6);
+                near(values.form_um, 0.0, 1e-6);
             } else {
-                prop_assert!(values.form <= crowning.abs() * 1.2 + 1e-6);
+                prop_assert!(values.form_um <= crowning.abs() * 1.2 + 1e-6);
             }
         }
     }
@@ -179,8 +179,8 @@ proptest! {
             near(b, a, 1e-9);
         }
         // total and form deviation differ by no more than the line rises over the range
-        prop_assert!((before.total - before.form).abs() <= before.slope.abs() + 1e-9);
-        prop_assert!(before.total > 0.0 && before.form > 0.0);
+        prop_assert!((before.total_um - before.form_um).abs() <= before.slope_um.abs() + 1e-9);
+        prop_assert!(before.total_um > 0.0 && before.form_um > 0.0);
         let design: Vec<f64> = given.deviation.clone();
         let itself = evaluate(&gear, &[Posted { trace: &given, design: Some(&design) }], &settings).expect("sound");
         let itself = itself.traces[0].values.expect("figures");
@@ -199,16 +199,16 @@ proptest! {
         turned.rotate_left(turn % traces.len());
         let (a, b) = (all(&gear, &traces, &settings), all(&gear, &turned, &settings));
         prop_assert_eq!(&a.summaries, &b.summaries);
-        prop_assert_eq!(a.overall, b.overall);
-        let slope = &a.summaries[0].slope;
-        let found: Vec<f64> = a.traces.iter().map(|t| t.values.expect("figures").slope).collect();
+        prop_assert_eq!((a.class, a.beyond_classes), (b.class, b.beyond_classes));
+        let slope = &a.summaries[0].slope_um;
+        let found: Vec<f64> = a.traces.iter().map(|t| t.values.expect("figures").slope_um).collect();
         near(slope.mean, found.iter().sum::<f64>() / found.len() as f64, 1e-9);
         prop_assert!(slope.variation >= 0.0 && found.iter().all(|f| f.abs() <= slope.worst.abs()));
     }
 }
 
 fn figures(values: &Values) -> [f64; 4] {
-    [values.slope, values.form, values.total, values.crowning]
+    [values.slope_um, values.form_um, values.total_um, values.crowning_um]
 }
 
 #[test]
@@ -226,13 +226,13 @@ fn plus_material_counts_as_asked() {
     let form = values(PlusMaterial::Form);
     let both = values(PlusMaterial::FormAndTotal);
     let total = values(PlusMaterial::Total);
-    assert!(form.form > form.total && form.form > ignored.form + 9.0, "{form:?}");
-    assert_eq!(form.total, ignored.total);
-    assert_eq!((both.form, both.total), (form.form, total.total));
-    assert_eq!(total.form, ignored.form);
-    near(total.total, ignored.total + total.total_plus_material, 1e-12);
-    assert!([form, both, total].iter().all(|v| v.slope == ignored.slope && v.crowning == ignored.crowning));
-    assert_eq!(ignored.form_plus_material, 0.0);
+    assert!(form.form_um > form.total_um && form.form_um > ignored.form_um + 9.0, "{form:?}");
+    assert_eq!(form.total_um, ignored.total_um);
+    assert_eq!((both.form_um, both.total_um), (form.form_um, total.total_um));
+    assert_eq!(total.form_um, ignored.form_um);
+    near(total.total_um, ignored.total_um + total.total_plus_material_um.expect("material"), 1e-12);
+    assert!([form, both, total].iter().all(|v| v.slope_um == ignored.slope_um && v.crowning_um == ignored.crowning_um));
+    assert_eq!(ignored.form_plus_material_um, None);
 }
 
 #[test]
@@ -246,7 +246,7 @@ fn undefined_samples_are_left_out_and_counted() {
     let evaluated = &answer.traces[0];
     assert_eq!((evaluated.samples.posted, evaluated.samples.undefined), (100, 4));
     assert_eq!(evaluated.samples.undefined_in_range, 3);
-    near(evaluated.values.expect("figures").slope, 6.0 * 20.0 / 18.0, 1e-9);
+    near(evaluated.values.expect("figures").slope_um, 6.0 * 20.0 / 18.0, 1e-9);
     assert_eq!(answer.warnings.len(), 1);
     assert_eq!(answer.warnings[0].code(), "undefined_samples");
     assert_eq!(answer.warnings[0].path().as_deref(), Some("traces[0].deviation_um"));
@@ -265,7 +265,7 @@ fn what_cannot_be_evaluated_is_said() {
     assert!(codes.contains(&("too_few_samples", "traces[1].deviation_um".to_owned())), "{codes:?}");
     assert!(codes.contains(&("no_mean_curve", "traces[2].deviation_um".to_owned())), "{codes:?}");
     assert!(answer.traces.iter().all(|trace| trace.values.is_none() && trace.classes.is_none()));
-    assert_eq!(answer.overall, None);
+    assert!(answer.class.is_none() && !answer.beyond_classes);
 }
 
 #[test]

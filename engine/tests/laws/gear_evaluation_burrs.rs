@@ -28,7 +28,7 @@ fn evaluated(at: &[f64], flank: &[Vec<f64>]) -> Vec<Evaluated> {
 
 /// Returns for each trace whether there is a burr at its lower and at its upper end.
 fn burrs(at: &[f64], flank: &[Vec<f64>]) -> Vec<[bool; 2]> {
-    let middle = |place: &flankfit_engine::gear::evaluation::Suspect| 0.5 * (place.from + place.to);
+    let middle = |place: &flankfit_engine::gear::evaluation::Suspect| 0.5 * (place.from_mm + place.to_mm);
     evaluated(at, flank)
         .iter()
         .map(|trace| {
@@ -121,17 +121,17 @@ fn burrs_are_named_by_their_places_with_the_figures_without_them() {
     for (i, trace) in found.iter().enumerate() {
         let values = trace.values.expect("figures");
         let Some(height) = [Some(80.0), None, None, Some(40.0), None][i] else {
-            assert!(trace.suspects.is_none() && (values.total - 9.0).abs() < 1.5, "{i}: {trace:?}");
+            assert!(trace.suspects.is_none() && (values.total_um - 9.0).abs() < 1.5, "{i}: {trace:?}");
             continue;
         };
         let suspects = trace.suspects.as_ref().expect("a burr");
         let [place] = suspects.places[..] else { panic!("one place: {suspects:?}") };
-        assert!(place.burr && place.from == 1.0 && (1.5..2.0).contains(&place.to), "{place:?}");
-        assert!((place.height - height).abs() < 2.0, "{place:?}");
+        assert!(place.burr && place.from_mm == 1.0 && (1.5..2.0).contains(&place.to_mm), "{place:?}");
+        assert!((place.height_um - height).abs() < 2.0, "{place:?}");
         // over 18 of the 20 mm of the face the line rises by 9 µm
         let without = suspects.without.expect("the others tell the figures");
-        assert!(values.total > 0.9 * height && (without.total - 9.0).abs() < 1.5, "{without:?}");
-        assert!((without.slope.abs() - 10.0).abs() < 0.3, "{without:?}");
+        assert!(values.total_um > 0.9 * height && (without.total_um - 9.0).abs() < 1.5, "{without:?}");
+        assert!((without.slope_um.abs() - 10.0).abs() < 0.3, "{without:?}");
     }
     assert_eq!(burrs(&at, &with([80.0; 5])), [[false; 2]; 5]);
     // of two traces neither is known to be the clean one
@@ -154,6 +154,6 @@ fn a_burr_on_a_crowned_trace_has_its_own_height() {
     assert_eq!(suspects.places.len(), 2, "{suspects:?}");
     for place in &suspects.places {
         // half a normal curve of 0.3 mm falls to a fiftieth of its height within 0.84 mm
-        assert!(place.burr && (place.height - 4.0).abs() < 0.3 && place.to - place.from < 1.2, "{place:?}");
+        assert!(place.burr && (place.height_um - 4.0).abs() < 0.3 && place.to_mm - place.from_mm < 1.2, "{place:?}");
     }
 }

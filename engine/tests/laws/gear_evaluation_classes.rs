@@ -70,7 +70,7 @@ fn outside_the_scope_there_is_nothing() {
     let excess = |change: fn(&mut GearData)| -> Vec<Quantity> {
         let out = Tolerances::new(&gear(change)).expect_err("outside");
         assert!(out.to_string().contains("does not cover"), "{out}");
-        out.0.iter().map(|e| e.quantity).collect()
+        out.outside.iter().map(|e| e.quantity).collect()
     };
     assert_eq!(excess(|g| g.teeth = 4), [Quantity::Teeth]);
     assert_eq!(excess(|g| g.teeth = 1001), [Quantity::Teeth]);
@@ -144,12 +144,12 @@ proptest! {
         near(sector, (0..50).flat_map(within).fold(0.0, f64::max), 1e-9);
         near(sum, (0..50).map(|i| (around(i + 6) - around(i)).abs()).fold(0.0, f64::max), 1e-9);
         let whole = (0..8).map(|n| (index[6 * n + 6] - index[6 * n]).abs()).fold(0.0, f64::max);
-        near(by_index.sector_sum_2013.expect("eight sectors").value.abs(), whole, 1e-9);
+        near(by_index.sector_sum_2013.expect("eight sectors").value_um.abs(), whole, 1e-9);
         prop_assert!(sum <= sector + 1e-12 && sector <= cumulative + 1e-12 && single <= cumulative + 1e-12);
         prop_assert!(adjacent <= 2.0 * single + 1e-12);
         prop_assert!(by_index.complete && by_index.warnings.is_empty());
         // each pitch is one of the sums
-        let total: f64 = by_index.single.iter().map(|f| f.expect("complete")).sum();
+        let total: f64 = by_index.single_pitch_deviation_um.iter().map(|f| f.expect("complete")).sum();
         near(total, 0.0, 1e-9);
     }
 
@@ -162,16 +162,16 @@ proptest! {
         let phase = |i: usize| TAU * i as f64 / 48.0 - angle;
         let mut readings: Vec<f64> = (0..48).map(|i| level + amount * phase(i).cos()).collect();
         let answer = from_readings(&gear, &readings, Rounding::Rounded).expect("48 readings");
-        prop_assert!(answer.runout <= 2.0 * amount + 1e-9 && answer.runout >= 1.99 * amount);
+        prop_assert!(answer.runout_um <= 2.0 * amount + 1e-9 && answer.runout_um >= 1.99 * amount);
         prop_assert!(answer.class.is_some() && !answer.derived);
         let found = answer.eccentricity.expect("enough readings");
-        near(found.amount, amount, 1e-9);
-        near(found.angle, angle, 1e-6);
+        near(found.amount_um, amount, 1e-9);
+        near(found.angle_deg.to_radians(), angle, 1e-6);
         readings[gap % 48] = f64::NAN;
         let answer = from_readings(&gear, &readings, Rounding::Rounded).expect("47 readings");
         prop_assert!(answer.class.is_none() && answer.missing == 1);
         prop_assert_eq!(answer.warnings[0].code(), "missing_teeth");
-        near(answer.eccentricity.expect("enough readings").amount, amount, 1e-9);
+        near(answer.eccentricity.expect("enough readings").amount_um, amount, 1e-9);
     }
 }
 
@@ -181,14 +181,15 @@ fn answer(gear: &Gear, measured: &PitchMeasured) -> Pitch {
 }
 
 fn values(pitch: &Pitch) -> [f64; 5] {
-    let amount =
-        |extreme: Option<flankfit_engine::gear::evaluation::pitch::Extreme>| extreme.expect("there is one").value.abs();
+    let amount = |extreme: Option<flankfit_engine::gear::evaluation::pitch::Extreme>| {
+        extreme.expect("there is one").value_um.abs()
+    };
     [
         amount(pitch.single_pitch),
-        pitch.cumulative.expect("there is one"),
+        pitch.cumulative_pitch_um.expect("there is one"),
         amount(pitch.sector_pitch_2013),
         amount(pitch.sector_pitch_1995),
-        amount(pitch.adjacent),
+        amount(pitch.adjacent_pitch_difference),
     ]
 }
 
@@ -198,12 +199,12 @@ fn pitch_of_few_teeth_by_hand() {
     let index = vec![0.0, 3.0, 1.0, -4.0, -2.0, 0.0, 5.0, 2.0];
     let settings = PitchSettings { side: Side::Right, diameter: None, sector: None, rounding: Rounding::Unrounded };
     let answer = pitch(&gear, &PitchMeasured::Index(index.clone()), &settings).expect("sound");
-    let single: Vec<f64> = answer.single.iter().map(|f| f.expect("complete")).collect();
+    let single: Vec<f64> = answer.single_pitch_deviation_um.iter().map(|f| f.expect("complete")).collect();
     assert_eq!(single, [-2.0, 3.0, -2.0, -5.0, 2.0, 2.0, 5.0, -3.0]);
-    let extreme = |e: Option<flankfit_engine::gear::evaluation::pitch::Extreme>| e.map(|e| (e.value, e.tooth));
+    let extreme = |e: Option<flankfit_engine::gear::evaluation::pitch::Extreme>| e.map(|e| (e.value_um, e.tooth));
     assert_eq!(extreme(answer.single_pitch), Some((-5.0, 4)));
-    assert_eq!(answer.cumulative, Some(9.0));
-    assert_eq!(answer.sector, Some(1));
+    assert_eq!(answer.cumulative_pitch_um, Some(9.0));
+    assert_eq!(answer.k, Some(1));
     // for one pitch the editions agree
     assert_eq!(extreme(answer.sector_pitch_2013), Some((5.0, 4)));
     assert_eq!(extreme(answer.sector_pitch_1995), Some((-5.0, 4)));
@@ -223,23 +224,23 @@ fn pitch_of_few_teeth_by_hand() {
     // sectors with the missing tooth are skipped: 1–4 … 3–6 contain it
     let found = answer_of(&[0.0, 3.0, f64::NAN, 2.0, 0.0, 0.0, 0.0, 0.0]);
     assert_eq!(extreme(found.sector_pitch_2013), Some((3.0, 2)));
-    assert_eq!(extreme(answer.adjacent), Some((-8.0, 8)));
-    assert_eq!(answer.single_class, Some(Class::Within(5)));
+    assert_eq!(extreme(answer.adjacent_pitch_difference), Some((-8.0, 8)));
+    assert_eq!(answer.class.single_pitch, Some(5));
 
     // a tooth that is missing takes two pitches with it, and the class
     let mut gap = index;
     gap[3] = f64::NAN;
     let answer = pitch(&gear, &PitchMeasured::Index(gap), &settings).expect("sound");
-    assert_eq!(answer.single.iter().flatten().count(), 6);
-    assert_eq!((answer.cumulative, answer.complete, answer.cumulative_class), (Some(7.0), false, None));
+    assert_eq!(answer.single_pitch_deviation_um.iter().flatten().count(), 6);
+    assert_eq!((answer.cumulative_pitch_um, answer.complete, answer.class.cumulative_pitch), (Some(7.0), false, None));
     assert_eq!(answer.warnings[0].code(), "missing_teeth");
     let answer = pitch(&gear, &PitchMeasured::Single(vec![1.0, f64::NAN, 0.0, 0.0, 0.0, 0.0, 0.0, -3.0]), &settings);
     let answer = answer.expect("sound");
-    assert_eq!((answer.cumulative, answer.closure), (None, None));
+    assert_eq!((answer.cumulative_pitch_um, answer.closure_um), (None, None));
     assert_eq!(extreme(answer.single_pitch), Some((-3.0, 8)));
 
     let off = pitch(&gear, &PitchMeasured::Single(vec![1.0; 8]), &settings).expect("sound");
-    assert_eq!((off.closure, off.cumulative), (Some(8.0), Some(0.0)));
+    assert_eq!((off.closure_um, off.cumulative_pitch_um), (Some(8.0), Some(0.0)));
     assert_eq!(off.warnings[0].code(), "pitches_do_not_close");
 
     let wrong = PitchSettings { diameter: Some(-1.0), sector: Some(8), ..settings };
@@ -273,7 +274,7 @@ fn runout_follows_from_both_flanks() {
         let (left, right) = if near_side == Side::Left { (&near_flank, &far_flank) } else { (&far_flank, &near_flank) };
         let answer = from_pitches(&gear, left, right, counting, Rounding::Rounded).expect("sound");
         assert!(answer.derived);
-        near(answer.runout, 2.0 * e, 0.05);
-        near(answer.eccentricity.expect("50 readings").amount, e, 1e-9);
+        near(answer.runout_um, 2.0 * e, 0.05);
+        near(answer.eccentricity.expect("50 readings").amount_um, e, 1e-9);
     }
 }

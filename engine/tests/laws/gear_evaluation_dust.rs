@@ -42,7 +42,7 @@ fn dust_at_the_ends_is_suspected() {
         let places = suspected(dusty);
         let z = |k: usize| 1.0 + 18.0 * k as f64 / (count - 1) as f64;
         missed += usize::from(
-            !places.iter().any(|place| place.from <= z(from) + 1e-9 && place.to >= z(from + wide - 1) - 1e-9),
+            !places.iter().any(|place| place.from_mm <= z(from) + 1e-9 && place.to_mm >= z(from + wide - 1) - 1e-9),
         );
     }
     assert!(missed <= 1, "{missed} of 60 missed");
@@ -113,7 +113,7 @@ fn dust_beside_holes_is_suspected() {
         dusty[from..from + wide].iter_mut().for_each(|d| *d += 40.0);
         let z = |k: usize| 1.0 + 18.0 * k as f64 / (count - 1) as f64;
         let last = z(from + wide - 1) - 1e-9;
-        missed += usize::from(!suspected(dusty).iter().any(|p| p.from <= z(from) + 1e-9 && p.to >= last));
+        missed += usize::from(!suspected(dusty).iter().any(|p| p.from_mm <= z(from) + 1e-9 && p.to_mm >= last));
     }
     assert!(missed <= 2, "{missed} of 60 missed");
 }

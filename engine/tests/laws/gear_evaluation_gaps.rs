@@ -42,7 +42,7 @@ fn codes(answer: &Evaluation) -> Vec<&str> {
 fn gaps_below_a_hole_count_together() {
     let whole = waves(COUNT, |_| true);
     assert_eq!(codes(&whole), [""; 0]);
-    assert!(whole.traces[0].classes.is_some() && whole.traces[0].values.expect("figures").form > 6.0);
+    assert!(whole.traces[0].classes.is_some() && whole.traces[0].values.expect("figures").form_um > 6.0);
     for (count, share) in [(COUNT, 0.68), (COUNT, 0.4), (480, 0.68), (214, 0.65)] {
         let crests = waves(count, |u| u.abs() > 0.995 || (phase(u, 15.0) - 0.5).abs() > 0.5 * share);
         assert!(crests.traces[0].values.is_none() && crests.traces[0].classes.is_none(), "{share} of {count}");
@@ -63,7 +63,7 @@ fn a_form_with_missing_stretches_is_a_lower_bound() {
     assert!(warning.to_string().contains("% of the evaluation range lie in 5 stretches"), "{}", warning);
     assert!(warning.to_string().contains("form and total deviation may be greater"), "{}", warning);
     let values = some.traces[0].values.expect("figures");
-    near(values.slope, whole.slope, 1.0);
+    near(values.slope_um, whole.slope_um, 1.0);
     assert!(some.traces[0].classes.is_some());
 }
 

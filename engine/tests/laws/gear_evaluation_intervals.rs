@@ -10,7 +10,7 @@ use flankfit_engine::{
     gear::{
         Kind, ProfileAxis, Side, Trace,
         evaluation::{
-            Evaluation, Inference, Posted, ToleranceLimits, evaluate,
+            Evaluation, Posted, ToleranceLimits, evaluate,
             flank_surface::{Border, FlankNodes, FlankSurface, SurfaceSettings, flank_surface},
             settings::{HelixReference, HelixSettings, Settings, SlopeSign},
         },
@@ -45,11 +45,11 @@ fn noisy(traces: &[Trace], noise: f64, random: &mut Random) -> Vec<Trace> {
 }
 
 /// Coverage of the truth by intervals.
-fn coverage<const N: usize>(runs: usize, truth: [f64; N], mut draw: impl FnMut() -> [Inference; N]) -> [f64; N] {
+fn coverage<const N: usize>(runs: usize, truth: [f64; N], mut draw: impl FnMut() -> [[f64; 2]; N]) -> [f64; N] {
     let mut hits = [0usize; N];
     for _ in 0..runs {
         for ((found, truth), hit) in draw().iter().zip(truth).zip(&mut hits) {
-            *hit += usize::from((found.interval[0]..=found.interval[1]).contains(&truth));
+            *hit += usize::from((found[0]..=found[1]).contains(&truth));
         }
     }
     hits.map(|hits| hits as f64 / runs as f64)
@@ -62,7 +62,7 @@ fn assert_holds(what: &str, covered: &[f64]) {
 /// Slope and crowning without noise.
 fn truth(clean: &Trace, asked: &Settings) -> [f64; 2] {
     let values = evaluated(std::slice::from_ref(clean), asked).traces[0].values.unwrap();
-    [values.slope, values.crowning]
+    [values.slope_um, values.crowning_um]
 }
 
 fn shape(u: f64) -> f64 {
@@ -77,7 +77,7 @@ fn intervals_of_slope_and_crowning_hold() {
         let mut random = Random::new(count as u64);
         let covered = coverage(RUNS, truth(&clean[0], &asked), || {
             let found = evaluated(&noisy(&clean, 0.5, &mut random), &asked).traces.remove(0);
-            [found.slope.unwrap(), found.crowning.unwrap()]
+            [found.slope_interval_um.unwrap(), found.crowning_interval_um.unwrap()]
         });
         assert_holds(&format!("{count} samples"), &covered);
     }
@@ -93,7 +93,7 @@ fn intervals_over_a_hole_hold() {
     let whole = trace(&gear, Kind::Helix, Side::Left, 120, shape);
     let covered = coverage(300, truth(&whole, &asked), || {
         let found = evaluated(&noisy(&clean, 0.5, &mut random), &asked).traces.remove(0);
-        [found.slope.unwrap(), found.crowning.unwrap()]
+        [found.slope_interval_um.unwrap(), found.crowning_interval_um.unwrap()]
     });
     assert!(covered.iter().all(|share| (0.91..=1.0).contains(share)), "{covered:?}");
 }
@@ -119,18 +119,18 @@ fn intervals_of_twists_and_of_the_surface_of_traces_hold() {
         assert!((value.unwrap().value.abs() - truth).abs() < 1e-6, "{value:?} {truth}");
     }
     let signs: Vec<f64> = values.iter().map(|value| value.unwrap().value.signum()).collect();
-    let twist = evaluated(&clean, &asked).twists[0].twist;
+    let twist = evaluated(&clean, &asked).twists[0].twist_um;
     assert!((twist.abs() - truth[0]).abs() < 1e-6);
     let mut random = Random::new(41);
     let mut twists = 0;
     let truth: [f64; 5] = std::array::from_fn(|k| signs[k] * truth[k + 1]);
     let covered = coverage(RUNS, truth, || {
         let found = evaluated(&noisy(&clean, 0.4, &mut random), &asked);
-        let [low, high] = found.twists[0].interval.unwrap();
+        let [low, high] = found.twists[0].interval_um.unwrap();
         twists += usize::from(low <= twist && twist <= high);
         let f = &found.surfaces[0].figures;
         [f.profile_slope, f.helix_slope, f.profile_crowning, f.helix_crowning, f.twist]
-            .map(|figure| figure.unwrap().inference.unwrap())
+            .map(|figure| figure.unwrap().inference.unwrap().interval)
     });
     assert_holds("surface", &covered);
     assert_holds("twist of two helices", &[twists as f64 / RUNS as f64]);
@@ -143,8 +143,8 @@ fn decisions(slope: f64, limits: ToleranceLimits) -> [f64; 3] {
     let asked = Settings { limits: limits.into(), sign: SlopeSign::Vdi, ..plain() };
     let mut made = [0usize; 3];
     for _ in 0..RUNS {
-        let found = evaluated(&noisy(&clean, 1.0, &mut random), &asked).traces.remove(0).slope.unwrap();
-        let conformity = found.conformity.unwrap();
+        let found = evaluated(&noisy(&clean, 1.0, &mut random), &asked).traces.remove(0);
+        let conformity = found.slope_conformity.unwrap();
         assert_eq!(conformity.probability[0], conformity.probability[1]);
         made[conformity.decision as usize] += 1;
     }
@@ -154,7 +154,7 @@ fn decisions(slope: f64, limits: ToleranceLimits) -> [f64; 3] {
 /// A part at its limit is found to conform, or not to, in one measurement of twenty each.
 #[test]
 fn a_part_at_its_limit_is_rarely_told_to_conform() {
-    let told = ToleranceLimits { helix_slope: Some([-50.0, 6.0]), ..ToleranceLimits::default() };
+    let told = ToleranceLimits { helix_slope_um: Some([-50.0, 6.0]), ..ToleranceLimits::default() };
     let order = [Decision::Conforms, Decision::DoesNotConform, Decision::CannotBeTold];
     assert_eq!(order.map(|decision| decision as usize), [0, 1, 2]);
     let [conforms, not, open] = decisions(6.0, told);
@@ -223,7 +223,7 @@ fn intervals_of_the_surface_of_a_flank_hold() {
             let found = [s.profile_slope, s.helix_slope, s.profile_crowning, s.helix_crowning, s.twist];
             let found = found.map(|figure| figure.inference.unwrap());
             assert!(found.iter().all(|one| one.kind == kind || kind == IntervalKind::BiasAware));
-            found
+            found.map(|one| one.interval)
         });
         // what a norm limit wins may hold more often than it says
         let most = if kind == IntervalKind::BiasAware { 1.0 } else { 0.972 };
@@ -240,7 +240,7 @@ fn decisions_on_biased_figures_are_no_bolder() {
     // that the twist is no greater than what it is
     let (c, norm) = (2.0, 1.02 * 2.0 * length(4).sqrt());
     let spec = FitSpec { coefficient_norm_limit: Some(norm), ..FitSpec::new(Model::Linear) };
-    let limits = ToleranceLimits { twist: Some([-60.0, 4.0 * c]), ..ToleranceLimits::default() };
+    let limits = ToleranceLimits { twist_um: Some([-60.0, 4.0 * c]), ..ToleranceLimits::default() };
     let asked = settings_of(spec, limits);
     let mut random = Random::new(3);
     let (mut conforms, mut apart) = (0, 0);
@@ -283,7 +283,7 @@ fn limits_and_levels_that_there_are_not_are_refused() {
     };
     let limits = |limits: ToleranceLimits| Settings { limits: limits.into(), ..settings() };
     let told = ToleranceLimits::default();
-    let turned = refused(limits(ToleranceLimits { twist: Some([2.0, -2.0]), ..told }));
+    let turned = refused(limits(ToleranceLimits { twist_um: Some([2.0, -2.0]), ..told }));
     assert_eq!(turned.0, "evaluation.tolerance_limits.twist_um");
     assert!(turned.1.starts_with("2 to -2 µm leave nothing between them"), "{}", turned.1);
     let class = refused(limits(ToleranceLimits { class: Some(12), ..told }));

@@ -18,7 +18,7 @@ fn signs_are_those_documented() {
         for kind in KINDS {
             for side in SIDES {
                 let rising = trace(&gear, kind, side, 50, |u| u - 3.0 * u * u);
-                let slope = |sign| one(&gear, &rising, &Settings { given, sign, ..settings() }).slope.signum();
+                let slope = |sign| one(&gear, &rising, &Settings { given, sign, ..settings() }).slope_um.signum();
                 let side_sign = side.sign();
                 // what the flank does, as seen by material
                 let material = match given {
@@ -31,7 +31,7 @@ fn signs_are_those_documented() {
                 assert_eq!(slope(SlopeSign::Vdi), material);
                 let din = if kind == Kind::Profile { material } else { side_sign * material };
                 assert_eq!(slope(SlopeSign::Din), din);
-                let crowning = one(&gear, &rising, &Settings { given, ..settings() }).crowning;
+                let crowning = one(&gear, &rising, &Settings { given, ..settings() }).crowning_um;
                 near(crowning, 3.0 * material, 1e-9);
             }
         }
@@ -59,7 +59,7 @@ fn a_right_hand_deviation_is_positive_on_both_flanks() {
             let values = one(&nominal, &helix, &Settings { direction, ..settings() });
             let right = if hand == Hand::Right { 1.0 } else { -1.0 };
             // Δβ seen over the face width on this cylinder
-            assert!(right * values.slope > 0.05 && right * values.slope < 0.5, "{hand:?} {side:?} {values:?}");
+            assert!(right * values.slope_um > 0.05 && right * values.slope_um < 0.5, "{hand:?} {side:?} {values:?}");
         }
     }
 }
@@ -72,9 +72,9 @@ fn reversed_face_width_turns_the_helix_slope() {
         let mut turned = helix.clone();
         turned.at.iter_mut().for_each(|z| *z = 20.0 - *z);
         let (a, b) = (one(&gear, &helix, &settings()), one(&gear, &turned, &settings()));
-        near(b.slope, -a.slope, 1e-9);
-        near(b.form, a.form, 1e-9);
-        near(b.crowning, a.crowning, 1e-9);
+        near(b.slope_um, -a.slope_um, 1e-9);
+        near(b.form_um, a.form_um, 1e-9);
+        near(b.crowning_um, a.crowning_um, 1e-9);
     }
 }
 
@@ -82,29 +82,29 @@ fn reversed_face_width_turns_the_helix_slope() {
 fn reference_lengths_extend_the_slope() {
     let gear = gear();
     let helix = trace(&gear, Kind::Helix, Side::Left, 50, |u| 9.0 * u);
-    let slope = |reference| {
-        let helix_settings = Some(HelixSettings { reference, ..HelixSettings::on([1.0, 19.0]) });
-        one(&gear, &helix, &Settings { helix: helix_settings, ..settings() }).slope
+    let slope = |reference, reference_length| {
+        let helix_settings = Some(HelixSettings { reference, reference_length, ..HelixSettings::on([1.0, 19.0]) });
+        one(&gear, &helix, &Settings { helix: helix_settings, ..settings() }).slope_um
     };
-    near(slope(HelixReference::EvaluationRange), 18.0, 1e-9);
-    near(slope(HelixReference::FaceWidth), 20.0, 1e-9);
-    near(slope(HelixReference::Given(36.0)), 36.0, 1e-9);
+    near(slope(HelixReference::EvaluationRange, None), 18.0, 1e-9);
+    near(slope(HelixReference::FaceWidth, None), 20.0, 1e-9);
+    near(slope(HelixReference::FaceWidth, Some(36.0)), 36.0, 1e-9);
 
     let [low, high] = range(&gear, Kind::Profile);
     let profile = trace(&gear, Kind::Profile, Side::Right, 50, |u| 9.0 * u);
-    let slope = |reference| {
-        let asked = ProfileSettings { reference, ..ProfileSettings::on([101.0, 107.0]) };
-        one(&gear, &profile, &Settings { profile: Some(asked), ..settings() }).slope
+    let slope = |reference, reference_length| {
+        let asked = ProfileSettings { reference, reference_length, ..ProfileSettings::on([101.0, 107.0]) };
+        one(&gear, &profile, &Settings { profile: Some(asked), ..settings() }).slope_um
     };
-    near(slope(ProfileReference::EvaluationRange), 18.0, 1e-9);
+    near(slope(ProfileReference::EvaluationRange, None), 18.0, 1e-9);
     let tip = gear.roll_length(2.0 * gear.tip_radius()).expect("above the base circle");
-    near(slope(ProfileReference::ToTip), 18.0 * (tip - low) / (high - low), 1e-9);
-    near(slope(ProfileReference::Given(1.0)), 18.0 / (high - low), 1e-9);
+    near(slope(ProfileReference::ToTip, None), 18.0 * (tip - low) / (high - low), 1e-9);
+    near(slope(ProfileReference::ToTip, Some(1.0)), 18.0 / (high - low), 1e-9);
     // along the normal everything is cos β_b smaller
     let normal = Settings { direction: Direction::Normal, ..settings() };
     near(
-        one(&gear, &profile, &normal).total * gear.base_helix_angle().cos(),
-        one(&gear, &profile, &settings()).total,
+        one(&gear, &profile, &normal).total_um * gear.base_helix_angle().cos(),
+        one(&gear, &profile, &settings()).total_um,
         1e-9,
     );
 }
@@ -119,5 +119,5 @@ fn an_internal_profile_rises_towards_its_tip() {
     let mut profile = trace(&gear, Kind::Profile, Side::Left, 50, |_| 0.0);
     profile.deviation = profile.at.iter().map(|l| low - l).collect();
     let values = one(&gear, &profile, &Settings { profile: asked, ..settings() });
-    assert!(values.slope > 0.0, "{values:?}");
+    assert!(values.slope_um > 0.0, "{values:?}");
 }

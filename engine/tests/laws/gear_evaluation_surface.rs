@@ -13,7 +13,7 @@ use flankfit_engine::{
                 Border, FigureTerms, FlankNodes, FlankSurface, Reference, SurfaceSettings, flank_figures, flank_surface,
             },
             settings::{DeviationSign, SlopeSign},
-            warning::{SurfaceWarning, share},
+            warning::SurfaceWarning,
         },
         trace::Direction,
     },
@@ -143,7 +143,7 @@ proptest! {
             for (found, want) in figures(&surface).into_iter().zip(put) {
                 near(found, want, 1e-6);
             }
-            near(surface.remainder.peak_to_valley, 0.0, 1e-6);
+            near(surface.form.peak_to_valley_um, 0.0, 1e-6);
             prop_assert_eq!(surface.nodes.posted, rows * columns);
             prop_assert_eq!(surface.nodes.used + surface.nodes.missing, rows * columns);
         }
@@ -164,8 +164,8 @@ proptest! {
                 figure);
             prop_assert!(figure.std_error.is_some_and(|e| e > 0.0));
         }
-        prop_assert!(surface.remainder.peak_to_valley <= 2.0 * surface.remainder.max_abs + 1e-12);
-        prop_assert!(surface.remainder.rms <= surface.remainder.max_abs);
+        prop_assert!(surface.form.peak_to_valley_um <= 2.0 * surface.form.max_abs_um + 1e-12);
+        prop_assert!(surface.form.rms_um <= surface.form.max_abs_um);
     }
 }
 
@@ -180,14 +180,14 @@ fn trimming_cuts_the_range_and_its_figures() {
     for (found, want) in figures(&surface).into_iter().zip([1.0, 5.0, 4.0, 1.0, 1.5, 3.0]) {
         near(found, want, 1e-6);
     }
-    near(surface.roll_lengths[0], 20.0, 1e-12);
-    near(surface.z[1], 14.5, 1e-12);
+    near(surface.roll_length_range_mm[0], 20.0, 1e-12);
+    near(surface.z_range_mm[1], 14.5, 1e-12);
     assert_eq!((surface.nodes.used, surface.nodes.trimmed), (21 * 21, 41 * 41 - 21 * 21));
     // only the tip's border
     let border = Border { tip: 50.0, ..Border::default() };
     let surface = fitted(&gear, &full.nodes(), &SurfaceSettings { border, ..settings() });
-    near(surface.roll_lengths[0], 18.0, 1e-12);
-    near(surface.roll_lengths[1], 22.0, 1e-12);
+    near(surface.roll_length_range_mm[0], 18.0, 1e-12);
+    near(surface.roll_length_range_mm[1], 22.0, 1e-12);
 }
 
 #[test]
@@ -228,7 +228,7 @@ fn internal_gears_and_diameters() {
     }
     let border = Border { tip: 40.0, ..Border::default() };
     let cut = fitted(&internal, &full.nodes(), &SurfaceSettings { border, ..settings() });
-    near(cut.roll_lengths[0], 21.2, 1e-9);
+    near(cut.roll_length_range_mm[0], 21.2, 1e-9);
 }
 
 #[test]
@@ -272,11 +272,11 @@ fn what_the_nodes_do_not_cover_is_held_against_no_limits() {
     let full = grid(5, 9, second_order([0.0, 1.0, 1.0, 1.0, 1.0, 0.0]));
     let wide = Some([-90.0, 90.0]);
     let limits = ToleranceLimits {
-        profile_slope: wide,
-        helix_slope: wide,
-        profile_crowning: wide,
-        helix_crowning: wide,
-        twist: wide,
+        profile_slope_um: wide,
+        helix_slope_um: wide,
+        profile_crowning_um: wide,
+        helix_crowning_um: wide,
+        twist_um: wide,
         ..ToleranceLimits::default()
     };
     let cut = |root: f64, toe: f64| {
@@ -290,10 +290,10 @@ fn what_the_nodes_do_not_cover_is_held_against_no_limits() {
     // 3 of 5 rows are left: 0.5 of 0.9; of 9 columns 7: 0.75 of 0.9
     let (held, warnings) = cut(5.0, 5.0);
     assert_eq!(held, [false, false, true, true, false]);
-    let [SurfaceWarning::RangeNotCovered { path: "border_percent", reached, range }] = warnings[..] else {
+    let [SurfaceWarning::RangeNotCovered { path: "border_percent", covered, .. }] = warnings[..] else {
         panic!("{warnings:?}")
     };
-    near(share(reached, range), 0.5 / 0.9, 1e-9);
+    near(covered, 0.5 / 0.9, 1e-9);
     assert!(warnings[0].to_string().contains("55.6 % of the range"), "{}", warnings[0]);
     // a border at the nodes
     assert_eq!(cut(25.0, 12.5), ([true; 5], vec![]));

@@ -125,7 +125,7 @@ proptest! {
             for (a, b) in errors(&before).into_iter().zip(errors(&after)).skip(1) {
                 near(b.unwrap(), a.unwrap(), 1e-9);
             }
-            near(after.remainder.rms, before.remainder.rms, 1e-9);
+            near(after.rms_um, before.rms_um, 1e-9);
             prop_assert_eq!(after.figures.mean, None);
         }
         let exact = values(&surface(&gear, &zeroed(&traces), &plain()));
@@ -234,7 +234,7 @@ fn without_a_range_the_figures_are_over_what_was_measured() {
     let traces = lines(&gear, &[-0.5, 0.5], &[], 80, [0.0, 1.0, 0.0, 0.0, 3.0, 0.0]);
     let found = surface(&gear, &traces, &Settings { helix: None, ..plain() });
     let [low, high] = range(&gear, Kind::Helix);
-    assert!((found.z[0] - (low + 0.25 * (high - low))).abs() < 1e-9);
+    assert!((found.z_range_mm[0] - (low + 0.25 * (high - low))).abs() < 1e-9);
     near(found.figures.twist.unwrap().value, 4.0 * 3.0 * 0.5, 1e-8);
 }
 

@@ -65,8 +65,8 @@ fn base_values_of_two_gears() {
         [(83, 2.03, 18.0, 28.0, 179.0857, 26.519), (26, 1.44, 17.0, 25.0, 39.1433, 23.838)]
     {
         let geometry = Geometry::of(&Gear::new(data(teeth, module, alpha, beta)).unwrap());
-        assert!((geometry.base_diameter - base).abs() < 5e-5, "{}", geometry.base_diameter);
-        assert!((geometry.base_helix_angle.to_degrees() - helix).abs() < 5e-4);
+        assert!((geometry.base_diameter_mm - base).abs() < 5e-5, "{}", geometry.base_diameter_mm);
+        assert!((geometry.base_helix_angle_deg - helix).abs() < 5e-4);
     }
 }
 
@@ -76,7 +76,7 @@ fn spans_of_the_usual_table() {
     for (teeth, k, length) in [(10, 2, 4.5683), (17, 2, 4.6663), (20, 3, 7.6604), (30, 4, 10.7526), (40, 5, 13.8448)] {
         let gear = Gear::new(data(teeth, 1.0, 20.0, 0.0)).unwrap();
         let span = Span::over(&gear, k, None).unwrap();
-        assert!((span.length - length).abs() < 6e-5, "{teeth} {}", span.length);
+        assert!((span.length_mm - length).abs() < 6e-5, "{teeth} {}", span.length_mm);
         if teeth >= 17 {
             assert_eq!(Geometry::of(&gear).span.unwrap().teeth, k);
         }
@@ -92,7 +92,7 @@ fn a_textbook_pinion_is_undercut_below_17_teeth() {
         assert_eq!(geometry.undercut, undercut, "{teeth}");
         // x_min = h* − z sin² α / 2 = 1 − z / 17.097.
         let least = 1.0 - f64::from(teeth) / (2.0 / 20f64.to_radians().sin().powi(2));
-        assert!((geometry.least_profile_shift.unwrap() - least).abs() < 1e-12);
+        assert!((geometry.least_profile_shift_coefficient.unwrap() - least).abs() < 1e-12);
         assert_eq!(geometry.warnings.iter().any(|w| matches!(w, Warning::Undercut { .. })), undercut);
     }
 }
@@ -102,12 +102,12 @@ fn a_pointed_tooth_is_told() {
     let gear = Gear::new(GearData { profile_shift: 1.2, ..data(12, 2.0, 20.0, 0.0) }).unwrap();
     let geometry = Geometry::of(&gear);
     let at = geometry.warnings.iter().find_map(|w| match w {
-        Warning::PointedTip { pointed_diameter, .. } => Some(*pointed_diameter),
+        Warning::PointedTip { pointed_diameter_mm, .. } => Some(*pointed_diameter_mm),
         _ => None,
     });
     let at = at.unwrap();
-    assert!(at < geometry.tip_diameter && geometry.tip_thickness.transverse == 0.0);
-    assert!((geometry.tip_form_diameter - at).abs() < 1e-9);
+    assert!(at < geometry.tip_diameter_mm && geometry.tip_thickness_mm == 0.0);
+    assert!((geometry.tip_form_diameter_mm - at).abs() < 1e-9);
     assert!(tooth_thickness(&gear, gear.roll_length(at).unwrap()).transverse < 1e-12);
 }
 
@@ -189,16 +189,16 @@ proptest! {
         let data = gear.data();
         let thickness = gear.transverse_module() * (FRAC_PI_2 + 2.0 * data.profile_shift * data.pressure_angle.tan());
         let geometry = Geometry::of(&gear);
-        prop_assert!((geometry.tooth_thickness.transverse - thickness).abs() < 1e-12 * thickness);
-        prop_assert!((geometry.tooth_thickness.normal - thickness * data.helix_angle.cos()).abs() < 1e-12 * thickness);
+        prop_assert!((geometry.tooth_thickness_mm - thickness).abs() < 1e-12 * thickness);
+        prop_assert!((geometry.normal_tooth_thickness_mm - thickness * data.helix_angle.cos()).abs() < 1e-12 * thickness);
         let roll = gear.roll_length(2.0 * gear.reference_radius()).unwrap();
         prop_assert!((tooth_thickness(&gear, roll).transverse - thickness).abs() < 1e-11 * gear.reference_radius());
         // From the points of both flanks, by their polar angles.
         let [left, right] = [Side::Left, Side::Right].map(|side| Flank::new(&gear, side).at(roll, 0.0).point);
         let angle = (-left.x).atan2(left.y) - (-right.x).atan2(right.y);
         prop_assert!((angle * gear.reference_radius() - thickness).abs() < 1e-11 * gear.reference_radius());
-        let pitch = geometry.tooth_thickness.transverse + geometry.space_width.transverse;
-        prop_assert!((pitch - geometry.transverse_pitch).abs() < 1e-12 * pitch);
+        let pitch = geometry.tooth_thickness_mm + geometry.space_width_mm;
+        prop_assert!((pitch - geometry.transverse_pitch_mm).abs() < 1e-12 * pitch);
     }
 
     #[test]
@@ -228,7 +228,7 @@ proptest! {
             return Ok(());
         }
         let span = geometry.span.unwrap();
-        let half = 0.5 * span.length;
+        let half = 0.5 * span.length_mm;
         let (sin, cos) = gear.base_helix_angle().sin_cos();
         // Left flank of the leftmost tooth, right flank of the rightmost one.
         let shift = PI * f64::from(span.teeth - 1) / gear.teeth();
@@ -240,26 +240,26 @@ proptest! {
         let left = Flank::new(&gear, Side::Left).at(half * cos, z);
         let right = Flank::new(&gear, Side::Right).at(half * cos, -z);
         let (a, b) = (turned(left.point, shift), turned(right.point, -shift));
-        prop_assert!(((a - b).norm() - span.length).abs() < 1e-10 * gear.reference_radius());
+        prop_assert!(((a - b).norm() - span.length_mm).abs() < 1e-10 * gear.reference_radius());
         let normal = turned(left.normal, shift);
-        prop_assert!((normal.dot(&((a - b) / span.length)) - 1.0).abs() < 1e-10);
+        prop_assert!((normal.dot(&((a - b) / span.length_mm)) - 1.0).abs() < 1e-10);
         prop_assert!((normal + turned(right.normal, -shift)).norm() < 1e-9);
-        prop_assert!((2.0 * a.x.hypot(a.y) - span.contact_diameter).abs() < 1e-9 * span.contact_diameter);
+        prop_assert!((2.0 * a.x.hypot(a.y) - span.contact_diameter_mm).abs() < 1e-9 * span.contact_diameter_mm);
     }
 
     #[test]
     fn a_ball_touches_both_flanks_of_its_space(gear in any_gear(), z in -20.0..20.0f64) {
         let Some(balls) = Geometry::of(&gear).balls else { return Ok(()) };
-        let roll = gear.roll_length(balls.contact_diameter).unwrap();
+        let roll = gear.roll_length(balls.contact_diameter_mm).unwrap();
         let place = Flank::new(&gear, Side::Left).at(roll, z);
-        let centre = place.point + 0.5 * balls.ball_diameter * place.normal;
+        let centre = place.point + 0.5 * balls.ball_diameter_mm * place.normal;
         let scale = gear.reference_radius();
-        prop_assert!((2.0 * centre.x.hypot(centre.y) - balls.centre_diameter).abs() < 1e-9 * scale);
+        prop_assert!((2.0 * centre.x.hypot(centre.y) - balls.centre_diameter_mm).abs() < 1e-9 * scale);
         // The middle of the space left of the tooth, which turns with z.
         let turn = (-centre.x).atan2(centre.y) - gear.turn_per_length() * centre.z - PI / gear.teeth();
         prop_assert!(((turn + PI).rem_euclid(2.0 * PI) - PI).abs() < 1e-9);
-        let again = Balls::with(&gear, balls.ball_diameter, None).unwrap();
-        prop_assert!((again.dimension - balls.dimension).abs() < 1e-12 * scale);
+        let again = Balls::with(&gear, balls.ball_diameter_mm, None).unwrap();
+        prop_assert!((again.dimension_mm - balls.dimension_mm).abs() < 1e-12 * scale);
     }
 
     #[test]

@@ -279,7 +279,7 @@ fn faults_have_fields() {
 fn a_grid_that_leaves_the_flank_says_so() {
     let gear = Gear::new(GearData { face_width: Some(10.0), ..data(40, 2.0, 20.0, 15.0) }).unwrap();
     let geometry = Geometry::of(&gear);
-    let (form, tip) = (geometry.roll_length_root_form, geometry.roll_length_tip_form);
+    let (form, tip) = (geometry.form_roll_length_mm, geometry.tip_form_roll_length_mm);
     let grid = |values: Vec<f64>, positions| FlankGrid::new(&gear, &spec(Side::Left, values, positions), None).unwrap();
     assert!(grid(vec![form, tip], vec![0.0, 10.0]).warnings.is_empty());
     let found = grid(vec![0.5 * form, form, tip, tip + 1.0, tip + 2.0], vec![-6.0, 6.0]).warnings;

@@ -163,7 +163,7 @@ proptest! {
             prop_assert!((form - roll).abs() < 1e-10 * scale);
         }
         let geometry = Geometry::of(&gear);
-        prop_assert_eq!(geometry.undercut, geometry.least_profile_shift.unwrap() > gear.data().profile_shift + 1e-12);
+        prop_assert_eq!(geometry.undercut, geometry.least_profile_shift_coefficient.unwrap() > gear.data().profile_shift + 1e-12);
     }
 
     #[test]
@@ -172,18 +172,18 @@ proptest! {
         let Some(tool) = data.tool.as_mut() else { return Ok(()) };
         tool.protuberance = 0.0;
         let Ok(plain) = Gear::new(data.clone()) else { return Ok(()) };
-        let least = Geometry::of(&plain).least_profile_shift.unwrap();
+        let least = Geometry::of(&plain).least_profile_shift_coefficient.unwrap();
         if least.abs() > 1.0 {
             return Ok(());
         }
         data.profile_shift = least;
         let Ok(critical) = Gear::new(data.clone()) else { return Ok(()) };
         let geometry = Geometry::of(&critical);
-        prop_assert!(!geometry.undercut && geometry.roll_length_root_form < 1e-6 * critical.reference_radius());
+        prop_assert!(!geometry.undercut && geometry.form_roll_length_mm < 1e-6 * critical.reference_radius());
         data.profile_shift = least - 0.05;
         if let Ok(below) = Gear::new(data) {
             let geometry = Geometry::of(&below);
-            prop_assert!(geometry.undercut && geometry.root_form_diameter > geometry.base_diameter);
+            prop_assert!(geometry.undercut && geometry.form_diameter_mm > geometry.base_diameter_mm);
             let told = geometry.warnings.iter().any(|w| matches!(w, Warning::Undercut { .. }));
             prop_assert!(told);
         }
@@ -197,7 +197,7 @@ proptest! {
         prop_assert!(area > 0.0);
         prop_assert!(is_simple(&closed));
         // Nearly as large as its mean width times its height.
-        let depth = Geometry::of(&gear).tooth_depth;
+        let depth = Geometry::of(&gear).tooth_depth_mm;
         prop_assert!(area < 1.3 * depth * gear.transverse_module() * PI
             && area > 0.1 * depth * gear.transverse_module());
         let whole = tooth.gear();
@@ -341,7 +341,7 @@ fn roots_of_internal_gears_touch_involute_and_root_circle() {
         let points = arc.points(50);
         let (foot, end) = (points[0], points[50]);
         assert!((foot.radius - gear.root_radius()).abs() < 1e-11);
-        assert!((2.0 * end.radius - geometry.root_form_diameter).abs() < 1e-11);
+        assert!((2.0 * end.radius - geometry.form_diameter_mm).abs() < 1e-11);
         let half = Flank::new(&gear, Side::Left).half_angle(arc.form_roll);
         assert!((end.half_angle - half).abs() < 1e-12);
         // No point of the arc lies outside the root circle, or in the material next to the
@@ -362,7 +362,7 @@ fn a_protuberance_starts_the_involute_higher() {
         let tool = Tool { tip_radius: 0.6, addendum_factor: 1.4, protuberance };
         let gear = Gear::new(GearData { tool: Some(tool), ..data(40, 2.0, 20.0, 15.0) }).unwrap();
         let geometry = Geometry::of(&gear);
-        (geometry.root_form_diameter, geometry.warnings.iter().any(|w| w.code() == "protuberance"))
+        (geometry.form_diameter_mm, geometry.warnings.iter().any(|w| w.code() == "protuberance"))
     };
     let (without, no) = form(0.0);
     let (little, yes) = form(0.02);
@@ -377,7 +377,7 @@ fn a_root_circle_and_a_tool_that_disagree_are_told() {
         let gear =
             Gear::new(GearData { tool: Some(tool), root_diameter: Some(root), ..data(40, 2.0, 20.0, 0.0) }).unwrap();
         let geometry = Geometry::of(&gear);
-        assert!((geometry.generated_root_diameter.unwrap() - 75.0).abs() < 1e-9);
+        assert!((geometry.generated_root_diameter_mm.unwrap() - 75.0).abs() < 1e-9);
         geometry.warnings.iter().map(Warning::code).collect::<Vec<_>>()
     };
     assert_eq!(codes(74.0), ["root_below_tool"]);

@@ -96,7 +96,7 @@ proptest! {
             let (got, made) = (answer.pose.get(motion), pose.get(motion));
             prop_assert!((got - made).abs() < 2e-9, "{}: {got} instead of {made}", motion.name());
         }
-        prop_assert!(answer.rms_after < 1e-9 * size && answer.rms_before > 0.1, "{}", answer.rms_after);
+        prop_assert!(answer.rms_after_um < 1e-9 * size && answer.rms_before_um > 0.1, "{}", answer.rms_after_um);
         prop_assert!(answer.motions.iter().all(|moved| moved.determined && moved.std_error.is_some()));
         prop_assert!(answer.deviations.nodes.iter().all(|node| node.deviation.abs() < 1e-7));
     }
@@ -111,10 +111,10 @@ proptest! {
         let touches = moved(&places(&gear, 4, &[Side::Left, Side::Right], form, 0.0), &pose);
         let first = registered(&reference, &measured(&reference, &touches, 0.0), &FIVE, &plain());
         let second = registered(&reference, &first.deviations, &FIVE, &plain());
-        prop_assert!(first.converged && first.rms_after < 6.0 && first.rms_before > first.rms_after);
+        prop_assert!(first.converged && first.rms_after_um < 6.0 && first.rms_before_um > first.rms_after_um);
         prop_assert!(second.iterations <= 2, "{} iterations", second.iterations);
         prop_assert!(second.pose.values.iter().all(|value| value.abs() < 1e-6), "{:?}", second.pose.values);
-        prop_assert!((second.rms_after - first.rms_after).abs() < 1e-9);
+        prop_assert!((second.rms_after_um - first.rms_after_um).abs() < 1e-9);
     }
 
     #[test]
@@ -141,7 +141,7 @@ proptest! {
         prop_assert!((joint(&answer.pose) - joint(&pose)).abs() < 1e-7);
         // all of it is rotation, however the columns are scaled
         prop_assert_eq!(answer.pose.get(Motion::AxialShift), 0.0);
-        prop_assert!(answer.rms_after < 1e-7 && answer.fit.coefficients.iter().any(|c| c.term == SCREW));
+        prop_assert!(answer.rms_after_um < 1e-7 && answer.fit.coefficients.iter().any(|c| c.term == SCREW));
         for moved in &answer.motions {
             let joined = matches!(moved.motion, Motion::Rotation | Motion::AxialShift);
             prop_assert_eq!(moved.determined, !joined);
@@ -170,10 +170,10 @@ fn rotation_and_axial_shift_on_one_flank_are_told_to_be_the_same() {
         assert!(named, "{}", told.sentence);
         let spectrum = &answer.every_motion.as_ref().expect("the fit of both").spectrum;
         assert_eq!((spectrum.rank, spectrum.eigenvalues[0]), (1, 0.0));
-        assert!(answer.rms_after < 1e-8);
+        assert!(answer.rms_after_um < 1e-8);
         // one of them alone takes all of it
         let alone = registered(&reference, &deviations, &[Motion::Rotation], &plain());
-        assert!(alone.rms_after < 1e-8 && alone.every_motion.is_none() && alone.indistinguishable.is_empty());
+        assert!(alone.rms_after_um < 1e-8 && alone.every_motion.is_none() && alone.indistinguishable.is_empty());
         let lead = gear.turn_per_length();
         assert!((alone.pose.get(Motion::Rotation) - (100.0 - 1e3 * lead * 10.0)).abs() < 1e-6);
     }
@@ -211,7 +211,9 @@ fn a_single_flank_has_a_regularised_answer() {
     let deviations = measured(&reference, &noisy, 0.0);
     let answer = registered(&reference, &deviations, &Motion::ALL, &FitSpec::new(Model::Linear));
     let free = registered(&reference, &deviations, &Motion::ALL, &plain());
-    assert!(answer.converged && answer.rms_after <= answer.rms_before && free.rms_after <= answer.rms_after);
+    assert!(
+        answer.converged && answer.rms_after_um <= answer.rms_before_um && free.rms_after_um <= answer.rms_after_um
+    );
     let most = |answer: &Registration| answer.motions.iter().map(|m| m.value.abs()).fold(0.0, f64::max);
     assert!(most(&answer) < most(&free), "{} and {}", most(&answer), most(&free));
     // the screw, and what is nearly the same over one flank
@@ -256,7 +258,7 @@ fn modified_flanks_and_forms_are_what_remains() {
     let touches = moved(&places(&gear, 4, &[Side::Left, Side::Right], |s, l, z| -relief(s, l, z), 0.0), &pose);
     let deviations = measured(&reference, &touches, 0.0);
     let answer = registered(&reference, &deviations, &FIVE, &plain());
-    assert!(answer.rms_after < 1e-8, "{}", answer.rms_after);
+    assert!(answer.rms_after_um < 1e-8, "{}", answer.rms_after_um);
     for motion in FIVE {
         assert!((answer.pose.get(motion) - pose.get(motion)).abs() < 1e-7);
     }

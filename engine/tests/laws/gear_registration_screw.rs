@@ -53,7 +53,7 @@ fn a_part_that_was_only_turned_is_not_shifted() {
                 let [axial, rotation] = SCREW.map(|motion| answer.pose.get(motion));
                 assert!(axial.abs() < 0.1, "{axial} µm at {turn} with {amount}");
                 assert!((rotation - turn).abs() < 1e-2, "{rotation} instead of {turn}");
-                assert!(answer.rms_after < 1e-3, "{} µm at {turn} with {amount}", answer.rms_after);
+                assert!(answer.rms_after_um < 1e-3, "{} µm at {turn} with {amount}", answer.rms_after_um);
                 assert!(answer.deviations.nodes.iter().all(|node| (9.99..34.01).contains(&node.z)));
                 let message = answer.warnings.iter().find(|warning| warning.code() == "motions_indistinguishable");
                 assert!(
@@ -78,7 +78,7 @@ fn crowning_tells_a_real_axial_shift() {
                 let answer = laid(&gear, 10.0, &touches, motions, &plain());
                 let found = SCREW.map(|motion| answer.pose.get(motion));
                 assert!((found[0] - axial).abs() < 1e-2 && (found[1] - turn).abs() < 1e-2, "{found:?} {axial} {turn}");
-                assert!(answer.rms_after < 1e-4 && answer.converged, "{}", answer.rms_after);
+                assert!(answer.rms_after_um < 1e-4 && answer.converged, "{}", answer.rms_after_um);
                 assert!(has(&answer, "axial_shift_by_modification") && !has(&answer, "motions_indistinguishable"));
                 assert!(answer.motions.iter().all(|moved| moved.determined && moved.std_error.is_some()));
             }
@@ -92,7 +92,7 @@ fn without_a_slope_along_z_a_screw_is_rotation() {
     let answer = laid(&gear, 0.0, &part(&gear, 0.0, &screwed(300.0, 0.0)), &Motion::ALL, &plain());
     let [axial, rotation] = SCREW.map(|motion| answer.pose.get(motion));
     assert_eq!(axial, 0.0);
-    assert!((rotation + 1e3 * gear.turn_per_length() * 300.0).abs() < 1e-3 && answer.rms_after < 1e-6);
+    assert!((rotation + 1e3 * gear.turn_per_length() * 300.0).abs() < 1e-3 && answer.rms_after_um < 1e-6);
 }
 
 /// Noise of 0.5 µm: a turned part stays unshifted, and the errors of a shifted one are those of the

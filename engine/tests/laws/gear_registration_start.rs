@@ -142,7 +142,7 @@ fn large_motions_no_longer_end_on_wrong_flanks() {
         let answer = laid(&gear, &part(&gear, &mut random, &pose, [false; 2]), &FIVE);
         let worst = errors(&answer, &pose, gear.pitch_angle()).into_iter().fold(0.0, f64::max);
         assert!(worst < 4.0 && answer.converged, "{worst}");
-        assert!(answer.rms_after < 1.0, "{}", answer.rms_after);
+        assert!(answer.rms_after_um < 1.0, "{}", answer.rms_after_um);
         let codes: Vec<_> = answer.warnings.iter().map(|warning| warning.code()).collect();
         assert_eq!(codes[0], "rotation_modulo_pitch");
         assert_eq!(codes[1..].contains(&"flanks_reassigned"), reassigned, "{values:?}: {codes:?}");
@@ -250,7 +250,7 @@ fn regularisation_counts_from_where_the_part_lies() {
         let answer = register_from(&reference, &deviations, &asked, &begun).expect("a registration");
         // at home the fit counts from 0
         assert_eq!(answer.motions.iter().all(|moved| moved.start == 0.0), rotation == 0.0);
-        assert!(answer.converged && answer.rms_after < 0.5, "{}", answer.rms_after);
+        assert!(answer.converged && answer.rms_after_um < 0.5, "{}", answer.rms_after_um);
         after.push(answer);
     }
     // noise of 0.3 µm does not become motions of millimetres

@@ -183,7 +183,7 @@ fn an_axial_shift_that_stands_for_a_rotation_is_said() {
     let answer = laid(&gear, &touches, &[Motion::AxialShift]).expect("a registration");
     assert!(answer.converged && answer.pose.get(Motion::AxialShift).abs() > 50_000.0, "{:?}", answer.pose);
     let named = answer.warnings.iter().find_map(|warning| match warning {
-        Warning::AxialShiftForRotation { rotation, .. } => Some(*rotation),
+        Warning::AxialShiftForRotation { rotation_urad, .. } => Some(*rotation_urad),
         _ => None,
     });
     assert!((named.expect("a warning") - turn).abs() < 100.0, "{named:?}");

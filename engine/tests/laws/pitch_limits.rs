@@ -39,7 +39,7 @@ fn single(limits: PitchLimits, of: &Pitch, uncertainty: Option<f64>) -> Held {
 fn classes_bound_what_has_no_limits_of_its_own() {
     let class = |class| PitchLimits { class: Some(class), ..PitchLimits::default() };
     let found = single(class(5), &measured(pair()), None);
-    assert!((found.limits[1] - 5.9).abs() < 1e-12 && found.limits[0] == -found.limits[1], "{found:?}");
+    assert!((found.limits_um[1] - 5.9).abs() < 1e-12 && found.limits_um[0] == -found.limits_um[1], "{found:?}");
     assert_eq!((found.within, found.conformity), (Some(false), None));
     assert_eq!(single(class(6), &measured(pair()), None).within, Some(true), "5.9 √2 = 8.3");
     let tolerances = Tolerances::new(&gear()).ok();
@@ -47,14 +47,14 @@ fn classes_bound_what_has_no_limits_of_its_own() {
         class.cumulative_pitch(&measured(pair()), tolerances.as_ref(), Rounding::Unrounded, None).unwrap()
     };
     let found = cumulative(class(5));
-    assert!(found.limits[0] == 0.0 && (found.limits[1] - 19.1).abs() < 1e-12 && found.within == Some(true));
-    let own = cumulative(PitchLimits { cumulative: Some([0.0, 6.5]), ..class(5) });
-    assert_eq!((own.limits, own.within), ([0.0, 6.5], Some(false)), "F_p is 7");
+    assert!(found.limits_um[0] == 0.0 && (found.limits_um[1] - 19.1).abs() < 1e-12 && found.within == Some(true));
+    let own = cumulative(PitchLimits { cumulative_pitch_um: Some([0.0, 6.5]), ..class(5) });
+    assert_eq!((own.limits_um, own.within), ([0.0, 6.5], Some(false)), "F_p is 7");
     let mut readings = vec![0.0; 50];
     readings[3] = 17.2;
     let runout = from_readings(&gear(), &readings, Rounding::Unrounded).unwrap();
     let found = class(5).runout(&runout, tolerances.as_ref(), Rounding::Unrounded, None).unwrap();
-    assert!((found.limits[1] - 17.19).abs() < 1e-12 && found.within == Some(false), "{found:?}");
+    assert!((found.limits_um[1] - 17.19).abs() < 1e-12 && found.within == Some(false), "{found:?}");
     assert_eq!(class(5).runout(&runout, None, Rounding::Unrounded, None), None, "outside the standard");
 }
 
@@ -65,8 +65,8 @@ fn every_single_pitch_must_lie_within() {
     let mut given = pair();
     given[10] = 9.0;
     given[30] = -2.0;
-    let told = |low: f64, high: f64| PitchLimits { single_pitch: Some([low, high]), ..PitchLimits::default() };
-    assert_eq!(measured(given.clone()).single_pitch.map(|found| found.value), Some(9.0));
+    let told = |low: f64, high: f64| PitchLimits { single_pitch_um: Some([low, high]), ..PitchLimits::default() };
+    assert_eq!(measured(given.clone()).single_pitch.map(|found| found.value_um), Some(9.0));
     assert_eq!(single(told(-3.0, 10.0), &measured(given.clone()), None).within, Some(false));
     assert_eq!(single(told(-8.0, 10.0), &measured(given), None).within, Some(true));
 }
@@ -74,14 +74,14 @@ fn every_single_pitch_must_lie_within() {
 /// Φ(1) = 0.841 where the limit is one standard uncertainty away, Φ(2) = 0.977 at two.
 #[test]
 fn decisions_take_the_uncertainty_that_is_told() {
-    let told = |high: f64| PitchLimits { single_pitch: Some([-100.0, high]), ..PitchLimits::default() };
+    let told = |high: f64| PitchLimits { single_pitch_um: Some([-100.0, high]), ..PitchLimits::default() };
     let decided = |high: f64| single(told(high), &measured(pair()), Some(1.0)).conformity.unwrap();
     assert!((decided(8.0).probability[0] - 0.841_344_746).abs() < 1e-8);
     assert_eq!(decided(8.0).decision, Decision::CannotBeTold);
     assert_eq!(decided(9.0).decision, Decision::Conforms);
     assert_eq!(decided(5.0).decision, Decision::DoesNotConform);
     // a range near 0 is not thought to lie below it
-    let tiny = PitchLimits { cumulative: Some([0.0, 20.0]), ..PitchLimits::default() };
+    let tiny = PitchLimits { cumulative_pitch_um: Some([0.0, 20.0]), ..PitchLimits::default() };
     let found = tiny.cumulative_pitch(&measured(vec![0.0; 50]), None, Rounding::Unrounded, Some(2.0)).unwrap();
     let conformity = found.conformity.unwrap();
     assert_eq!((conformity.decision, conformity.limits), (Decision::Conforms, [0.0, 20.0]));
@@ -92,7 +92,7 @@ fn decisions_take_the_uncertainty_that_is_told() {
 fn with_teeth_missing_nothing_is_said_to_conform() {
     let mut given = pair();
     given[40] = f64::NAN;
-    let told = |high: f64| PitchLimits { single_pitch: Some([-10.0, high]), ..PitchLimits::default() };
+    let told = |high: f64| PitchLimits { single_pitch_um: Some([-10.0, high]), ..PitchLimits::default() };
     let found = single(told(10.0), &measured(given.clone()), Some(1.0));
     assert_eq!((found.within, found.conformity), (None, None));
     assert_eq!(single(told(6.0), &measured(given), None).within, Some(false));

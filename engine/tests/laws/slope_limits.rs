@@ -99,7 +99,7 @@ fn slopes_of_traces(gear: &Gear, z: [f64; 2], limits: ToleranceLimits) -> ([Slop
     let evaluated = evaluate(gear, &posted, &settings).expect("the traces are sound");
     let figures = evaluated.surfaces[0].figures;
     let slopes = [figures.profile_slope, figures.helix_slope].map(|slope| slope.expect("determined"));
-    (slopes.map(|slope| (slope.value, slope.limits)), evaluated.traces[0].values.expect("evaluated").slope)
+    (slopes.map(|slope| (slope.value, slope.limits)), evaluated.traces[0].values.expect("evaluated").slope_um)
 }
 
 #[track_caller]
@@ -113,7 +113,7 @@ fn alike(found: Option<[f64; 2]>, want: [f64; 2]) {
 fn slopes_are_extended_to_the_whole_or_have_their_share_of_the_limits() {
     let gear = gear();
     let (profile, helix) = ([-5.0, 7.0], [2.0, 10.0]);
-    let told = ToleranceLimits { profile_slope: Some(profile), helix_slope: Some(helix), ..Default::default() };
+    let told = ToleranceLimits { profile_slope_um: Some(profile), helix_slope_um: Some(helix), ..Default::default() };
     let class = ToleranceLimits { class: Some(5), ..Default::default() };
     let tolerances = Tolerances::new(&gear).expect("within the scope");
     let of = |characteristic| tolerances.rounded(characteristic, 5).expect("class 5");
@@ -146,8 +146,11 @@ fn slopes_are_extended_to_the_whole_or_have_their_share_of_the_limits() {
 /// face width, helix slopes refer to the evaluated length.
 #[test]
 fn borders_and_a_missing_face_width() {
-    let told =
-        ToleranceLimits { profile_slope: Some([-5.0, 5.0]), helix_slope: Some([-6.0, 6.0]), ..Default::default() };
+    let told = ToleranceLimits {
+        profile_slope_um: Some([-5.0, 5.0]),
+        helix_slope_um: Some([-6.0, 6.0]),
+        ..Default::default()
+    };
     let border = Border { root: 12.5, tip: 12.5, toe: 0.0, heel: 0.0 };
     let settings = SurfaceSettings { border, ..settings_of(spec(), told) };
     let evaluated = surface(&gear(), [1.0, 19.0], &settings);
@@ -156,7 +159,8 @@ fn borders_and_a_missing_face_width() {
     alike(extended.profile_slope.limits, [-5.0, 5.0]);
     near(extended.profile_slope.value, evaluated.profile_slope.value / 0.75, 1e-9);
     near(extended.profile_crowning.value, evaluated.profile_crowning.value, 1e-12);
-    assert_eq!(extended.references, [ROLL[1] - ROLL[0], FACE_WIDTH]);
+    let references = [extended.profile_reference_length_mm, extended.helix_reference_length_mm];
+    assert_eq!(references, [ROLL[1] - ROLL[0], FACE_WIDTH]);
     let open = Gear::new(flankfit_engine::gear::GearData { face_width: None, ..super::gear_evaluation::data() });
     let open = open.expect("it exists");
     for terms in [AS_FITTED, EXTENDED] {
@@ -173,7 +177,8 @@ fn figures_count_in_the_direction_asked_for() {
     let gear = gear();
     // sin β_b = sin β cos α_n
     let scale = (15f64.to_radians().sin() * 20f64.to_radians().cos()).asin().cos();
-    let limits = ToleranceLimits { class: Some(6), profile_crowning: Some([1.0, 4.0]), ..ToleranceLimits::default() };
+    let limits =
+        ToleranceLimits { class: Some(6), profile_crowning_um: Some([1.0, 4.0]), ..ToleranceLimits::default() };
     let settings = settings_of(spec(), limits);
     let given = |direction| SurfaceSettings { direction, ..settings.clone() };
     let asked = |direction| SurfaceSettings { terms: FigureTerms { direction, ..AS_FITTED }, ..settings.clone() };
@@ -187,7 +192,7 @@ fn figures_count_in_the_direction_asked_for() {
             near(other.value, factor * transverse.value, 1e-9);
             near(other.std_error.expect("known"), factor * transverse.std_error.expect("known"), 1e-9);
         }
-        near(other.remainder.peak_to_valley, factor * transverse.remainder.peak_to_valley, 1e-9);
+        near(other.form.peak_to_valley_um, factor * transverse.form.peak_to_valley_um, 1e-9);
         assert_eq!(other.result.residuals.rms, transverse.result.residuals.rms);
     }
     let normal = of(&asked(Direction::Normal));

@@ -69,10 +69,7 @@ fn traces(text: &str, column: Column) -> Vec<Trace> {
 /// The ranges that the instrument evaluated.
 fn settings(given: DeviationSign) -> Settings {
     Settings {
-        profile: Some(ProfileSettings {
-            reference: ProfileReference::Given(5.5516),
-            ..ProfileSettings::on([50.3, 54.022])
-        }),
+        profile: Some(ProfileSettings { reference_length: Some(5.5516), ..ProfileSettings::on([50.3, 54.022]) }),
         helix: Some(HelixSettings::on([0.75, 14.25])),
         given,
         sign: SlopeSign::Din,
@@ -99,26 +96,31 @@ fn slopes_are_those_that_the_instrument_printed() {
             Kind::Profile => ("f_Halpha", "f_falpha", "F_alpha", PROFILE),
             Kind::Helix => ("f_Hbeta", "f_fbeta", "F_beta", HELIX),
         };
-        let side = if trace.side == Side::Left { "left" } else { "right" };
+        let side = if trace.flank == Side::Left { "left" } else { "right" };
         let figure = |name: &str| printed[name][side][&trace.tooth].as_f64();
         let shown = |name| figure(name).map_or("-".to_owned(), |f| f.to_string());
         println!(
             "{side} {:>3} {slope:>8} {:7.2} (printed {}) {form} {:6.2} ({}) {total} {:6.2} ({})",
             trace.tooth,
-            values.slope,
+            values.slope_um,
             shown(slope),
-            values.form,
+            values.form_um,
             shown(form),
-            values.total,
+            values.total_um,
             shown(total)
         );
         if let Some(printed) = figure(slope) {
-            assert!((values.slope - printed).abs() <= within, "{side} {}: {} {printed}", trace.tooth, values.slope);
+            assert!(
+                (values.slope_um - printed).abs() <= within,
+                "{side} {}: {} {printed}",
+                trace.tooth,
+                values.slope_um
+            );
             compared += 1;
         }
-        assert!(values.slope.abs() < 60.0 && values.form > 0.0 && values.total > 0.0, "{trace:?}");
-        assert!(values.slope_std_error.is_some_and(|e| e > 0.0 && e < 3.0), "{trace:?}");
-        // 36 of 40 samples lie in the range, and samples reach over it on both sides
+        assert!(values.slope_um.abs() < 60.0 && values.form_um > 0.0 && values.total_um > 0.0, "{trace:?}");
+        assert!(values.slope_std_error_um.is_some_and(|e| e > 0.0 && e < 3.0), "{trace:?}");
+        // 36 of 40 samples lie in the range, and samples reach beyond it on both sides
         assert_eq!(trace.samples.used, 36);
         assert!(trace.classes.is_some());
     }
@@ -142,13 +144,13 @@ fn the_sign_of_the_curve_file_leads_to_the_same_slopes() {
     let raw = evaluated(&traces(&text, Column::Printed), &settings(DeviationSign::Clockwise));
     for (a, b) in din.traces.iter().zip(&raw.traces) {
         // lines have the sign of the posted deviations
-        let turned = match (a.kind, a.side) {
+        let turned = match (a.kind, a.flank) {
             (Kind::Helix, _) | (Kind::Profile, Side::Left) => -1.0,
             (Kind::Profile, Side::Right) => 1.0,
         };
         let as_posted = |v: Values| Values {
-            line: v.line.map(|height| turned * height),
-            parabola: v.parabola.map(|height| turned * height),
+            mean_line_um: v.mean_line_um.map(|height| turned * height),
+            mean_parabola_um: v.mean_parabola_um.map(|height| turned * height),
             ..v
         };
         assert_eq!((&a.tooth, a.values), (&b.tooth, b.values.map(as_posted)));
@@ -161,13 +163,13 @@ fn the_sign_of_the_curve_file_leads_to_the_same_slopes() {
 fn twist_and_means_are_told_apart() {
     let text = file("97340-neu_nodes.csv");
     let answer = evaluated(&traces(&text, Column::Din), &settings(DeviationSign::Din));
-    let counts: BTreeMap<_, _> = answer.summaries.iter().map(|s| ((s.kind, s.side), s.count)).collect();
+    let counts: BTreeMap<_, _> = answer.summaries.iter().map(|s| ((s.kind, s.flank), s.count)).collect();
     assert_eq!(counts[&(Kind::Helix, Side::Left)], 2);
     assert_eq!(counts[&(Kind::Profile, Side::Right)], 3);
     // printed: helices k −6.7 and f 0.8 (S = −7.5), profiles o 0.0 and u 23.8 (−23.8)
-    let twist = |kind| answer.twists.iter().find(|t| t.kind == kind && t.side == Side::Left).expect("tooth 1 has it");
-    assert!((twist(Kind::Helix).twist + 7.5).abs() < 2.0 * HELIX);
-    assert_eq!(twist(Kind::Helix).sections, Some([51.0, 53.0]));
-    assert!((twist(Kind::Profile).twist + 23.8).abs() < 2.0 * PROFILE);
+    let twist = |kind| answer.twists.iter().find(|t| t.kind == kind && t.flank == Side::Left).expect("tooth 1 has it");
+    assert!((twist(Kind::Helix).twist_um + 7.5).abs() < 2.0 * HELIX);
+    assert_eq!(twist(Kind::Helix).sections_mm, Some([51.0, 53.0]));
+    assert!((twist(Kind::Profile).twist_um + 23.8).abs() < 2.0 * PROFILE);
     assert_eq!(answer.twists.len(), 4);
 }

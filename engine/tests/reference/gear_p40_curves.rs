@@ -61,12 +61,12 @@ fn file_without_ends(name: &str, ends: Option<f64>) -> File {
     let length = |length: &flankfit_engine::formats::klingelnberg::Length| length.length.left.unwrap();
     let settings = Settings {
         profile: Some(ProfileSettings {
-            reference: ProfileReference::Given(length(&rules.profile_length)),
+            reference_length: Some(length(&rules.profile_length)),
             tip_relief: profile.tip_relief.left.map(|range| [range.start, range.end]),
             ..ProfileSettings::on(of(profile.evaluated.left))
         }),
         helix: Some(HelixSettings {
-            reference: HelixReference::Given(length(&rules.helix_length)),
+            reference_length: Some(length(&rules.helix_length)),
             ..HelixSettings::on(
                 ends.map_or_else(|| of(helix.evaluated.left), |ends| [ends, of(helix.measured.left)[1] - ends]),
             )
@@ -94,14 +94,14 @@ type OfTrace = fn(&Evaluated) -> f64;
 
 /// Returns how a figure of traces is read: slope, form or total.
 fn figure(quantity: &str) -> Option<(Kind, OfTrace)> {
-    let slope: fn(&Evaluated) -> f64 = |trace| trace.values.expect("evaluated").slope;
-    let form: fn(&Evaluated) -> f64 = |trace| trace.values.expect("evaluated").form;
-    let total: fn(&Evaluated) -> f64 = |trace| trace.values.expect("evaluated").total;
+    let slope: fn(&Evaluated) -> f64 = |trace| trace.values.expect("evaluated").slope_um;
+    let form: fn(&Evaluated) -> f64 = |trace| trace.values.expect("evaluated").form_um;
+    let total: fn(&Evaluated) -> f64 = |trace| trace.values.expect("evaluated").total_um;
     Some(match quantity {
         "f_Halpha" => (Kind::Profile, slope),
         "f_falpha" => (Kind::Profile, form),
         "F_alpha" => (Kind::Profile, total),
-        "f_Ko" => (Kind::Profile, |trace| trace.values.expect("evaluated").tip_relief.expect("a relief")),
+        "f_Ko" => (Kind::Profile, |trace| trace.values.expect("evaluated").tip_relief_um.expect("a relief")),
         "f_Hbeta" => (Kind::Helix, slope),
         "f_fbeta" => (Kind::Helix, form),
         "F_beta" => (Kind::Helix, total),
@@ -112,7 +112,7 @@ fn figure(quantity: &str) -> Option<(Kind, OfTrace)> {
 /// Returns the engine's result for a printed value of the traces.
 fn of_traces(file: &File, value: &Value) -> Option<f64> {
     let (kind, figure) = figure(value["quantity"].as_str()?)?;
-    let on = |trace: &&Evaluated| trace.kind == kind && Some(trace.side) == side(value);
+    let on = |trace: &&Evaluated| trace.kind == kind && Some(trace.flank) == side(value);
     let of_flank = || file.found.iter().filter(on);
     if value["statistic"] == "tooth" {
         let number = value["tooth"].as_u64().expect("a tooth").to_string();
@@ -146,15 +146,15 @@ fn pitches(file: &File, side: Side) -> pitch::Pitch {
 
 fn of_pitches(file: &File, value: &Value) -> Option<f64> {
     let flank = || pitches(file, side(value).expect("of a flank"));
-    let amount = |extreme: Option<pitch::Extreme>| extreme.map(|extreme| extreme.value.abs());
+    let amount = |extreme: Option<pitch::Extreme>| extreme.map(|extreme| extreme.value_um.abs());
     match value["quantity"].as_str()? {
         "f_p" => amount(flank().single_pitch),
-        "f_u" => amount(flank().adjacent),
-        "F_p" => flank().cumulative,
+        "f_u" => amount(flank().adjacent_pitch_difference),
+        "F_p" => flank().cumulative_pitch_um,
         "F_pz/8" => amount(flank().sector_pitch_1995),
-        "R_p" => flank().single_range,
+        "R_p" => flank().single_pitch_range_um,
         "R_s" => thickness_variation(&pitches(file, Side::Left), &pitches(file, Side::Right)),
-        "F_r" => Some(from_readings(&file.gear, &readings(file), Rounding::Rounded).expect("readings").runout),
+        "F_r" => Some(from_readings(&file.gear, &readings(file), Rounding::Rounded).expect("readings").runout_um),
         _ => None,
     }
 }
@@ -233,12 +233,12 @@ fn the_length_that_profile_slopes_of_the_instrument_are_taken_over() {
             let number = value["tooth"].as_u64().expect("a tooth").to_string();
             let tooth = value["position"].as_str().unwrap_or(&number);
             let is = |trace: &Evaluated| {
-                trace.kind == Kind::Profile && Some(trace.side) == side(value) && trace.tooth == tooth
+                trace.kind == Kind::Profile && Some(trace.flank) == side(value) && trace.tooth == tooth
             };
             let at = file.found.iter().position(is).expect("a trace");
             let (found, trace) = (&file.found[at], &file.traces[at]);
             let length = file.curves.header.rules().profile_length.length.left.expect("code 82");
-            let slope = found.values.expect("evaluated").slope / length;
+            let slope = found.values.expect("evaluated").slope_um / length;
             let measured = trace.at[trace.at.len() - 1] - trace.at[0];
             let used = found.samples.used as f64;
             let step = measured / (trace.at.len() - 1) as f64;
@@ -277,7 +277,7 @@ fn tooth_thickness_comes_from_the_places_of_contact() {
     for name in FILES {
         let file = file(name);
         let found = file.curves.thickness(&file.gear).expect("places of both flanks of all teeth");
-        assert_eq!(found.teeth, 6);
+        assert_eq!(found.span_teeth, 6);
         let printed = |quantity: &str, statistic: &str| {
             let is = |value: &&Value| value["quantity"] == quantity && value["statistic"] == statistic;
             file.printed.iter().find(is).and_then(|value| value["value"].as_f64()).expect("printed")
@@ -288,8 +288,8 @@ fn tooth_thickness_comes_from_the_places_of_contact() {
                 assert!(off > -0.0006 && off < within, "{name} {quantity} {statistic}: {value}, {off} below");
             }
         };
-        near(found.span, "W_k", 0.0022);
-        near(found.over_balls.expect("code 28"), "M_dK", 0.0049);
+        near(found.span_mm, "W_k", 0.0022);
+        near(found.over_balls_mm.expect("code 28"), "M_dK", 0.0049);
         // the header of the pinions has the opposite sign of x
         let mut notes = Default::default();
         file.curves.gear(&mut notes);
@@ -318,8 +318,8 @@ fn burrs_are_those_of_one_wheel() {
         });
         with_place
             .map(|(trace, place)| {
-                assert!(place.from < 0.2 && place.to < 1.5 && place.height > 9.0, "{name}: {place:?}");
-                (trace.kind, trace.side, trace.tooth)
+                assert!(place.from_mm < 0.2 && place.to_mm < 1.5 && place.height_um > 9.0, "{name}: {place:?}");
+                (trace.kind, trace.flank, trace.tooth)
             })
             .collect()
     };

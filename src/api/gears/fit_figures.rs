@@ -6,7 +6,7 @@ use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use super::{
-    evaluation::{figures::FigureBody, request::DirectionName},
+    evaluation::request::DirectionName,
     figure_limits::{self, Spanned},
     gear::of_text,
     notice::NoticeBody,
@@ -44,18 +44,9 @@ use flankfit_engine::{
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = FitFigures)]
 pub struct FitFiguresBody {
-    /// f_Hα over `profile_reference_length_mm`; positive where material grows towards the tip.
-    pub profile_slope_um: Option<FigureBody>,
-    /// f_Hβ over `helix_reference_length_mm`; positive where the helix deviates towards the right
-    /// hand.
-    pub helix_slope_um: Option<FigureBody>,
-    /// Positive where material stands out half-way between root and tip.
-    pub profile_crowning_um: Option<FigureBody>,
-    /// Positive where material stands out half-way between the ends.
-    pub helix_crowning_um: Option<FigureBody>,
-    /// 4 c_uv: how much more the profile slope is at the end of great z than at that of small z, in
-    /// the sign of helix slopes.
-    pub twist_um: Option<FigureBody>,
+    #[serde(flatten)]
+    #[schema(inline)]
+    pub figures: FlankFigures<Figure>,
     /// Direction in which the figures count: that of the job's requirements.
     pub direction: Option<DirectionName>,
     /// Length that the profile slope refers to: the range of the nodes.
@@ -76,17 +67,6 @@ impl FitFiguresBody {
     /// Returns the message on implausible units.
     pub fn implausible(&self) -> Option<&str> {
         self.warnings.iter().find(|warning| warning.code == IMPLAUSIBLE_UNIT).map(|warning| warning.message.as_str())
-    }
-
-    /// Returns the figures with the names of their fields.
-    pub fn named(&self) -> [(&'static str, Option<FigureBody>); 5] {
-        [
-            ("profile_slope_um", self.profile_slope_um),
-            ("helix_slope_um", self.helix_slope_um),
-            ("profile_crowning_um", self.profile_crowning_um),
-            ("helix_crowning_um", self.helix_crowning_um),
-            ("twist_um", self.twist_um),
-        ]
     }
 }
 
@@ -194,10 +174,9 @@ impl OfFlank {
         }
         let height = self.axes.deviation_factor().map_err(unknown)?;
         let v = self.axes.along().map_err(unknown)?;
-        let (profile, unit) = self.axes.profile().map_err(unknown)?.ok_or_else(|| unknown("u is not told".into()))?;
-        let axis = ProfileAxis::from(profile);
+        let (axis, unit) = self.axes.profile().map_err(unknown)?.ok_or_else(|| unknown("u is not told".into()))?;
         // a value of the wire in the unit that the axis is taken in
-        let factor = profile.value(unit);
+        let factor = axis.requested(unit);
         let no_span = || notice("no_extent", "the nodes do not extend over the flank");
         let [(u_low, u_high), (v_low, v_high)] = spans(nodes).ok_or_else(no_span)?;
         let no_involute = || notice("no_involute", "some nodes lie where the gear has no involute");
@@ -275,12 +254,7 @@ impl Asked<'_> {
                 let found = found.kept(|name| !lost.contains(&name));
                 let without = without_suspected.map(|sums| flank.figures(sums, limits));
                 body.warnings.extend(without.map(|without| outliers_suspected(found, without)));
-                let found = found.map(FigureBody::from);
-                body.profile_slope_um = found.profile_slope;
-                body.helix_slope_um = found.helix_slope;
-                body.profile_crowning_um = found.profile_crowning;
-                body.helix_crowning_um = found.helix_crowning;
-                body.twist_um = found.twist;
+                body.figures = found;
                 body.direction = Some(flank.terms.direction);
                 let [profile, helix] = flank.references();
                 body.profile_reference_length_mm = Some(profile);
@@ -336,18 +310,9 @@ fn noise(result: &FitResult) -> Option<Noise> {
 
 /// Returns the warning with the effect of the suspected nodes on the figures.
 fn outliers_suspected(with: FlankFigures<Figure>, without: FlankFigures<Figure>) -> NoticeBody {
-    let all = with.zip(without);
-    let named = [
-        ("profile_slope_um", all.profile_slope),
-        ("helix_slope_um", all.helix_slope),
-        ("profile_crowning_um", all.profile_crowning),
-        ("helix_crowning_um", all.helix_crowning),
-        ("twist_um", all.twist),
-    ];
-    let moved: Vec<MovedFigure> = named
-        .into_iter()
-        .filter_map(|(name, both)| both.map(|(with, without)| MovedFigure::new(name, &with, &without)))
-        .collect();
+    let named = with.zip(without).named().into_iter();
+    let moved: Vec<MovedFigure> =
+        named.filter_map(|(name, both)| both.map(|(with, without)| MovedFigure::new(name, &with, &without))).collect();
     let said = |one: &MovedFigure| format!("{} {:.2} instead of {:.2}", one.name, one.without, one.value);
     let said: Vec<String> = moved.iter().filter(|one| one.moves_beyond_interval()).map(said).collect();
     let message = match said.is_empty() {

@@ -1,6 +1,7 @@
 //! Designed deviations of the flanks of a job from the involute.
 
 use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use super::design::modification::{self, ModificationBody};
@@ -12,91 +13,32 @@ use flankfit_engine::gear::{
     modification::{MOST, Range},
 };
 
-/// Declares figures of a design, followed by further members.
-macro_rules! design {
-    ($(#[$doc:meta])* $name:ident { $($(#[$more_doc:meta])* $more:ident: $of:ty,)* }) => {
-        #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
-        #[serde(deny_unknown_fields)]
-        $(#[$doc])*
-        pub struct $name {
-            /// f_Hα: positive where material grows from root to tip. Default 0, as of each figure.
-            #[serde(default, skip_serializing_if = "Option::is_none")]
-            pub profile_slope_um: Option<f64>,
-            /// f_Hβ, by DIN: positive towards the right hand.
-            #[serde(default, skip_serializing_if = "Option::is_none")]
-            pub helix_slope_um: Option<f64>,
-            /// C_α: positive where material stands out half-way between root and tip.
-            #[serde(default, skip_serializing_if = "Option::is_none")]
-            pub profile_crowning_um: Option<f64>,
-            /// C_β: positive where material stands out half-way between the ends.
-            #[serde(default, skip_serializing_if = "Option::is_none")]
-            pub helix_crowning_um: Option<f64>,
-            /// S, with the sign of f_Hβ: how much more the profile slope is at the end of great z
-            /// than at that of small z.
-            #[serde(default, skip_serializing_if = "Option::is_none")]
-            pub twist_um: Option<f64>,
-            $($(#[$more_doc])* pub $more: $of,)*
-        }
-
-        impl $name {
-            fn figures(&self) -> FlankFigures {
-                FlankFigures {
-                    profile_slope: self.profile_slope_um,
-                    helix_slope: self.helix_slope_um,
-                    profile_crowning: self.profile_crowning_um,
-                    helix_crowning: self.helix_crowning_um,
-                    twist: self.twist_um,
-                }
-            }
-
-            /// Refuses figures that no flank can have.
-            fn check_figures(&self, at: &str, faults: &mut Faults) {
-                for (name, figure) in self.figures().named() {
-                    if let Some(figure) = figure.filter(|figure| figure.abs() > MOST_UM) {
-                        let detail = format!("{figure} µm is more than a design has: {MOST_UM} µm at most");
-                        faults.push(format!("{at}/{name}_um"), detail);
-                    }
-                }
-            }
-        }
-    };
-}
-
-design! {
-    /// How the flanks are meant to deviate from the involute, in µm: figures in the signs in which
-    /// they are measured and along the `direction` of the requirements, and further modifications
-    /// along the normal. All of them refer to one range. `{}` is the unmodified flank. Corrections
-    /// aim at it.
-    #[schema(as = FlankDesign)]
-    DesignBody {
-        /// Of left flanks: each figure here goes before the one for both.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        left: Option<SideDesignBody>,
-        /// Of right flanks, likewise.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        right: Option<SideDesignBody>,
-        /// Diameters between which slope, crowning and twist are meant. By default those of the
-        /// measured nodes; a measurement of another range has its share of them by the curvature.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        #[schema(min_items = 2, max_items = 2)]
-        profile_diameter_range_mm: Option<[f64; 2]>,
-        /// z between which they are meant, `[from, to]`. By default that of the measured nodes.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        #[schema(min_items = 2, max_items = 2)]
-        helix_range_mm: Option<[f64; 2]>,
-        /// Superposed, as `POST /v1/gears/flank` takes them: tip and root relief, end relief and
-        /// others.
-        #[serde(default, skip_serializing_if = "Vec::is_empty")]
-        #[schema(required = false, max_items = 100)]
-        modifications: Vec<ModificationBody>,
-    }
-}
-
-design! {
-    /// How one flank is meant to deviate from the involute, in µm along the `direction` of the
-    /// requirements.
-    #[schema(as = SideDesign)]
-    SideDesignBody {}
+/// Designed deviations of the flanks from the involute, in µm: figures in the signs in which they are
+/// measured and along the `direction` of the requirements, and further modifications along the
+/// normal. All of them refer to one range. `{}` is the unmodified flank. Corrections aim at it.
+#[skip_serializing_none]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = FlankDesign)]
+pub struct DesignBody {
+    #[serde(flatten)]
+    #[schema(inline)]
+    figures: FlankFigures,
+    /// Figures of left flanks, which replace those for both.
+    left: Option<FlankFigures>,
+    /// Figures of right flanks, likewise.
+    right: Option<FlankFigures>,
+    /// Diameters between which slope, crowning and twist are meant. By default those of the
+    /// measured nodes; a measurement of another range has its share of them by the curvature.
+    #[schema(min_items = 2, max_items = 2)]
+    pub profile_diameter_range_mm: Option<[f64; 2]>,
+    /// z between which they are meant, `[from, to]`. By default that of the measured nodes.
+    #[schema(min_items = 2, max_items = 2)]
+    pub helix_range_mm: Option<[f64; 2]>,
+    /// Superposed, as `POST /v1/gears/flank` takes them: tip and root relief, end relief and
+    /// others.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[schema(required = false, max_items = 100)]
+    modifications: Vec<ModificationBody>,
 }
 
 /// Greatest magnitude of a figure, µm.
@@ -113,18 +55,10 @@ impl DesignBody {
     /// Returns the figures for a flank.
     fn of(&self, side: Side) -> FlankFigures {
         let own = match side {
-            Side::Left => &self.left,
-            Side::Right => &self.right,
+            Side::Left => self.left,
+            Side::Right => self.right,
         };
-        let own = own.as_ref().map(SideDesignBody::figures).unwrap_or_default();
-        let both = self.figures();
-        FlankFigures {
-            profile_slope: own.profile_slope.or(both.profile_slope),
-            helix_slope: own.helix_slope.or(both.helix_slope),
-            profile_crowning: own.profile_crowning.or(both.profile_crowning),
-            helix_crowning: own.helix_crowning.or(both.helix_crowning),
-            twist: own.twist.or(both.twist),
-        }
+        own.unwrap_or_default().or(self.figures)
     }
 
     /// Returns the design for a flank of a gear; `at` is its place in the request.
@@ -150,10 +84,12 @@ impl DesignBody {
     /// Refuses a design that is impossible for any flank or, if there is a gear, for that gear.
     pub fn check(&self, gear: Option<&Gear>, at: &str, faults: &mut Faults) {
         let before = faults.count();
-        self.check_figures(at, faults);
-        for (name, own) in [("left", &self.left), ("right", &self.right)] {
-            if let Some(own) = own {
-                own.check_figures(&format!("{at}/{name}"), faults);
+        for (place, figures) in [("", Some(self.figures)), ("/left", self.left), ("/right", self.right)] {
+            for (name, figure) in figures.unwrap_or_default().named() {
+                if let Some(figure) = figure.filter(|figure| figure.abs() > MOST_UM) {
+                    let detail = format!("{figure} µm is more than a design has: {MOST_UM} µm at most");
+                    faults.push(format!("{at}{place}/{name}_um"), detail);
+                }
             }
         }
         let ranges =

@@ -36,7 +36,7 @@ pub struct GearBody {
     pub helix_angle_deg: Option<f64>,
     /// Default right, where the helix angle is not below 0.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub hand: Option<HandName>,
+    pub hand: Option<Hand>,
     /// x, positive towards the tip of the tooth, on internal gears too. Default 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(minimum = -100, maximum = 100)]
@@ -82,7 +82,7 @@ impl GearBody {
     pub fn checked(&self, at: &str) -> Result<Gear, Faults> {
         let helix = self.helix_angle_deg.unwrap_or(0.0);
         let left = helix < 0.0;
-        if left && self.hand == Some(HandName::Right) {
+        if left && self.hand == Some(Hand::Right) {
             let detail = "a helix angle below 0 is a left-hand helix, `hand` says right";
             return Err(Faults::one(format!("{at}/hand"), detail));
         }
@@ -91,7 +91,7 @@ impl GearBody {
             normal_module: self.normal_module_mm,
             pressure_angle: self.normal_pressure_angle_deg.unwrap_or(PRESSURE_ANGLE).to_radians(),
             helix_angle: helix.abs().to_radians(),
-            hand: if left || self.hand == Some(HandName::Left) { Hand::Left } else { Hand::Right },
+            hand: if left || self.hand == Some(Hand::Left) { Hand::Left } else { Hand::Right },
             profile_shift: self.profile_shift_coefficient.unwrap_or(0.0),
             face_width: self.face_width_mm,
             tip_diameter: self.tip_diameter_mm,
@@ -111,14 +111,6 @@ impl GearBody {
 const PRESSURE_ANGLE: f64 = 20.0;
 /// Tip radius of the tool without data, in normal modules (ISO 53, profile A).
 const TIP_RADIUS: f64 = 0.38;
-
-/// Direction of the helix.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum HandName {
-    Right,
-    Left,
-}
 
 /// The tool that generates the root.
 #[skip_serializing_none]

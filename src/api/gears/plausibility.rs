@@ -4,7 +4,6 @@ use super::notice::NoticeBody;
 use crate::api::{
     measurand::{
         axes::{AxesBody, AxisBody},
-        profile_axis::ProfileAxisName,
         units::{LENGTHS, micrometres, sign},
     },
     params::Params,
@@ -88,10 +87,10 @@ pub fn implausible(nodes: &Nodes, axes: &AxesBody, gear: Option<&Gear>, noise: O
 fn of_axis(axis: &AxisBody, values: &[f64], gear: &Gear) -> Option<NoticeBody> {
     let unit = axis.unit.as_str();
     match (axis.quantity.as_str(), unit) {
-        ("roll_length", "deg") => of_profile(ProfileAxisName::RollAngle, 1.0, values, gear, OF_NODES),
-        ("roll_length", "arcmin") => of_profile(ProfileAxisName::RollAngle, 1.0 / 60.0, values, gear, OF_NODES),
-        ("roll_length", _) => of_profile(ProfileAxisName::RollLength, mm(unit)?, values, gear, OF_NODES),
-        ("diameter", _) => of_profile(ProfileAxisName::Diameter, mm(unit)?, values, gear, OF_NODES),
+        ("roll_length", "deg") => of_profile(ProfileAxis::RollAngle, 1.0, values, gear, OF_NODES),
+        ("roll_length", "arcmin") => of_profile(ProfileAxis::RollAngle, 1.0 / 60.0, values, gear, OF_NODES),
+        ("roll_length", _) => of_profile(ProfileAxis::RollLength, mm(unit)?, values, gear, OF_NODES),
+        ("diameter", _) => of_profile(ProfileAxis::Diameter, mm(unit)?, values, gear, OF_NODES),
         ("face_width", _) => of_width(mm(unit)?, values, gear, OF_NODES),
         _ => None,
     }
@@ -106,7 +105,7 @@ fn mm(unit: &str) -> Option<f64> {
 /// gear, or if its places (mm or degrees, and z in mm) are not on it; the deviations are in µm.
 /// Equal deviations were not measured.
 pub fn implausible_flank(
-    axis: ProfileAxisName,
+    axis: ProfileAxis,
     profile: &[f64],
     z: &[f64],
     deviations: &[f64],
@@ -144,7 +143,7 @@ pub fn implausible_pitches(index: &[Option<f64>], gear: &Gear) -> Option<NoticeB
 /// Returns a warning if every trace of a request deviates by less, or every one by more, than those
 /// of any gear; its deviations are in µm. Traces without any deviation were not measured.
 pub fn implausible_traces(evaluation: &Evaluation, gear: &Gear) -> Option<NoticeBody> {
-    let totals = evaluation.traces.iter().filter_map(|trace| trace.values.map(|values| values.total));
+    let totals = evaluation.traces.iter().filter_map(|trace| trace.values.map(|values| values.total_um));
     let [least, most] = ends(&totals.collect::<Vec<_>>())?;
     let usual = usual_range(Some(gear));
     match usual {
@@ -190,20 +189,14 @@ fn of_range(unit: &str, span: f64, usual: [f64; 2], mend: &str) -> Option<Notice
 }
 
 /// Values of the axis, times `factor` in its own unit.
-fn of_profile(
-    axis: ProfileAxisName,
-    factor: f64,
-    values: &[f64],
-    gear: &Gear,
-    mend: &'static str,
-) -> Option<NoticeBody> {
+fn of_profile(axis: ProfileAxis, factor: f64, values: &[f64], gear: &Gear, mend: &'static str) -> Option<NoticeBody> {
     // an angle is the roll length on the base circle
     let (quantity, mm) = match axis {
-        ProfileAxisName::RollAngle => (ProfileAxis::RollLength, factor * 1.0_f64.to_radians() * gear.base_radius()),
-        ProfileAxisName::RollLength => (ProfileAxis::RollLength, factor),
-        ProfileAxisName::Diameter => (ProfileAxis::Diameter, factor),
+        ProfileAxis::RollAngle => (ProfileAxis::RollLength, factor * 1.0_f64.to_radians() * gear.base_radius()),
+        ProfileAxis::RollLength => (ProfileAxis::RollLength, factor),
+        ProfileAxis::Diameter => (ProfileAxis::Diameter, factor),
     };
-    let Geometry { roll_length_root_form: root, roll_length_tip_form: tip, .. } = Geometry::of(gear);
+    let Geometry { form_roll_length_mm: root, tip_form_roll_length_mm: tip, .. } = Geometry::of(gear);
     let (low, high) = (root.min(tip), root.max(tip));
     let allowed = [low - 0.5 * (high - low), high + 0.5 * (high - low)];
     let ends = ends(values)?;

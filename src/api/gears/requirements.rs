@@ -7,15 +7,17 @@ use super::{
     evaluation::{
         against::AgainstName,
         band::{self, KBandBody},
-        conformity::ToleranceLimitsBody,
-        pitch_limits::PitchLimitsBody,
         request::{DirectionName, EvaluationSettingsBody, ReferenceName, figure_terms},
     },
     flank_design::DesignBody,
     notice::NoticeBody,
 };
 use crate::{api::faults::Faults, jobs::Job};
-use flankfit_engine::gear::{Gear, Side, evaluation::flank_surface::FigureTerms, tolerance::Tolerances};
+use flankfit_engine::gear::{
+    Gear, Side,
+    evaluation::{SidedLimits, flank_surface::FigureTerms, pitch_limits::PitchLimits},
+    tolerance::Tolerances,
+};
 
 /// What the flanks of a job must be like. Evaluations of its iterations are held against it unless
 /// they bring limits or bands of their own; what was answered keeps what it was held against.
@@ -30,11 +32,11 @@ use flankfit_engine::gear::{Gear, Side, evaluation::flank_surface::FigureTerms, 
 pub struct RequirementsBody {
     /// Class and limits of figures.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub tolerance_limits: Option<ToleranceLimitsBody>,
+    pub tolerance_limits: Option<SidedLimits>,
     /// Limits of pitch deviations and run-out. Without a class that of `tolerance_limits` bounds
     /// them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub pitch_limits: Option<PitchLimitsBody>,
+    pub pitch_limits: Option<PitchLimits>,
     /// What corrections aim at. Limits are of the flank, not of its distance from the design.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub design: Option<DesignBody>,
@@ -102,17 +104,17 @@ impl RequirementsBody {
     }
 
     /// Likewise the limits of pitches.
-    pub fn fill_pitch(&self, asked: &mut Option<PitchLimitsBody>, gear: &Gear) -> Option<NoticeBody> {
+    pub fn fill_pitch(&self, asked: &mut Option<PitchLimits>, gear: &Gear) -> Option<NoticeBody> {
         if asked.is_some() {
             return None;
         }
         let mut limits = self.pitch_limits.unwrap_or_default();
         limits.class = limits.class.or(self.tolerance_limits.and_then(|limits| limits.class));
-        let refused = limits.of(Side::Left).class_refused(&Tolerances::new(gear));
+        let refused = limits.class_refused(&Tolerances::new(gear));
         if refused.is_some() {
             limits.class = None;
         }
-        *asked = Some(limits).filter(|limits| *limits != PitchLimitsBody::default());
+        *asked = Some(limits).filter(|limits| *limits != PitchLimits::default());
         refused.as_deref().map(class_left_aside)
     }
 
@@ -120,10 +122,10 @@ impl RequirementsBody {
     /// `gear`.
     pub fn check(&self, gear: Option<&Gear>, at: &str, faults: &mut Faults) {
         if let Some(limits) = &self.tolerance_limits {
-            limits.check(&format!("{at}/tolerance_limits"), faults);
+            faults.append(Faults::of_engine(&format!("{at}/tolerance_limits"), &limits.check()));
         }
         if let Some(limits) = &self.pitch_limits {
-            limits.check(&format!("{at}/pitch_limits"), faults);
+            faults.append(Faults::of_engine(&format!("{at}/pitch_limits"), &limits.check()));
         }
         if let Some(design) = &self.design {
             design.check(gear, &format!("{at}/design"), faults);

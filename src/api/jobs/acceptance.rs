@@ -6,7 +6,6 @@ use crate::{
     api::{
         faults::Faults,
         gears::{
-            evaluation::conformity::DecisionName,
             fit_figures::{FitFiguresBody, missing},
             plausibility::IMPLAUSIBLE_UNIT,
             requirements::RequirementsBody,
@@ -15,6 +14,7 @@ use crate::{
     },
     jobs::{Job, Measurand},
 };
+use flankfit_engine::estimation::inference::Decision;
 
 /// Code of the warning of a fit with suspected gross errors.
 const OUTLIERS_SUSPECTED: &str = "outliers_suspected";
@@ -67,13 +67,15 @@ pub fn objections(kept: Kept<'_>) -> Result<Vec<String>, serde_json::Error> {
     let mut all = Vec::new();
     if let Some(figures) = kept.figures {
         let figures: FitFiguresBody = serde_json::from_str(figures)?;
-        for (name, figure) in figures.named() {
-            let Some(conformity) = figure.and_then(|figure| Some((figure.value, figure.conformity?))) else { continue };
+        for (name, figure) in figures.figures.named() {
+            let Some(conformity) = figure.and_then(|one| Some((one.value, one.inference?.conformity?))) else {
+                continue;
+            };
             let (value, conformity) = conformity;
-            if conformity.decision == DecisionName::DoesNotConform {
-                let [low, high] = conformity.limits_um;
+            if conformity.decision == Decision::DoesNotConform {
+                let [low, high] = conformity.limits;
                 let outside = (low - value).max(value - high);
-                all.push(format!("{name} is outside of {low} … {high} µm by {outside:.2} µm"));
+                all.push(format!("{name}_um is outside of {low} … {high} µm by {outside:.2} µm"));
             }
         }
         if figures.warnings.iter().any(|warning| warning.code == IMPLAUSIBLE_UNIT) {
@@ -84,7 +86,7 @@ pub fn objections(kept: Kept<'_>) -> Result<Vec<String>, serde_json::Error> {
     if result.warnings.iter().any(|warning| warning.code == OUTLIERS_SUSPECTED) {
         all.push("some of its nodes are suspected to be gross errors".to_owned());
     }
-    let told = serde_json::to_string(&DecisionName::DoesNotConform)?;
+    let told = serde_json::to_string(&Decision::DoesNotConform)?;
     for (what, result) in [("evaluation", kept.evaluation), ("pitches", kept.pitch)] {
         if result.is_some_and(|result| result.contains(&told)) {
             all.push(format!("by its {what} something does not conform"));

@@ -11,7 +11,10 @@ use crate::{
     api::{gears::fit_figures::FitFiguresBody, json::text::Moment, measurand::side::SideName},
     jobs::{JobPage, JobStatus, JobSummary, ListedJob, monday},
 };
-use flankfit_engine::gear::tolerance::{COARSEST, FINEST};
+use flankfit_engine::gear::{
+    evaluation::flank_surface::FlankFigures,
+    tolerance::{COARSEST, FINEST},
+};
 
 /// A job with the status of its last iteration.
 #[skip_serializing_none]
@@ -64,43 +67,24 @@ pub fn class_of(text: &str) -> Result<u8, String> {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = ShortFigures)]
 pub struct ShortFiguresBody {
-    /// Positive where material grows towards the tip.
-    pub profile_slope_um: Option<f64>,
-    /// Positive where the helix deviates towards the right hand.
-    pub helix_slope_um: Option<f64>,
-    /// Positive where material stands out half-way between root and tip.
-    pub profile_crowning_um: Option<f64>,
-    /// Positive where material stands out half-way between the ends.
-    pub helix_crowning_um: Option<f64>,
-    /// 4 c_uv, in the sign of helix slopes.
-    pub twist_um: Option<f64>,
-    /// Whether all of them lie within their limits; absent where none has some.
+    #[serde(flatten)]
+    #[schema(inline)]
+    pub figures: FlankFigures,
+    /// True if all of them lie within their limits; absent if none has some.
     pub within: Option<bool>,
 }
 
 impl ShortFiguresBody {
-    /// Of a stored document; `None` where it tells no figure.
+    /// Reads a stored document; `None` if it has no figure.
     fn of(document: &str) -> Option<Self> {
         let whole: FitFiguresBody = serde_json::from_str(document).ok()?;
-        let all = [
-            whole.profile_slope_um,
-            whole.helix_slope_um,
-            whole.profile_crowning_um,
-            whole.helix_crowning_um,
-            whole.twist_um,
-        ];
-        let within: Vec<bool> = all.iter().flatten().filter_map(|figure| figure.within).collect();
-        let [profile_slope_um, helix_slope_um, profile_crowning_um, helix_crowning_um, twist_um] =
-            all.map(|figure| figure.map(|figure| figure.value));
+        let all: Vec<_> = whole.figures.named().into_iter().filter_map(|(_, figure)| figure).collect();
+        let within: Vec<bool> = all.iter().filter_map(|figure| figure.within).collect();
         let short = ShortFiguresBody {
-            profile_slope_um,
-            helix_slope_um,
-            profile_crowning_um,
-            helix_crowning_um,
-            twist_um,
+            figures: whole.figures.map(|figure| figure.value),
             within: (!within.is_empty()).then(|| within.into_iter().all(|within| within)),
         };
-        all.iter().any(Option::is_some).then_some(short)
+        (!all.is_empty()).then_some(short)
     }
 }
 

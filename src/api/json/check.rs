@@ -361,7 +361,8 @@ mod tests {
     use serde::de::DeserializeOwned;
 
     use super::*;
-    use crate::api::{gears::design::profile::ToolMotionBody, jobs::job::NewJobBody, json::value::read_value};
+    use crate::api::{jobs::job::NewJobBody, json::value::read_value};
+    use flankfit_engine::gear::generation::envelope::Motion;
 
     fn of<T: DeserializeOwned + ToSchema>(text: &str) -> Vec<String> {
         let mut faults = Faults::default();
@@ -418,7 +419,7 @@ mod tests {
 
     #[test]
     fn the_type_of_a_union_is_a_name() {
-        let of = |text: &str| of::<ToolMotionBody>(text);
+        let of = |text: &str| of::<Motion>(text);
         for wrong in ["0", "1", "2.5", "true", "[]", r#"["rack"]"#, r#"{"rack":1}"#, r#""worm""#] {
             assert_eq!(of(&format!(r#"{{"type":{wrong},"pitch_radius_mm":26}}"#)), ["/type"], "{wrong}");
         }
@@ -429,7 +430,7 @@ mod tests {
             assert_eq!(of(array), [""], "{array}");
         }
         let two = r#"[{"type":1,"pitch_radius_mm":26},["rack",26],{"pitch_radius_mm":26},{"type":"rack"}]"#;
-        assert_eq!(super::tests::of::<Vec<ToolMotionBody>>(two), ["/0/type", "/1", "/2/type", "/3/pitch_radius_mm"]);
+        assert_eq!(super::tests::of::<Vec<Motion>>(two), ["/0/type", "/1", "/2/type", "/3/pitch_radius_mm"]);
     }
 
     #[test]

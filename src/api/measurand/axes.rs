@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
-use super::{profile_axis::ProfileAxisName, side::SideName, units};
+use super::{side::SideName, units};
 use crate::{
     api::{
         faults::Faults,
@@ -19,7 +19,7 @@ use crate::{
 };
 use flankfit_engine::{
     estimation::{FitSpec, Nodes, Recursive},
-    gear::{evaluation::OwnZeros, tooth::check_name},
+    gear::{ProfileAxis, evaluation::OwnZeros, tooth::check_name},
 };
 
 request! {
@@ -223,13 +223,13 @@ impl AxesBody {
 
     /// What u is, with the factor that makes it what the coordinate is taken in; `None` where
     /// nothing is given.
-    pub fn profile(&self) -> Result<Option<(ProfileAxisName, f64)>, String> {
+    pub fn profile(&self) -> Result<Option<(ProfileAxis, f64)>, String> {
         let Some(axis) = &self.u else { return Ok(None) };
         match (axis.quantity.as_str(), axis.unit.as_str()) {
-            ("roll_length", "deg") => Ok(Some((ProfileAxisName::RollAngle, 1.0))),
-            ("roll_length", "arcmin") => Ok(Some((ProfileAxisName::RollAngle, 1.0 / 60.0))),
-            ("roll_length", unit) => Ok(Some((ProfileAxisName::RollLength, to_mm("u", unit)?))),
-            ("diameter", unit) => Ok(Some((ProfileAxisName::Diameter, to_mm("u", unit)?))),
+            ("roll_length", "deg") => Ok(Some((ProfileAxis::RollAngle, 1.0))),
+            ("roll_length", "arcmin") => Ok(Some((ProfileAxis::RollAngle, 1.0 / 60.0))),
+            ("roll_length", unit) => Ok(Some((ProfileAxis::RollLength, to_mm("u", unit)?))),
+            ("diameter", unit) => Ok(Some((ProfileAxis::Diameter, to_mm("u", unit)?))),
             (other, _) => Err(format!(
                 "u of the iteration is `{other}`; along the profile `roll_length` and `diameter` are known"
             )),
@@ -365,8 +365,8 @@ mod tests {
                 r#"{{"u":{{"quantity":"{quantity}","unit":"{unit}"}},"v":{{"quantity":"{quantity}","unit":"{unit}"}}}}"#
             ))
         };
-        assert_eq!(of("roll_length", "deg").profile(), Ok(Some((ProfileAxisName::RollAngle, 1.0))));
-        assert_eq!(of("diameter", "um").profile(), Ok(Some((ProfileAxisName::Diameter, 1e-3))));
+        assert_eq!(of("roll_length", "deg").profile(), Ok(Some((ProfileAxis::RollAngle, 1.0))));
+        assert_eq!(of("diameter", "um").profile(), Ok(Some((ProfileAxis::Diameter, 1e-3))));
         assert_eq!(AxesBody::default().profile(), Ok(None));
         assert!(of("face_width", "mm").profile().is_err() && of("roll_length", "furlong").profile().is_err());
         assert_eq!(of("face_width", "um").along(), Ok(1e-3));

@@ -1,6 +1,5 @@
 //! Description of the measurement: flank, tooth and axes.
 
 pub mod axes;
-pub mod profile_axis;
 pub mod side;
 pub mod units;

@@ -52,7 +52,7 @@ fn with_half_width(mut told: Value, half_width: Option<f64>) -> Value {
 
 /// A figure of a flank with and without the suspected nodes.
 pub struct MovedFigure {
-    pub name: &'static str,
+    pub name: String,
     pub value: f64,
     pub without: f64,
     /// Half-width of the confidence interval without them.
@@ -60,9 +60,9 @@ pub struct MovedFigure {
 }
 
 impl MovedFigure {
-    pub fn new(name: &'static str, with: &Figure, without: &Figure) -> Self {
+    pub fn new(name: &str, with: &Figure, without: &Figure) -> Self {
         let half_width = without.inference.as_ref().map(|one| 0.5 * (one.interval[1] - one.interval[0]));
-        MovedFigure { name, value: with.value, without: without.value, half_width }
+        MovedFigure { name: format!("{name}_um"), value: with.value, without: without.value, half_width }
     }
 
     /// Whether the suspected nodes change it by more than the half-width of its interval.
@@ -80,7 +80,7 @@ impl From<&[MovedFigure]> for Params {
             });
             with_half_width(told, one.half_width)
         };
-        let moved = figures.iter().filter(|one| one.moves_beyond_interval()).map(|one| one.name);
+        let moved = figures.iter().filter(|one| one.moves_beyond_interval()).map(|one| one.name.clone());
         let moves = figures.iter().any(MovedFigure::moves_beyond_interval);
         Params::new()
             .list("figures", figures.iter().map(figure))

@@ -15,13 +15,10 @@ use super::{
     story::{Story, StoryError, chosen},
 };
 use crate::{
-    api::{
-        gears::{evaluation::figures::FigureBody, fit_figures::FitFiguresBody},
-        jobs::{iterations::NewIterationBody, job::JobBody},
-    },
+    api::jobs::{iterations::NewIterationBody, job::JobBody},
     cli::table::Table,
 };
-use flankfit_engine::estimation::result::Cause;
+use flankfit_engine::{estimation::result::Cause, gear::evaluation::flank_surface::Figure};
 
 const JOB: &str = include_str!("../../../examples/requests/job.json");
 const REQUIREMENTS: &str = include_str!("../../../examples/requests/job_requirements.json");
@@ -153,36 +150,28 @@ fn results(before: &[NewIterationBody], after: &[NewIterationBody]) -> Table {
 }
 
 /// Returns figures with their symbols, in the order of a gear inspection sheet.
-fn figures_of(iteration: &NewIterationBody) -> Vec<(&'static str, FigureBody)> {
+fn figures_of(iteration: &NewIterationBody) -> Vec<(&'static str, Figure)> {
+    const NAMES: [&str; 5] =
+        ["f_Hα  profile slope", "f_Hβ  helix slope", "C_α   profile crowning", "C_β   helix crowning", "S     twist"];
     let Some(figures) = iteration.fits.first().and_then(|fit| fit.figures.as_ref()) else { return Vec::new() };
-    let FitFiguresBody { profile_slope_um, helix_slope_um, profile_crowning_um, helix_crowning_um, twist_um, .. } =
-        figures;
-    [
-        ("f_Hα  profile slope", profile_slope_um),
-        ("f_Hβ  helix slope", helix_slope_um),
-        ("C_α   profile crowning", profile_crowning_um),
-        ("C_β   helix crowning", helix_crowning_um),
-        ("S     twist", twist_um),
-    ]
-    .into_iter()
-    .filter_map(|(name, figure)| Some((name, (*figure)?)))
-    .collect()
+    let named = NAMES.into_iter().zip(figures.figures.named());
+    named.filter_map(|(name, (_, figure))| Some((name, figure?))).collect()
 }
 
-fn value(figure: &FigureBody) -> String {
+fn value(figure: &Figure) -> String {
     as_certain_as(figure.value, figure.std_error)
 }
 
 /// Formats the value with its standard error and ✓ or ✗.
-fn marked(figure: &FigureBody) -> String {
+fn marked(figure: &Figure) -> String {
     let mark = figure.within.map_or("", |within| if within { " ✓" } else { " ✗" });
     let error = figure.std_error.map_or_else(String::new, |error| format!(" ± {}", significant(error, 2)));
     format!("{}{error}{mark}", value(figure))
 }
 
-fn limits(figure: &FigureBody) -> String {
+fn limits(figure: &Figure) -> String {
     let short = |end: f64| significant(end, 3);
-    figure.conformity.map_or_else(String::new, |found| match found.limits_um {
+    figure.inference.and_then(|one| one.conformity).map_or_else(String::new, |found| match found.limits {
         [low, high] if low == -high => format!("±{}", short(high)),
         [low, high] => format!("{} … {}", short(low), short(high)),
     })

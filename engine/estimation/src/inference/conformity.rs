@@ -48,14 +48,21 @@ pub enum Decision {
     CannotBeTold,
 }
 
-/// A figure against its limits.
+/// Comparison of a figure with its limits by its standard error (ISO 14253-1): the limits are drawn
+/// in by a guard band, so that a part at a limit is found to conform in about one measurement of
+/// twenty, and one that lies within not to in one of twenty at most, if errors are as the fit takes
+/// them (docs/explanation/intervals.md). Noise alone counts: an error that is the same all over a
+/// flank (alignment, temperature, calibration) is in no residual.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema))]
 pub struct Conformity {
-    /// The limits, ascending.
+    /// The limits that were compared with, µm, ascending.
+    #[cfg_attr(feature = "contract", serde(rename = "limits_um"))]
     pub limits: [f64; 2],
-    /// Least and greatest probability that the true value lies within; equal without a bias.
+    /// Least and greatest probability that the true figure lies within the limits, by Student's
+    /// distribution about the estimate; they differ if the estimate may be biased.
     pub probability: [f64; 2],
-    /// Decision by these probabilities.
+    /// Decision at 0.95.
     pub decision: Decision,
 }
 

@@ -73,6 +73,12 @@ impl Characteristic {
 
 /// Place on the flank of a measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(rename_all = "snake_case"),
+    schema(as = FilePosition)
+)]
 pub enum MeasuringPosition {
     /// In the middle of the flank.
     Middle,
@@ -82,8 +88,14 @@ pub enum MeasuringPosition {
     Second,
 }
 
-/// Teeth of the value.
+/// Teeth of a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(rename_all = "snake_case"),
+    schema(as = FileStatistic)
+)]
 pub enum Statistic {
     /// One measured tooth.
     Tooth,

@@ -23,29 +23,40 @@ use flankfit_gear::{
 /// Difference of x above which no allowance of the tooth thickness explains it: 0.15 modules.
 const ALLOWANCE: f64 = 0.2;
 
-/// Mean, least and greatest, mm.
+/// Length over all places around the gear.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    schema(as = ThicknessSpread)
+)]
 pub struct Spread {
-    /// Mean around the gear.
+    /// Arithmetic mean.
     pub mean: f64,
-    /// Least.
+    /// Least length.
     pub least: f64,
-    /// Greatest.
+    /// Greatest length.
     pub greatest: f64,
 }
 
-/// Tooth thickness around the gear.
+/// Span and dimension over balls around the gear.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "contract",
+    serde_with_macros::skip_serializing_none,
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    schema(as = ToothThickness)
+)]
 pub struct Thickness {
     /// k of W_k.
-    pub teeth: usize,
+    pub span_teeth: usize,
     /// W_k.
-    pub span: Spread,
-    /// Diameter of the balls of M_dK, mm.
-    pub ball: Option<f64>,
-    /// M_dK.
-    pub over_balls: Option<Spread>,
-    /// x_E that follows from the mean W_k.
+    pub span_mm: Spread,
+    /// Diameter of the balls of M_dK.
+    pub ball_diameter_mm: Option<f64>,
+    /// M_dK: over two balls in opposite spaces, or nearly opposite ones of an odd number of teeth.
+    pub over_balls_mm: Option<Spread>,
+    /// x_E, the generating profile shift coefficient that follows from the mean W_k.
     pub profile_shift: f64,
 }
 
@@ -55,7 +66,7 @@ impl Curves {
     pub fn gear(&self, notes: &mut Notes) -> GearFacts {
         let facts = self.header.gear(notes);
         let gear = facts.gear_data().ok().and_then(|data| Gear::new(data).ok());
-        let measured = gear.and_then(|gear| self.thickness(&gear)).map(|found| (Figure::Span, found.span.mean));
+        let measured = gear.and_then(|gear| self.thickness(&gear)).map(|found| (Figure::Span, found.span_mm.mean));
         self.header.compare(&facts, measured, notes);
         facts
     }
@@ -96,7 +107,13 @@ impl Curves {
         }
         let ball = self.header.number(28).filter(|ball| *ball > 0.0);
         let over_balls = ball.and_then(|ball| over_balls(gear, ball, left, right));
-        Some(Thickness { teeth: k, span, ball, over_balls, profile_shift })
+        Some(Thickness {
+            span_teeth: k,
+            span_mm: span,
+            ball_diameter_mm: ball,
+            over_balls_mm: over_balls,
+            profile_shift,
+        })
     }
 }
 

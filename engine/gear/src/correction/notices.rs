@@ -27,7 +27,7 @@ impl Correction {
         let limited: Vec<String> =
             settings.iter().filter(|s| s.limited.is_some() && !s.undetermined).map(|s| s.name.clone()).collect();
         if !limited.is_empty() {
-            warnings.push(Warning::SettingsLimited(limited));
+            warnings.push(Warning::SettingsLimited { settings: limited });
         }
         self.warn_undetermined(settings, warnings);
         let plain = matches!(self.asked.damping, Damping::Given(Regularization::None));
@@ -64,7 +64,7 @@ impl Correction {
         let (alike, hidden): (Vec<usize>, Vec<usize>) = staying.into_iter().partition(|j| self.alike.contains(j));
         warn(alike, &|settings| Warning::UndeterminedSettings { settings, common: Some(common) });
         warn(hidden, &|settings| Warning::UndeterminedSettings { settings, common: None });
-        warn(moved, &Warning::UndeterminedSettingsMoved);
-        warn(unused, &Warning::LimitsWithoutEffect);
+        warn(moved, &|settings| Warning::UndeterminedSettingsMoved { settings });
+        warn(unused, &|settings| Warning::LimitsWithoutEffect { settings });
     }
 }

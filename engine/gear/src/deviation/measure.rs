@@ -35,13 +35,19 @@ impl MeasuredPoint {
     }
 }
 
-/// What becomes of points without a foot.
+/// Use of points without a flank.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(rename_all = "snake_case"),
+    schema(as = StrayPoints)
+)]
 pub enum FootlessPoints {
-    /// The whole measurement is refused; every such point is named.
+    /// The request is refused, and names every one of them.
     #[default]
     Refuse,
-    /// They are undefined, and listed in [`Deviations::strays`].
+    /// They count as undefined and are listed.
     Undefined,
 }
 

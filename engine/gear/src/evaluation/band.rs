@@ -31,23 +31,34 @@ pub struct Band {
     pub lower: Vec<[f64; 2]>,
 }
 
-/// A trace in a band.
+/// Position of a trace in a band.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "contract",
+    serde_with_macros::skip_serializing_none,
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    schema(as = KBandFinding)
+)]
 pub struct Found {
-    /// How far the trace can be shifted within the band, µm; below 0 by how much it is too high for
-    /// it.
-    pub room: f64,
-    /// What takes the trace to the middle of what it has room for, µm of material.
-    pub shift: f64,
-    /// Where it is nearest to the upper and to the lower line, mm.
-    pub nearest: [f64; 2],
-    /// `None` where it would lie within but for stretches of the band that have no samples.
+    /// Number of the band in `evaluation`, from 0.
+    pub band: usize,
+    /// True if some shift of the whole trace takes all its samples into the band; absent if one
+    /// would, but more than 1/20 of the band in one stretch is without samples.
     pub within: Option<bool>,
+    /// Distance that the trace can be shifted within the band; below 0 the height by which it is
+    /// too high for it.
+    pub room_um: f64,
+    /// Shift that takes the trace to the middle of the room, positive towards where material stands
+    /// out.
+    pub shift_um: f64,
+    /// Roll lengths, or z of helices, where the trace is nearest to the upper and to the lower line.
+    pub nearest_mm: [f64; 2],
 }
 
 impl Band {
-    /// Samples (roll length or z, µm), in any order, against the band.
-    pub(super) fn found(&self, gear: &Gear, samples: impl Iterator<Item = [f64; 2]>) -> Option<Found> {
+    /// Returns the position of samples (roll length or z, µm), in any order, in this band, which has
+    /// the number `band`.
+    pub(super) fn found(&self, band: usize, gear: &Gear, samples: impl Iterator<Item = [f64; 2]>) -> Option<Found> {
         let (mut most, mut least) = ([f64::INFINITY, f64::NAN], [f64::NEG_INFINITY, f64::NAN]);
         let mut places = Vec::new();
         for [at, deviation] in samples {
@@ -68,9 +79,10 @@ impl Band {
             return None;
         }
         Some(Found {
-            room,
-            shift: 0.5 * (most[0] + least[0]),
-            nearest: [most[1], least[1]],
+            band,
+            room_um: room,
+            shift_um: 0.5 * (most[0] + least[0]) + 0.0,
+            nearest_mm: [most[1], least[1]],
             within: if room < 0.0 { Some(false) } else { self.is_covered(places).then_some(true) },
         })
     }
@@ -141,7 +153,7 @@ mod tests {
     fn a_trace_is_shifted_to_where_it_has_room() {
         // the shift that a brute search finds, in steps of 0.01 µm
         let trace: Vec<[f64; 2]> = (0..=100).map(|k| 0.1 * f64::from(k)).map(|x| [x, 20.0 - 0.1 * x * x]).collect();
-        let found = band().found(&gear(), trace.iter().copied()).unwrap();
+        let found = band().found(0, &gear(), trace.iter().copied()).unwrap();
         let fits = |shift: f64| {
             trace.iter().all(|[x, y]| {
                 let (upper, lower) = (height(&band().upper, *x).unwrap(), height(&band().lower, *x).unwrap());
@@ -150,20 +162,20 @@ mod tests {
         };
         let shifts: Vec<f64> = (-4000..0).map(|k| 0.01 * f64::from(k)).filter(|shift| fits(*shift)).collect();
         let (first, last) = (shifts[0], shifts[shifts.len() - 1]);
-        assert!((found.room - (last - first)).abs() < 0.03 && (found.shift - 0.5 * (first + last)).abs() < 0.03);
+        assert!((found.room_um - (last - first)).abs() < 0.03 && (found.shift_um - 0.5 * (first + last)).abs() < 0.03);
         assert_eq!(found.within, Some(true));
     }
 
     #[test]
     fn what_no_shift_takes_there_is_outside_and_what_is_not_measured_cannot_be_told() {
         let steep: Vec<[f64; 2]> = (0..=100).map(|k| 0.1 * f64::from(k)).map(|x| [x, 2.0 * x]).collect();
-        let found = band().found(&gear(), steep.iter().copied()).unwrap();
+        let found = band().found(0, &gear(), steep.iter().copied()).unwrap();
         // at x = 10 the upper line is at 0, at x = 0 the lower one at −2: 20 µm rise have 2 µm
-        assert!((found.room - (0.0 - 20.0 + 2.0)).abs() < 1e-12 && found.within == Some(false));
-        assert_eq!(found.nearest, [10.0, 0.0]);
+        assert!((found.room_um - (0.0 - 20.0 + 2.0)).abs() < 1e-12 && found.within == Some(false));
+        assert_eq!(found.nearest_mm, [10.0, 0.0]);
         let flat = |to: usize| (0..=to).map(|k| [0.1 * k as f64, -1.0]);
-        assert_eq!(band().found(&gear(), flat(100)).unwrap().within, Some(true));
-        assert_eq!(band().found(&gear(), flat(90)).unwrap().within, None);
-        assert_eq!(band().found(&gear(), std::iter::once([11.0, 0.0])), None);
+        assert_eq!(band().found(0, &gear(), flat(100)).unwrap().within, Some(true));
+        assert_eq!(band().found(0, &gear(), flat(90)).unwrap().within, None);
+        assert_eq!(band().found(0, &gear(), std::iter::once([11.0, 0.0])), None);
     }
 }

@@ -6,21 +6,38 @@ use super::{
 };
 use crate::{
     Kind,
-    tolerance::{Characteristic, Class, Rounding, Tolerances},
+    tolerance::{Characteristic, Class, Rounding, Tolerances, numbered},
 };
 
 /// Over a hole a slope has the class that it has by so many standard errors more and less.
 pub(crate) const SURE: f64 = 2.0;
 
-/// Classes of slope, form and total deviation.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Classes 1 to 11 of ISO 1328-1:2013. Those coarser than 11 are absent and named by `beyond`.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "contract",
+    serde_with_macros::skip_serializing_none,
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    schema(as = TraceClasses)
+)]
 pub struct Classes {
-    /// `None` where a hole in the trace leaves it open.
-    pub slope: Option<Class>,
-    /// `None` over a hole in the trace.
-    pub form: Option<Class>,
-    /// `None` where a hole in the trace leaves it open.
-    pub total: Option<Class>,
+    /// Class of f_Hα or f_Hβ, 1 to 11.
+    pub slope: Option<u8>,
+    /// Class of f_fα or f_fβ, 1 to 11; none over a hole in the trace.
+    pub form: Option<u8>,
+    /// Class of F_α or F_β, 1 to 11; none over a hole in the trace.
+    pub total: Option<u8>,
+    /// Names of those that exceed even class 11.
+    #[cfg_attr(feature = "contract", serde(default, skip_serializing_if = "Vec::is_empty"))]
+    pub beyond: Vec<String>,
+}
+
+impl Classes {
+    /// Returns the coarsest one.
+    pub(super) fn coarsest(&self) -> Option<Class> {
+        let within = [self.slope, self.form, self.total].into_iter().flatten().max().map(Class::Within);
+        if self.beyond.is_empty() { within } else { Some(Class::Beyond) }
+    }
 }
 
 /// Figures that may have classes.
@@ -46,19 +63,17 @@ impl Classified<'_> {
         let (values, whole) = (self.values, told == Assessable::Everything);
         let (of_slope, open) = match told {
             Assessable::Nothing | Assessable::Figures => return Found { classes: None, open: None },
-            Assessable::Everything => (self.class(slope, values.slope), None),
+            Assessable::Everything => (self.class(slope, values.slope_um), None),
             Assessable::Slope => match self.of_uncertain(slope) {
                 Ok(class) => (class, None),
                 Err(why) => (None, Some(why)),
             },
         };
-        let found = Classes {
-            slope: of_slope,
-            form: self.class(form, values.form).filter(|_| whole),
-            total: self.class(total, values.total).filter(|_| whole),
-        };
-        let any = found.slope.is_some() || found.form.is_some() || found.total.is_some();
-        Found { classes: any.then_some(found), open }
+        let form = self.class(form, values.form_um).filter(|_| whole);
+        let total = self.class(total, values.total_um).filter(|_| whole);
+        let any = of_slope.is_some() || form.is_some() || total.is_some();
+        let ([slope, form, total], beyond) = numbered([("slope", of_slope), ("form", form), ("total", total)]);
+        Found { classes: any.then_some(Classes { slope, form, total, beyond }), open }
     }
 
     fn class(&self, characteristic: Characteristic, value: f64) -> Option<Class> {
@@ -67,8 +82,8 @@ impl Classified<'_> {
 
     /// The class of a slope over a hole, or why it has none.
     fn of_uncertain(&self, slope: Characteristic) -> Result<Option<Class>, TraceWarning> {
-        let amount = self.values.slope.abs();
-        let Some(error) = self.values.slope_std_error else {
+        let amount = self.values.slope_um.abs();
+        let Some(error) = self.values.slope_std_error_um else {
             return Err(TraceWarning::SlopeClassUnknown);
         };
         let by = |errors: f64| self.class(slope, (amount + errors * error).max(0.0));
@@ -76,6 +91,6 @@ impl Classified<'_> {
         if least == most {
             return Ok(most);
         }
-        Err(TraceWarning::SlopeClassOpen { slope: self.values.slope, std_error: error })
+        Err(TraceWarning::SlopeClassOpen { slope_um: self.values.slope_um, std_error_um: error })
     }
 }

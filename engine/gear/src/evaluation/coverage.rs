@@ -21,35 +21,35 @@ pub(super) fn assessable(subject: &Subject, u: &[f64], spacing: &Spacing, warnin
     let figures = spacing.tells_figures();
     let nothing = match spacing.covered >= LEAST_COVERED {
         true => Effect::Nothing,
-        false => Effect::TooLittleCovered(spacing.covered),
+        false => Effect::TooLittleCovered { covered: spacing.covered },
     };
     if !reached && let (Some(first), Some(last)) = (u.first(), u.last()) {
         let effect = match figures {
             true => Effect::Extended,
             false if spacing.open_end > LONGEST_DISTANCE => Effect::TooFarToExtend,
-            false => Effect::TooLittleCovered(spacing.covered),
+            false => Effect::TooLittleCovered { covered: spacing.covered },
         };
-        let (samples, range) = ([place(*first), place(*last)], [window.low, window.high]);
-        subject.warn(warnings, TraceWarning::RangeNotCovered { samples, range, effect });
+        let (samples_mm, range_mm) = ([place(*first), place(*last)], [window.low, window.high]);
+        subject.warn(warnings, TraceWarning::RangeNotCovered { samples_mm, range_mm, effect });
     }
     if spacing.is_sparse() {
-        subject.warn(warnings, TraceWarning::SparseSamples(half * spacing.usual));
+        subject.warn(warnings, TraceWarning::SparseSamples { distance_mm: half * spacing.usual });
     }
     if !spacing.holes.is_empty() {
         let effect = match (figures, reached) {
-            (true, true) => Effect::Bridged(spacing.covered),
+            (true, true) => Effect::Bridged { covered: spacing.covered },
             (true, false) => Effect::NoClass,
             (false, _) => nothing,
         };
-        let (count, longest) = (spacing.holes.len(), longest(&spacing.holes).map(place));
-        subject.warn(warnings, TraceWarning::HoleInTrace { count, longest, effect });
+        let (count, longest_mm) = (spacing.holes.len(), longest(&spacing.holes).map(place));
+        subject.warn(warnings, TraceWarning::HoleInTrace { count, longest_mm, effect });
     }
     // one stretch as long as the longest distance may be missing without a word
     let share = spacing.share_missing();
     if share > LONGEST_DISTANCE * (1.0 + ROUNDING) {
         let effect = if figures { Effect::LowerBound } else { nothing };
-        let (count, longest) = (spacing.missing.len(), longest(&spacing.missing).map(place));
-        subject.warn(warnings, TraceWarning::SamplesMissing { share, count, longest, effect });
+        let (count, longest_mm) = (spacing.missing.len(), longest(&spacing.missing).map(place));
+        subject.warn(warnings, TraceWarning::SamplesMissing { share, count, longest_mm, effect });
     }
     match (figures, reached, spacing.holes.is_empty()) {
         (false, ..) => Assessable::Nothing,

@@ -41,7 +41,7 @@ pub use classes::Classes;
 use classes::Classified;
 pub use design::design;
 pub use flank_traces::{FlankTraces, flank_traces};
-pub use limits::{Inference, SidedLimits, ToleranceLimits, TraceLimits, no_class, not_ascending_limits, within};
+pub use limits::{Inference, SidedLimits, ToleranceLimits, TraceLimits, within};
 pub use outliers::THRESHOLD as OUTLIER_THRESHOLD;
 pub use samples::Samples;
 use settings::{Outliers, Settings, Window};
@@ -50,7 +50,7 @@ pub use spacing::{HOLE_DISTANCES, LEAST_COVERED, LONGEST_DISTANCE};
 use subject::Subject;
 pub use summary::{Spread, Summary, Twist};
 pub use trace_surface::{Levelled, OwnZeros, TraceFigures, TraceSurface, figures_of_traces};
-pub use values::{Assessable, EDGE, FEWEST_SAMPLES, Suspect, Suspects, Values};
+pub use values::{Assessable, EDGE, FEWEST_SAMPLES, Suspect, Suspects, Values, WithoutSuspects};
 pub use warning::Warning;
 
 pub use super::tooth::Position;
@@ -60,6 +60,7 @@ use super::{
     tolerance::{Class, OutOfScope, Tolerances},
     trace::MOST_DEVIATION,
 };
+use flankfit_estimation::inference::Conformity;
 use flankfit_numerics::{
     cancel,
     check::{Faults, deviation_beyond, length_beyond, per_position},
@@ -79,60 +80,111 @@ pub struct Posted<'a> {
     pub design: Option<&'a [f64]>,
 }
 
-/// One trace, evaluated.
+/// Evaluated trace.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "contract",
+    serde_with_macros::skip_serializing_none,
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    schema(as = EvaluatedTrace)
+)]
 pub struct Evaluated {
-    /// The tooth as the trace names it.
+    /// Name of the tooth, as posted with the trace.
     pub tooth: String,
-    /// Whether the trace stands in the middle of the flank or beside it.
-    pub position: Position,
     /// Flank of the tooth.
-    pub side: Side,
+    pub flank: Side,
     /// Profile or helix.
     pub kind: Kind,
-    /// Place of the section: z of a profile, diameter of a helix, mm, where known.
+    /// Position of the trace on the flank.
+    #[cfg_attr(feature = "contract", serde(skip))]
+    pub position: Position,
+    /// Place of the section: z of a profile, diameter of a helix, mm, if known.
+    #[cfg_attr(feature = "contract", serde(skip))]
     pub section: Option<f64>,
-    /// Ends of the evaluation range: roll lengths of a profile, z of a helix, mm.
-    pub range: [f64; 2],
-    /// How many samples there were, and what became of them.
+    /// Evaluation range: roll lengths of a profile, z of a helix.
+    pub range_mm: [f64; 2],
+    /// Numbers of samples.
     pub samples: Samples,
-    /// `None` where the trace cannot be evaluated; a warning says why.
+    /// Results; `None` if the trace cannot be evaluated, and a warning says why.
+    #[cfg_attr(feature = "contract", serde(flatten), schema(inline))]
     pub values: Option<Values>,
-    /// `None` where there is no tolerance, or where the trace does not cover the evaluation range.
+    /// Classes by ISO 1328-1:2013. Absent if the standard has none, or if samples do not reach both
+    /// ends of the evaluation range. Over a hole, a stretch without samples of more than 1/20 of the
+    /// range (and of 2.5 usual distances), form and total have none, and the slope has one if two
+    /// standard errors up and down have the same.
+    #[cfg_attr(feature = "contract", serde(rename = "class"))]
     pub classes: Option<Classes>,
-    /// What it was held against.
+    /// Limits that the results were compared with.
+    #[cfg_attr(feature = "contract", serde(skip))]
     pub limits: TraceLimits,
-    /// The slope's interval and conformity; `None` where its standard error is not known.
-    pub slope: Option<Inference>,
-    /// The same of the crowning.
-    pub crowning: Option<Inference>,
-    /// Against each of the bands that are its, by their numbers.
-    pub bands: Vec<(usize, band::Found)>,
-    /// What stands out of its neighbours as dust does; `None` where nothing does.
+    /// Confidence interval of the true slope at `level`, `[low, high]`, for the noise that its
+    /// standard error covers (docs/explanation/intervals.md).
+    pub slope_interval_um: Option<[f64; 2]>,
+    /// Conformity of the slope, if it has limits (`tolerance_limits`) and an interval, and the
+    /// samples reach both ends of the range.
+    pub slope_conformity: Option<Conformity>,
+    /// True if the slope lies within its limits (`tolerance_limits`); if it has some and the samples
+    /// reach both ends of the range.
+    pub slope_within: Option<bool>,
+    /// The same of the form deviation; absent over a hole.
+    pub form_within: Option<bool>,
+    /// The same of the total deviation; absent over a hole.
+    pub total_within: Option<bool>,
+    /// Confidence interval of the crowning, as that of the slope.
+    pub crowning_interval_um: Option<[f64; 2]>,
+    /// Conformity of the crowning, as that of the slope.
+    pub crowning_conformity: Option<Conformity>,
+    /// True if the crowning lies within its limits, as for the slope.
+    pub crowning_within: Option<bool>,
+    /// Design line of the trace: µm for each sample, in the sign and the direction of its
+    /// deviations. Set by callers who return it; absent if it is 0 everywhere.
+    pub design_um: Option<Vec<f64>>,
+    /// Bands that apply to the trace (`k_bands`), with its position in them.
+    #[cfg_attr(feature = "contract", serde(rename = "k_bands", default, skip_serializing_if = "Vec::is_empty"))]
+    pub bands: Vec<band::Found>,
+    /// Samples that stand far out of their neighbours, as dust does; absent if there are none.
+    #[cfg_attr(feature = "contract", serde(rename = "outliers"))]
     pub suspects: Option<Suspects>,
 }
 
-/// The answer to traces.
+/// Evaluated traces.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "contract",
+    serde_with_macros::skip_serializing_none,
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema)
+)]
 pub struct Evaluation {
-    /// One per trace, in their order.
+    /// One per trace, in the order in which they were posted.
     pub traces: Vec<Evaluated>,
-    /// What profiles were evaluated with; `None` without profiles.
+    /// Settings of profiles; `None` without profiles.
+    #[cfg_attr(feature = "contract", serde(skip))]
     pub profile: Option<Window>,
-    /// What helices were evaluated with; `None` without helices.
+    /// Settings of helices; `None` without helices.
+    #[cfg_attr(feature = "contract", serde(skip))]
     pub helix: Option<Window>,
-    /// Over the teeth, for every kind and flank that there are.
+    /// Results over the teeth, by kind and flank.
+    #[cfg_attr(feature = "contract", serde(rename = "means"))]
     pub summaries: Vec<Summary>,
-    /// Of the tooth flanks with several traces of a kind.
+    /// Twists of teeth with helices near root and tip or with profiles at both ends.
     pub twists: Vec<Twist>,
-    /// Of the flanks with several traces.
+    /// Second-order surfaces of the tooth flanks with two traces or more whose sections are known.
     pub surfaces: Vec<TraceSurface>,
-    /// The coarsest class of all.
-    pub overall: Option<Class>,
-    /// Tolerances of ISO 1328-1, or what lies outside of its scope.
-    pub tolerances: Result<Tolerances, OutOfScope>,
-    /// What the reader must know.
+    /// The coarsest class of all traces, 1 to 11; absent if there is none.
+    pub class: Option<u8>,
+    /// True if a trace exceeds even class 11.
+    pub beyond_classes: bool,
+    /// Warnings.
+    #[cfg_attr(feature = "contract", serde(skip))]
     pub warnings: Vec<Warning>,
+}
+
+impl Evaluation {
+    /// Removes all classes of traces.
+    pub fn without_classes(&mut self) {
+        (self.class, self.beyond_classes) = (None, false);
+        self.traces.iter_mut().for_each(|trace| trace.classes = None);
+    }
 }
 
 /// Evaluates traces. A trace that is sound but cannot be evaluated has no values and a warning; the
@@ -154,7 +206,7 @@ pub struct Evaluation {
 /// let settings = Settings { helix: Some(HelixSettings::on([5.0, 15.0])), ..Settings::default() };
 /// let evaluation = evaluate(&gear, &[Posted { trace: &trace, design: None }], &settings)?;
 /// let values = evaluation.traces[0].values.unwrap();
-/// assert!((values.slope.abs() - 8.0).abs() < 1e-9 && values.form < 1e-9);
+/// assert!((values.slope_um.abs() - 8.0).abs() < 1e-9 && values.form_um < 1e-9);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn evaluate(gear: &Gear, posted: &[Posted], settings: &Settings) -> Result<Evaluation, Faults> {
@@ -199,19 +251,27 @@ pub fn evaluate(gear: &Gear, posted: &[Posted], settings: &Settings) -> Result<E
         };
         let limits = subject.limits(assessable, of_class);
         let [slope, crowning] = values.map_or([None; 2], |values| subject.inferences(&values, &limits));
+        let held = |of: fn(&Values) -> f64, limits| values.and_then(|values| within(of(&values), limits));
         traces.push(Evaluated {
-            slope,
-            crowning,
             tooth: trace.tooth.clone(),
-            position: Position::of(&trace.tooth),
-            side: trace.side,
+            flank: trace.side,
             kind: trace.kind,
+            position: Position::of(&trace.tooth),
             section: trace.section,
-            range: [window.low, window.high],
+            range_mm: [window.low, window.high],
             samples,
-            values,
             classes,
             limits,
+            slope_interval_um: slope.map(|slope| slope.interval),
+            slope_conformity: slope.and_then(|slope| slope.conformity),
+            slope_within: held(|values| values.slope_um, limits.slope),
+            form_within: held(|values| values.form_um, limits.form),
+            total_within: held(|values| values.total_um, limits.total),
+            crowning_interval_um: crowning.map(|crowning| crowning.interval),
+            crowning_conformity: crowning.and_then(|crowning| crowning.conformity),
+            crowning_within: held(|values| values.crowning_um, limits.crowning),
+            design_um: None,
+            values,
             bands: banded::all(&subject, suspects.as_ref()),
             suspects,
         });
@@ -234,9 +294,9 @@ pub fn evaluate(gear: &Gear, posted: &[Posted], settings: &Settings) -> Result<E
     let slopes = trace_surface::SlopeLimits::new(windows, tolerances.as_ref().ok(), &foreign, settings.rounding);
     let (surfaces, more) = trace_surface::surfaces(gear, &each, settings, &slopes);
     warnings.extend(more);
-    let classified = traces.iter().filter_map(|t| t.classes);
-    let overall = super::tolerance::overall(classified.flat_map(|c| [c.slope, c.form, c.total]).flatten());
-    Ok(Evaluation { traces, profile, helix, summaries, twists, surfaces, overall, tolerances, warnings })
+    let overall = super::tolerance::overall(traces.iter().filter_map(|t| t.classes.as_ref()?.coarsest()));
+    let (class, beyond_classes) = (overall.and_then(Class::number), overall == Some(Class::Beyond));
+    Ok(Evaluation { traces, profile, helix, summaries, twists, surfaces, class, beyond_classes, warnings })
 }
 
 /// Refuses levels and limits that there are not.
@@ -245,7 +305,7 @@ fn checked(settings: &Settings, tolerances: &Result<Tolerances, OutOfScope>, hel
     if !(settings.level > 0.5 && settings.level < 1.0) {
         faults.push("level", format_args!("{} is not a level: above 0.5 and below 1", Shown(settings.level)));
     }
-    faults.append(settings.limits.check(tolerances, helix).within("tolerance_limits"));
+    faults.append(settings.limits.check_on(tolerances, helix).within("tolerance_limits"));
     faults.into_result(())
 }
 
@@ -257,7 +317,8 @@ fn foreign_reference(gear: &Gear, kind: Kind, window: &Window) -> Option<Warning
         Kind::Helix => gear.data().face_width?.max(window.length()),
     };
     let reference = window.reference;
-    (reference > longest * (1.0 + 1e-9)).then_some(Warning::ForeignReferenceLength { kind, reference, longest })
+    let foreign = reference > longest * (1.0 + 1e-9);
+    foreign.then_some(Warning::ForeignReferenceLength { kind, reference_mm: reference, longest_mm: longest })
 }
 
 /// The traces with suspects undefined; `None` for those without any.
@@ -267,7 +328,7 @@ fn without_suspects(posted: &[Posted], evaluated: &[Evaluated]) -> Vec<Option<Tr
         let places = &evaluated.suspects.as_ref()?.places;
         let mut trace = posted.trace.clone();
         for (at, deviation) in trace.at.iter().zip(&mut trace.deviation) {
-            if places.iter().any(|place| (place.from..=place.to).contains(at)) {
+            if places.iter().any(|place| (place.from_mm..=place.to_mm).contains(at)) {
                 *deviation = f64::NAN;
             }
         }
@@ -279,7 +340,7 @@ fn without_suspects(posted: &[Posted], evaluated: &[Evaluated]) -> Vec<Option<Tr
 /// The evaluation range begins where the roll length hardly depends on the diameter any more.
 fn near_base_circle(gear: &Gear, window: &Window) -> Option<Warning> {
     let roll = window.low / gear.base_radius();
-    (roll < NEAR_BASE_ROLL).then_some(Warning::NearBaseCircle(roll))
+    (roll < NEAR_BASE_ROLL).then_some(Warning::NearBaseCircle { roll_deg: roll.to_degrees() })
 }
 
 /// Roll angle below which a range is close to the base circle, rad: 5°, where an error of diameter

@@ -16,13 +16,14 @@
 
 use std::{collections::VecDeque, f64::consts::TAU};
 
-use super::warning::PitchWarning;
+use super::{pitch_limits::Held, warning::PitchWarning};
 use crate::{
     Gear, Side,
     data::MOST_LENGTH,
-    tolerance::{Characteristic, Class, Rounding, Tolerances},
+    tolerance::{Characteristic, Rounding, Tolerances, numbered},
     trace::MOST_DEVIATION,
 };
+use flankfit_estimation::inference::Conformity;
 use flankfit_numerics::{
     check::Faults,
     words::{Shown, entries},
@@ -54,58 +55,114 @@ pub struct PitchSettings {
     pub rounding: Rounding,
 }
 
-/// A value with the tooth (from 1) where it was found.
+/// A value and the tooth, counted from 1, of which it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    schema(as = ToothExtreme)
+)]
 pub struct Extreme {
-    /// µm, with its sign.
-    pub value: f64,
-    /// Number of the tooth, from 1.
+    /// The value with its sign.
+    pub value_um: f64,
+    /// Number of the tooth from 1, in the order of counting.
     pub tooth: usize,
 }
 
-/// Pitch deviations of one flank, µm.
+/// Pitch deviations of a flank.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "contract",
+    serde_with_macros::skip_serializing_none,
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    schema(as = FlankPitch)
+)]
 pub struct Pitch {
     /// Flank that was measured.
-    pub side: Side,
-    /// mm.
-    pub diameter: f64,
-    /// δᵢ about the first tooth that is there; of single pitches only where none is missing.
-    pub index: Vec<Option<f64>>,
-    /// f_pi.
-    pub single: Vec<Option<f64>>,
-    /// The f_pi of greatest amount; f_p is its amount.
+    pub flank: Side,
+    /// Diameter of the measuring circle.
+    pub diameter_mm: f64,
+    /// δᵢ about the first tooth that was measured; of single pitches only if none is missing.
+    pub index_deviation_um: Vec<Option<f64>>,
+    /// f_pi, the deviation of the pitch that ends at each flank; `null` if undefined.
+    pub single_pitch_deviation_um: Vec<Option<f64>>,
+    /// f_p: the single pitch deviation of greatest amount, with its sign.
     pub single_pitch: Option<Extreme>,
-    /// R_p: greatest minus least f_pi.
-    pub single_range: Option<f64>,
-    /// F_p.
-    pub cumulative: Option<f64>,
-    /// k.
-    pub sector: Option<usize>,
-    /// F_pk of ISO 1328-1:2013, Annex D: the greatest range of index deviations within k pitches,
-    /// at the tooth where the sector ends.
+    /// R_p: the greatest single pitch deviation minus the least.
+    pub single_pitch_range_um: Option<f64>,
+    /// F_p: total cumulative pitch deviation, the range of the index deviations.
+    pub cumulative_pitch_um: Option<f64>,
+    /// Number of pitches of a sector.
+    pub k: Option<usize>,
+    /// F_pk of ISO 1328-1:2013, Annex D: the greatest range of the index deviations within any k
+    /// pitches (k + 1 flanks), at the tooth where the sector ends.
     pub sector_pitch_2013: Option<Extreme>,
-    /// Of the consecutive sectors that begin at the first tooth, the sum of k pitches of greatest
-    /// amount, at the tooth where the sector ends; F_pSk of ISO 1328-1:2013, Annex D, is its
-    /// amount. Pitches left over behind the last whole sector belong to none.
+    /// F_pSk of ISO 1328-1:2013, Annex D: of the consecutive sectors of k pitches that begin at
+    /// tooth 1, the sum of greatest amount, at the tooth where the sector ends. Pitches behind the
+    /// last whole sector are left out.
     pub sector_sum_2013: Option<Extreme>,
-    /// The sum of any k pitches of greatest amount, at the tooth where the sector ends; F_pk of
-    /// ISO 1328-1:1995 is its amount.
+    /// F_pk of ISO 1328-1:1995: the sum of any k pitches of greatest amount, at the tooth where the
+    /// sector ends. Testers print its amount as F_pz/8.
     pub sector_pitch_1995: Option<Extreme>,
-    /// f_u, at the later of the two pitches.
-    pub adjacent: Option<Extreme>,
-    /// Σ f_pi as given, µm; only of single pitches.
-    pub closure: Option<f64>,
-    /// Teeth that were not measured.
+    /// f_u: the greatest difference of neighbouring pitches, at the later of the two.
+    pub adjacent_pitch_difference: Option<Extreme>,
+    /// Sum of the single pitches, as they were posted.
+    pub closure_um: Option<f64>,
+    /// Number of teeth that were not measured.
     pub missing: usize,
-    /// Whether every tooth was measured.
+    /// True if every tooth was measured.
+    #[cfg_attr(feature = "contract", serde(skip))]
     pub complete: bool,
-    /// Class of f_p; `None` where there is no value or no tolerance.
-    pub single_class: Option<Class>,
-    /// Class of F_p; `None` where there is no value or no tolerance.
-    pub cumulative_class: Option<Class>,
-    /// What the reader must know.
+    /// Classes of f_p and F_p.
+    pub class: PitchClasses,
+    /// Limits of the single pitch deviations.
+    pub single_pitch_limits_um: Option<[f64; 2]>,
+    /// True if every single pitch deviation lies within, as it was measured; if there are limits. If
+    /// teeth were not measured it is false or absent.
+    pub single_pitch_within: Option<bool>,
+    /// Conformity of the single pitch with the least room. A gear with a pitch at its limit is found
+    /// to conform in at most one measurement of twenty, and not to conform more often, the more
+    /// pitches lie at theirs (docs/explanation/intervals.md). With limits and an uncertainty, if no
+    /// tooth is missing.
+    pub single_pitch_conformity: Option<Conformity>,
+    /// Limits of F_p.
+    pub cumulative_pitch_limits_um: Option<[f64; 2]>,
+    /// True if F_p lies within, likewise.
+    pub cumulative_pitch_within: Option<bool>,
+    /// Conformity of F_p, likewise.
+    pub cumulative_pitch_conformity: Option<Conformity>,
+    /// Warnings.
+    #[cfg_attr(feature = "contract", serde(skip))]
     pub warnings: Vec<PitchWarning>,
+}
+
+/// Classes 1 to 11 of ISO 1328-1:2013. Those coarser than 11 are absent and named by `beyond`.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "contract",
+    serde_with_macros::skip_serializing_none,
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema)
+)]
+pub struct PitchClasses {
+    /// Class of f_p; absent without value or tolerance.
+    pub single_pitch: Option<u8>,
+    /// Class of F_p; absent without value or tolerance.
+    pub cumulative_pitch: Option<u8>,
+    /// Names of the two above that exceed even class 11.
+    #[cfg_attr(feature = "contract", serde(default, skip_serializing_if = "Vec::is_empty"))]
+    pub beyond: Vec<String>,
+}
+
+impl Pitch {
+    /// Adds the comparison of f_p and F_p with their limits.
+    pub fn hold(&mut self, single: Option<Held>, cumulative: Option<Held>) {
+        self.single_pitch_limits_um = single.map(|held| held.limits_um);
+        self.single_pitch_within = single.and_then(|held| held.within);
+        self.single_pitch_conformity = single.and_then(|held| held.conformity);
+        self.cumulative_pitch_limits_um = cumulative.map(|held| held.limits_um);
+        self.cumulative_pitch_within = cumulative.and_then(|held| held.within);
+        self.cumulative_pitch_conformity = cumulative.and_then(|held| held.conformity);
+    }
 }
 
 /// Evaluates pitch deviations.
@@ -124,8 +181,8 @@ pub struct Pitch {
 /// let (side, rounding) = (Side::Left, Rounding::default());
 /// let settings = PitchSettings { side, diameter: None, sector: None, rounding };
 /// let found = pitch(&gear, &PitchMeasured::Index(index), &settings)?;
-/// assert_eq!(found.cumulative, Some(5.0));
-/// assert_eq!(found.single_pitch.unwrap().value.abs(), 3.0);
+/// assert_eq!(found.cumulative_pitch_um, Some(5.0));
+/// assert_eq!(found.single_pitch.unwrap().value_um.abs(), 3.0);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn pitch(gear: &Gear, measured: &PitchMeasured, settings: &PitchSettings) -> Result<Pitch, Faults> {
@@ -160,7 +217,7 @@ pub fn pitch(gear: &Gear, measured: &PitchMeasured, settings: &PitchSettings) ->
         }
     };
     if let Some(sum) = closure.filter(|sum| sum.abs() > CLOSURE * teeth as f64) {
-        warnings.push(PitchWarning::PitchesDoNotClose(sum));
+        warnings.push(PitchWarning::PitchesDoNotClose { sum_um: sum });
     }
     if missing > 0 {
         warnings.push(PitchWarning::MissingTeeth { missing, teeth });
@@ -173,7 +230,7 @@ pub fn pitch(gear: &Gear, measured: &PitchMeasured, settings: &PitchSettings) ->
         (true, Ok(tolerances)) => {
             let class = |of, value: Option<f64>| tolerances.class(of, value?, settings.rounding);
             [
-                class(Characteristic::SinglePitch, single_pitch.map(|f| f.value)),
+                class(Characteristic::SinglePitch, single_pitch.map(|f| f.value_um)),
                 class(Characteristic::CumulativePitch, cumulative),
             ]
         }
@@ -189,24 +246,31 @@ pub fn pitch(gear: &Gear, measured: &PitchMeasured, settings: &PitchSettings) ->
     let sector_sum_2013 = sector.and_then(|k| sums(&mut (1..=teeth / k).map(|n| n * k % teeth), k));
     let sector_pitch_1995 = sector.and_then(|k| sums(&mut (0..teeth), k));
     let adjacent = (teeth > 1).then(|| greatest((0..teeth).filter_map(|i| difference(&single, i, 1)))).flatten();
+    let named = [("single_pitch", classified[0]), ("cumulative_pitch", classified[1])];
+    let ([of_single, of_cumulative], beyond) = numbered(named);
     Ok(Pitch {
-        side: settings.side,
-        diameter,
+        flank: settings.side,
+        diameter_mm: diameter,
         single_pitch,
-        single_range: range(&single),
-        cumulative,
-        sector,
+        single_pitch_range_um: range(&single),
+        cumulative_pitch_um: cumulative,
+        k: sector,
         sector_pitch_2013,
         sector_sum_2013,
         sector_pitch_1995,
-        adjacent,
-        closure,
+        adjacent_pitch_difference: adjacent,
+        closure_um: closure,
         missing,
         complete,
-        single_class: classified[0],
-        cumulative_class: classified[1],
-        index,
-        single,
+        class: PitchClasses { single_pitch: of_single, cumulative_pitch: of_cumulative, beyond },
+        single_pitch_limits_um: None,
+        single_pitch_within: None,
+        single_pitch_conformity: None,
+        cumulative_pitch_limits_um: None,
+        cumulative_pitch_within: None,
+        cumulative_pitch_conformity: None,
+        index_deviation_um: index,
+        single_pitch_deviation_um: single,
         warnings,
     })
 }
@@ -215,8 +279,12 @@ pub fn pitch(gear: &Gear, measured: &PitchMeasured, settings: &PitchSettings) ->
 /// both sides counted in one direction. Teeth without both flanks are skipped; `None` if no tooth
 /// has both.
 pub fn thickness_variation(left: &Pitch, right: &Pitch) -> Option<f64> {
-    let thickness: Vec<_> =
-        left.index.iter().zip(&right.index).map(|(left, right)| Some((*left)? - (*right)?)).collect();
+    let thickness: Vec<_> = left
+        .index_deviation_um
+        .iter()
+        .zip(&right.index_deviation_um)
+        .map(|(left, right)| Some((*left)? - (*right)?))
+        .collect();
     range(&thickness)
 }
 
@@ -268,8 +336,8 @@ fn arcs(angles: &[f64], diameter: f64) -> Vec<f64> {
 /// Of equal amounts the first tooth.
 fn greatest(values: impl Iterator<Item = (usize, f64)>) -> Option<Extreme> {
     values.fold(None, |best: Option<Extreme>, (i, value)| match best {
-        Some(best) if best.value.abs() >= value.abs() => Some(best),
-        _ => Some(Extreme { value, tooth: i + 1 }),
+        Some(best) if best.value_um.abs() >= value.abs() => Some(best),
+        _ => Some(Extreme { value_um: value, tooth: i + 1 }),
     })
 }
 

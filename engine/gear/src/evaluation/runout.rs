@@ -13,6 +13,7 @@
 
 use super::{
     pitch::{Pitch, beyond, count},
+    pitch_limits::Held,
     warning::RunoutWarning,
 };
 use crate::{
@@ -55,34 +56,51 @@ impl Counting {
     }
 }
 
-/// The first harmonic.
+/// First harmonic of the readings.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "contract",
+    serde_with_macros::skip_serializing_none,
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema)
+)]
 pub struct Eccentricity {
-    /// µm.
-    pub amount: f64,
-    /// From the scatter about the harmonic; none where nothing scatters freely.
-    pub std_error: Option<f64>,
-    /// Where the readings are greatest, rad in the direction of counting from the first reading, −π
-    /// to π.
-    pub angle: f64,
+    /// Distance of the gear's axis from the axis of rotation: half the range of the harmonic.
+    pub amount_um: f64,
+    /// Standard error of the amount, from the residuals of the harmonic; absent if too few readings
+    /// are defined.
+    pub std_error_um: Option<f64>,
+    /// Angle of the greatest readings, −180 to 180, in the direction of counting from the first one.
+    pub angle_deg: f64,
 }
 
 /// Run-out of a gear.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "contract",
+    serde_with_macros::skip_serializing_none,
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    schema(as = GearRunout)
+)]
 pub struct Runout {
-    /// F_r, µm.
-    pub runout: f64,
-    /// Readings outwards, µm, one per tooth space.
-    pub readings: Vec<Option<f64>>,
-    /// `None` with fewer readings than tell it.
-    pub eccentricity: Option<Eccentricity>,
-    /// Whether the readings follow from index deviations.
+    /// F_r: the range of the readings all around.
+    pub runout_um: f64,
+    /// True if it follows from pitches, without a probe.
     pub derived: bool,
-    /// Tooth spaces without a reading.
+    /// Radial readings in each tooth space, outwards, posted or derived; `null` if undefined.
+    pub readings_um: Vec<Option<f64>>,
+    /// First harmonic; absent if there are too few readings.
+    pub eccentricity: Option<Eccentricity>,
+    /// Number of tooth spaces without a reading.
     pub missing: usize,
-    /// Only where no space is missing.
-    pub class: Option<Class>,
-    /// What the reader must know.
+    /// Class 1 to 11; absent if there is none, or a space is missing.
+    pub class: Option<u8>,
+    /// True if it exceeds even class 11.
+    pub beyond_classes: bool,
+    /// Comparison with limits; set by callers that have some.
+    #[cfg_attr(feature = "contract", serde(flatten), schema(inline))]
+    pub held: Option<Held>,
+    /// Warnings.
+    #[cfg_attr(feature = "contract", serde(skip))]
     pub warnings: Vec<RunoutWarning>,
 }
 
@@ -119,13 +137,13 @@ pub fn from_pitches(
     let teeth = gear.data().teeth as usize;
     let mut faults = Faults::default();
     for (path, pitch) in [("left", left), ("right", right)] {
-        if pitch.index.len() != teeth {
-            faults.push(path, count(pitch.index.len(), teeth));
+        if pitch.index_deviation_um.len() != teeth {
+            faults.push(path, count(pitch.index_deviation_um.len(), teeth));
         }
     }
-    let diameter = left.diameter;
-    if diameter != right.diameter {
-        let [left, right] = [diameter, right.diameter].map(Shown);
+    let diameter = left.diameter_mm;
+    if diameter != right.diameter_mm {
+        let [left, right] = [diameter, right.diameter_mm].map(Shown);
         faults.push("right", format_args!("measured on {right} mm, the left flank on {left} mm"));
     }
     let base = 2.0 * gear.base_radius();
@@ -151,7 +169,7 @@ pub fn from_pitches(
         return Err(Faults::one("left", "no ball touches both flanks of a space on the measuring circle"));
     }
     let depth = gear.outward() * alpha.cos() / (2.0 * at_centre.sin());
-    let reading = |i: usize| Some((near.index[i]? - far.index[(i + 1) % teeth]?) * depth);
+    let reading = |i: usize| Some((near.index_deviation_um[i]? - far.index_deviation_um[(i + 1) % teeth]?) * depth);
     let readings: Vec<f64> = (0..teeth).map(|i| reading(i).unwrap_or(f64::NAN)).collect();
     if readings.iter().all(|r| r.is_nan()) {
         return Err(Faults::one("left", "no space has index deviations of both of its flanks"));
@@ -205,7 +223,17 @@ fn evaluate(gear: &Gear, readings: &[f64], rounding: Rounding, derived: bool) ->
         None
     });
     let readings = readings.iter().map(|r| (!r.is_nan()).then_some(*r)).collect();
-    Runout { runout, readings, eccentricity, derived, missing, class, warnings }
+    Runout {
+        runout_um: runout,
+        derived,
+        readings_um: readings,
+        eccentricity,
+        missing,
+        class: class.and_then(Class::number),
+        beyond_classes: class == Some(Class::Beyond),
+        held: None,
+        warnings,
+    }
 }
 
 /// `None` with fewer than three readings or with readings that do not tell the three numbers apart.
@@ -231,5 +259,6 @@ fn eccentricity(readings: &[f64]) -> Result<Option<Eccentricity>, FitError> {
         true => (cos.value * a).hypot(sin.value * b) / amount,
         false => a.max(b),
     });
-    Ok(Some(Eccentricity { amount, std_error, angle: sin.value.atan2(cos.value) }))
+    let angle_deg = sin.value.atan2(cos.value).to_degrees();
+    Ok(Some(Eccentricity { amount_um: amount, std_error_um: std_error, angle_deg }))
 }

@@ -3,20 +3,26 @@
 use super::{settings::Window, spacing::Spacing, subject::Subject, values::EDGE};
 use flankfit_numerics::cancel::{self, Asking};
 
-/// How many samples there were.
+/// Numbers of samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    schema(as = TraceSamples)
+)]
 pub struct Samples {
-    /// Samples given.
+    /// All samples of the trace.
     pub posted: usize,
-    /// Of the posted ones, undefined.
+    /// Samples without a deviation.
     pub undefined: usize,
     /// Defined ones within the evaluation range.
     pub used: usize,
-    /// Undefined ones within the evaluation range.
+    /// Samples without a deviation within the evaluation range.
     pub undefined_in_range: usize,
     /// Defined ones within the evaluation range that were left out as outliers.
     pub excluded: usize,
     /// Defined ones outside the evaluation range that plus material was looked for in.
+    #[cfg_attr(feature = "contract", serde(skip))]
     pub zone: usize,
 }
 

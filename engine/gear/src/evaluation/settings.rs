@@ -70,21 +70,29 @@ impl SlopeSign {
     }
 }
 
-/// About what the form deviation is taken, and whose slope is answered.
+/// Mean curve that form is taken about, and that has the slope.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(rename_all = "snake_case")
+)]
 pub enum MeanCurve {
     /// The least-squares line.
     #[default]
     Line,
-    /// The least-squares parabola, for crowned designs: its chord over the evaluation range gives
-    /// the slope.
+    /// The least-squares parabola, for crowned designs; the slope is that of its chord.
     Parabola,
 }
 
-/// Samples outside the evaluation range whose material stands out more than all within: on profiles
-/// from the evaluation range to the tip, on helices from the evaluation range to both ends of the
-/// trace. They raise the highest, never the lowest point.
+/// Use of material outside the evaluation range (on profiles up to the tip, on helices up to both
+/// ends) that stands out more than all within. It raises the highest, never the lowest point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(rename_all = "snake_case")
+)]
 pub enum PlusMaterial {
     /// Only samples of the evaluation range count.
     #[default]
@@ -110,38 +118,50 @@ impl PlusMaterial {
     }
 }
 
-/// What becomes of samples that stand out of their neighbours as dust does.
+/// Use of samples that stand far out of their neighbours.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(rename_all = "snake_case"),
+    schema(as = TraceOutlierRule)
+)]
 pub enum Outliers {
-    /// They count, as the standard has it.
+    /// They count, as in the standard; a warning has the results without them.
     #[default]
     Keep,
-    /// They count as undefined.
+    /// They count as undefined; a warning says where they are.
     Exclude,
 }
 
-/// The length that a profile slope is extended to.
-#[derive(Clone, Copy, Debug, PartialEq, Default)]
+/// Length that profile slopes are extended to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(rename_all = "snake_case")
+)]
 pub enum ProfileReference {
     /// L_α, the roll length of the evaluation range.
     #[default]
     EvaluationRange,
     /// From the start of the evaluation range (its root end) up to the tip circle.
     ToTip,
-    /// mm of roll length.
-    Given(f64),
 }
 
-/// The length that a helix slope is extended to.
-#[derive(Clone, Copy, Debug, PartialEq, Default)]
+/// Length that helix slopes are extended to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(rename_all = "snake_case")
+)]
 pub enum HelixReference {
-    /// b.
+    /// The face width b.
     #[default]
     FaceWidth,
     /// L_β, the length of the evaluation range.
     EvaluationRange,
-    /// mm along the axis.
-    Given(f64),
 }
 
 /// How profiles are evaluated.
@@ -151,6 +171,8 @@ pub struct ProfileSettings {
     pub diameters: [f64; 2],
     /// Length that slopes are extended to.
     pub reference: ProfileReference,
+    /// Length in its place, mm of roll length.
+    pub reference_length: Option<f64>,
     /// Curve that stands for the mean profile.
     pub mean: MeanCurve,
     /// What plus material beyond the evaluation range counts for.
@@ -163,7 +185,7 @@ impl ProfileSettings {
     /// The defaults on a range of diameters.
     pub fn on(diameters: [f64; 2]) -> Self {
         let (reference, mean, plus_material) = Default::default();
-        ProfileSettings { diameters, reference, mean, plus_material, tip_relief: None }
+        ProfileSettings { diameters, reference, reference_length: None, mean, plus_material, tip_relief: None }
     }
 }
 
@@ -174,6 +196,8 @@ pub struct HelixSettings {
     pub range: [f64; 2],
     /// Length that slopes are extended to.
     pub reference: HelixReference,
+    /// Length in its place, mm along the axis.
+    pub reference_length: Option<f64>,
     /// Curve that stands for the mean helix.
     pub mean: MeanCurve,
     /// What plus material beyond the evaluation range counts for.
@@ -184,7 +208,7 @@ impl HelixSettings {
     /// The defaults on a range of z.
     pub fn on(range: [f64; 2]) -> Self {
         let (reference, mean, plus_material) = Default::default();
-        HelixSettings { range, reference, mean, plus_material }
+        HelixSettings { range, reference, reference_length: None, mean, plus_material }
     }
 }
 
@@ -279,10 +303,10 @@ impl Window {
         let tip_relief = relief.transpose()?;
         let tip = gear.roll_length(2.0 * gear.tip_radius());
         let internal = gear.outward() < 0.0;
-        let reference = match asked.reference {
-            ProfileReference::EvaluationRange => high - low,
-            ProfileReference::Given(length) => given(Kind::Profile, length)?,
-            ProfileReference::ToTip => {
+        let reference = match (asked.reference_length, asked.reference) {
+            (Some(length), _) => given(Kind::Profile, length)?,
+            (None, ProfileReference::EvaluationRange) => high - low,
+            (None, ProfileReference::ToTip) => {
                 let length = tip.map_or(f64::NAN, |tip| if internal { high - tip } else { tip - low });
                 if !(length > 0.0) {
                     let path = if tip.is_some() { PROFILE_RANGE } else { "profile_reference" };
@@ -313,10 +337,10 @@ impl Window {
     pub fn of_helix(gear: &Gear, asked: &HelixSettings) -> Result<Self, Faults> {
         let [low, high] = asked.range;
         ascending("helix_range_mm", asked.range, high - low)?;
-        let reference = match asked.reference {
-            HelixReference::EvaluationRange => high - low,
-            HelixReference::Given(length) => given(Kind::Helix, length)?,
-            HelixReference::FaceWidth => gear.data().face_width.ok_or_else(|| {
+        let reference = match (asked.reference_length, asked.reference) {
+            (Some(length), _) => given(Kind::Helix, length)?,
+            (None, HelixReference::EvaluationRange) => high - low,
+            (None, HelixReference::FaceWidth) => gear.data().face_width.ok_or_else(|| {
                 let message = "the gear has no face width that slopes could be extended to; give one, or the length";
                 Faults::one(reference_length(Kind::Helix), message)
             })?,

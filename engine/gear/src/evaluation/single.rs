@@ -52,12 +52,12 @@ impl Subject<'_> {
         let taken = Taken::of(&all, exclude);
         (samples.used, samples.zone) = (taken.u.len(), taken.zone.len());
         if samples.undefined_in_range > 0 {
-            self.warn(warnings, TraceWarning::UndefinedSamples(samples.undefined_in_range));
+            self.warn(warnings, TraceWarning::UndefinedSamples { count: samples.undefined_in_range });
         }
         let suspects = (!runs.is_empty()).then(|| suspects::suspects(self, &all, &runs, exclude));
         let refused = match (samples.used < FEWEST_SAMPLES, taken.spacing.places < 3) {
-            (true, _) => Some(TraceWarning::TooFewSamples(samples.used)),
-            (false, true) => Some(TraceWarning::NoMeanCurve(taken.spacing.places)),
+            (true, _) => Some(TraceWarning::TooFewSamples { count: samples.used }),
+            (false, true) => Some(TraceWarning::NoMeanCurve { count: taken.spacing.places }),
             (false, false) => None,
         };
         if let Some(refused) = refused {
@@ -95,19 +95,21 @@ impl Subject<'_> {
         let [form, form_plus_material] = peak_to_valley(taken, window.plus_material.in_form(), about);
         let [total, total_plus_material] = peak_to_valley(taken, window.plus_material.in_total(), |_, d| d);
         let as_given = 1.0 / self.to_material();
+        let raised = |by: f64| Some(by).filter(|by| *by > 0.0);
+        // + 0.0: −0 is 0
         Values {
-            line: [-1.0, 1.0].map(|u| as_given * mean.line(u)),
-            parabola: [-1.0, 0.0, 1.0].map(|u| as_given * mean.parabola(u)),
-            slope: sign * window.sense * slope * extended,
-            slope_std_error: told.errors.map(|errors| errors[k] * extended),
-            form,
-            total,
-            crowning: -curvature,
-            crowning_std_error: told.errors.map(|errors| errors[2]),
-            tip_relief: self.tip_relief(&taken.relief, mean),
+            mean_line_um: [-1.0, 1.0].map(|u| as_given * mean.line(u) + 0.0),
+            mean_parabola_um: [-1.0, 0.0, 1.0].map(|u| as_given * mean.parabola(u) + 0.0),
+            slope_um: sign * window.sense * slope * extended + 0.0,
+            slope_std_error_um: told.errors.map(|errors| errors[k] * extended),
+            form_um: form,
+            total_um: total,
+            crowning_um: 0.0 - curvature,
+            crowning_std_error_um: told.errors.map(|errors| errors[2]),
+            tip_relief_um: self.tip_relief(&taken.relief, mean),
             freedom: noise.map(|noise| noise.freedom),
-            form_plus_material,
-            total_plus_material,
+            form_plus_material_um: raised(form_plus_material),
+            total_plus_material_um: raised(total_plus_material),
         }
     }
 }

@@ -34,15 +34,15 @@ impl Subject<'_> {
         }
     }
 
-    /// Intervals of slope and crowning, and whether they conform.
+    /// Returns what is inferred of slope and crowning.
     pub(super) fn inferences(&self, values: &Values, limits: &TraceLimits) -> [Option<Inference>; 2] {
         let inference = |value: f64, std_error: Option<f64>, limits: Option<[f64; 2]>| {
             let variance = EstimatedVariance { value: std_error?.powi(2), freedom: values.freedom? };
             Some(Inference::new(&variance.about(value), self.settings.level, limits))
         };
         [
-            inference(values.slope, values.slope_std_error, limits.slope),
-            inference(values.crowning, values.crowning_std_error, limits.crowning),
+            inference(values.slope_um, values.slope_std_error_um, limits.slope),
+            inference(values.crowning_um, values.crowning_std_error_um, limits.crowning),
         ]
     }
 

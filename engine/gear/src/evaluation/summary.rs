@@ -8,61 +8,75 @@ use super::{
     settings::Settings,
 };
 
-/// A figure over the teeth, µm.
+/// A gear figure over the teeth.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema))]
 pub struct Spread {
-    /// Arithmetic mean.
+    /// Arithmetic mean over the teeth.
     pub mean: f64,
     /// Greatest minus least.
     pub variation: f64,
-    /// The tooth with the greatest amount, and its figure; of equal ones the first by name.
-    pub worst_tooth: String,
-    /// Its figure, with its sign.
+    /// The figure of the greatest amount, with its sign.
     pub worst: f64,
+    /// The tooth of the greatest amount; of equal ones the first by name.
+    pub worst_tooth: String,
 }
 
-/// Figures of one kind of trace on one flank over the teeth. Traces beside the middle
-/// ([`Position`]) do not count.
+/// Figures of one kind of trace on one flank over the teeth.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "contract",
+    serde_with_macros::skip_serializing_none,
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    schema(as = TraceMeans)
+)]
 pub struct Summary {
     /// Flank of the teeth.
-    pub side: Side,
+    pub flank: Side,
     /// Profiles or helices.
     pub kind: Kind,
-    /// Traces that count.
+    /// Number of traces that count: those without a letter behind the tooth's number.
     pub count: usize,
     /// Slope f_H.
-    pub slope: Spread,
+    pub slope_um: Spread,
     /// Form deviation f_f.
-    pub form: Spread,
+    pub form_um: Spread,
     /// Total deviation F.
-    pub total: Spread,
+    pub total_um: Spread,
     /// Crowning C.
-    pub crowning: Spread,
-    /// Tip relief f_Ko of the traces that have one.
-    pub tip_relief: Option<Spread>,
+    pub crowning_um: Spread,
+    /// Tip relief f_Ko of the profiles that have one.
+    pub tip_relief_um: Option<Spread>,
 }
 
-/// Twist of a tooth flank: by helices `S = f_Hβ(tip) − f_Hβ(root)`, by profiles `f_Hα(upper) −
-/// f_Hα(lower)`, both in the sign of helix slopes and between the sections that were measured
-/// (nothing is extended).
+/// Twist of a tooth flank from two single traces: f_Hβ near the tip minus f_Hβ near the root
+/// (helices), f_Hα at the upper end minus f_Hα at the lower one (profiles), in the sign of helix
+/// slopes, between the sections that were measured. It is not extended: sections half the range
+/// apart show half of the `twist_um` of a surface, which is that over the whole ranges; and helix
+/// slopes here are extended to the reference length.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "contract",
+    serde_with_macros::skip_serializing_none,
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    schema(as = TraceTwist)
+)]
 pub struct Twist {
-    /// The tooth as its traces name it.
+    /// The tooth of the traces.
     pub tooth: String,
     /// Flank of the tooth.
-    pub side: Side,
-    /// Which traces it is from.
+    pub flank: Side,
+    /// Kind of the traces.
     pub kind: Kind,
-    /// µm.
-    pub twist: f64,
-    /// Standard error, µm; `None` where that of a slope is not known.
-    pub std_error: Option<f64>,
-    /// Confidence interval at the level asked for.
-    pub interval: Option<[f64; 2]>,
-    /// Diameters of the two helices or z of the two profiles, mm, in the order root, tip or lower,
-    /// upper; where known.
-    pub sections: Option<[f64; 2]>,
+    /// Difference of the two `slope_um`, between the two sections; not the figure of the same name
+    /// of a surface.
+    pub twist_um: f64,
+    /// Standard error, from those of the two slopes.
+    pub std_error_um: Option<f64>,
+    /// Confidence interval at `level`, `[low, high]`.
+    pub interval_um: Option<[f64; 2]>,
+    /// Diameters of the two helices (root, tip) or z of the two profiles (lower, upper), if known.
+    pub sections_mm: Option<[f64; 2]>,
 }
 
 pub(super) fn summaries(traces: &[Evaluated]) -> Vec<Summary> {
@@ -71,18 +85,18 @@ pub(super) fn summaries(traces: &[Evaluated]) -> Vec<Summary> {
         for side in [Side::Left, Side::Right] {
             let counted: Vec<_> = traces
                 .iter()
-                .filter(|t| t.kind == kind && t.side == side && t.position == Position::Middle)
+                .filter(|t| t.kind == kind && t.flank == side && t.position == Position::Middle)
                 .filter_map(|t| t.values.map(|values| (t.tooth.as_str(), values)))
                 .collect();
             let over = |figure: fn(&super::Values) -> f64| {
                 Spread::new(counted.iter().map(|(tooth, values)| (*tooth, figure(values))).collect())
             };
-            let relieved = counted.iter().filter_map(|(tooth, values)| Some((*tooth, values.tip_relief?)));
-            let tip_relief = Spread::new(relieved.collect());
-            let spreads = (over(|v| v.slope), over(|v| v.form), over(|v| v.total), over(|v| v.crowning));
-            if let (Some(slope), Some(form), Some(total), Some(crowning)) = spreads {
-                let count = counted.len();
-                summaries.push(Summary { side, kind, count, slope, form, total, crowning, tip_relief });
+            let relieved = counted.iter().filter_map(|(tooth, values)| Some((*tooth, values.tip_relief_um?)));
+            let tip_relief_um = Spread::new(relieved.collect());
+            let spreads = (over(|v| v.slope_um), over(|v| v.form_um), over(|v| v.total_um), over(|v| v.crowning_um));
+            if let (Some(slope_um), Some(form_um), Some(total_um), Some(crowning_um)) = spreads {
+                let (flank, count) = (side, counted.len());
+                summaries.push(Summary { flank, kind, count, slope_um, form_um, total_um, crowning_um, tip_relief_um });
             }
         }
     }
@@ -106,7 +120,7 @@ impl Spread {
 pub(super) fn twists(traces: &[Evaluated], settings: &Settings) -> Vec<Twist> {
     let mut seen: Vec<(&str, Side, Kind)> = Vec::new();
     for trace in traces {
-        let key = (Position::split(&trace.tooth).0, trace.side, trace.kind);
+        let key = (Position::split(&trace.tooth).0, trace.flank, trace.kind);
         if trace.position != Position::Middle && !seen.contains(&key) {
             seen.push(key);
         }
@@ -121,7 +135,7 @@ fn twist(traces: &[Evaluated], settings: &Settings, (tooth, side, kind): (&str, 
     };
     let at = |position| {
         traces.iter().find(|t| {
-            t.kind == kind && t.side == side && t.position == position && Position::split(&t.tooth).0 == tooth
+            t.kind == kind && t.flank == side && t.position == position && Position::split(&t.tooth).0 == tooth
         })
     };
     let (from, to) = (at(from)?, at(to)?);
@@ -129,18 +143,18 @@ fn twist(traces: &[Evaluated], settings: &Settings, (tooth, side, kind): (&str, 
     // one twist, whichever traces tell it: that of the helices' slopes
     let of = |kind| settings.sign.of_material(settings.given, kind, side);
     let sign = of(Kind::Helix) * of(kind);
-    let twist = sign * (b.slope - a.slope);
+    let twist = sign * (b.slope_um - a.slope_um);
     let variance = |values: &super::Values| {
-        Some(EstimatedVariance { value: values.slope_std_error?.powi(2), freedom: values.freedom? })
+        Some(EstimatedVariance { value: values.slope_std_error_um?.powi(2), freedom: values.freedom? })
     };
     let variance = variance(&a).zip(variance(&b)).map(|(a, b)| EstimatedVariance::sum([a, b].into_iter()));
     Some(Twist {
         tooth: tooth.to_owned(),
-        side,
+        flank: side,
         kind,
-        twist,
-        interval: variance.map(|variance| variance.about(twist).interval(settings.level)),
-        std_error: a.slope_std_error.zip(b.slope_std_error).map(|(a, b)| a.hypot(b)),
-        sections: from.section.zip(to.section).map(|(a, b)| [a, b]),
+        twist_um: twist,
+        interval_um: variance.map(|variance| variance.about(twist).interval(settings.level)),
+        std_error_um: a.slope_std_error_um.zip(b.slope_std_error_um).map(|(a, b)| a.hypot(b)),
+        sections_mm: from.section.zip(to.section).map(|(a, b)| [a, b]),
     })
 }

@@ -59,10 +59,10 @@ pub(super) fn mark(all: &mut [Sample], burrs: [Option<Burr>; 2]) -> Vec<Run> {
 /// The marked places, with the figures without them where they are not `excluded` anyway.
 pub(super) fn suspects(subject: &Subject, all: &[Sample], runs: &[Run], excluded: bool) -> Suspects {
     let place = |run: &Run| Suspect {
-        from: all[run.from].at,
-        to: all[run.to - 1].at,
+        from_mm: all[run.from].at,
+        to_mm: all[run.to - 1].at,
         samples: run.to - run.from,
-        height: run.height,
+        height_um: run.height,
         burr: run.burr,
     };
     let places = runs.iter().map(place).collect();
@@ -70,7 +70,7 @@ pub(super) fn suspects(subject: &Subject, all: &[Sample], runs: &[Run], excluded
     let told = |taken: &Taken| {
         taken.u.len() >= FEWEST_SAMPLES && taken.spacing.places > 2 && taken.spacing.covered >= LEAST_COVERED
     };
-    Suspects { places, without: without.filter(told).map(|taken| subject.figures(&taken)) }
+    Suspects { places, without: without.filter(told).map(|taken| subject.figures(&taken).into()) }
 }
 
 impl Suspects {

@@ -8,17 +8,21 @@
 
 use flankfit_numerics::cancel;
 
-/// How well a shift of tooth numbers fits.
+/// Number of teeth by which the numbers after a correction are shifted against those before it,
+/// found by the correlation of the single pitch deviations. It is determined if `correlation` is
+/// clearly greater than `next_correlation`.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema))]
 pub struct ToothShift {
-    /// Tooth k before is tooth k + `teeth` after, around the gear; of equal distances the positive.
+    /// Tooth k before is tooth k + `teeth` after, counted around the gear; of equal distances the
+    /// positive one.
     pub teeth: i64,
-    /// Correlation of the single pitch deviations at this shift.
+    /// Correlation of the single pitch deviations before and after, at this shift; at most 1.
     pub correlation: f64,
-    /// Greatest correlation at any other shift.
-    pub next: f64,
+    /// The greatest correlation at any other shift.
+    pub next_correlation: f64,
     /// Correlation without a shift.
-    pub unshifted: f64,
+    pub unshifted_correlation: f64,
 }
 
 /// Single pitch deviations of the left and the right flank, µm; `None` where undefined.
@@ -45,7 +49,7 @@ pub fn tooth_shift(before: SinglePitches, after: SinglePitches) -> Option<ToothS
     let next = others.map(|(_, found)| *found).max_by(f64::total_cmp)?;
     let (shift, around) = (i64::try_from(shift).ok()?, i64::try_from(teeth).ok()?);
     let teeth = if 2 * shift > around { shift - around } else { shift };
-    Some(ToothShift { teeth, correlation, next, unshifted: at(0)? })
+    Some(ToothShift { teeth, correlation, next_correlation: next, unshifted_correlation: at(0)? })
 }
 
 fn correlation(pairs: &[[f64; 2]]) -> Option<f64> {
@@ -73,9 +77,9 @@ mod tests {
         assert_eq!(found.teeth, 2);
         assert!((found.correlation - 1.0).abs() < 1e-12);
         // Σ f² = 34; unshifted 0 − 4 + 3 + 8 + 0 − 8 = −1
-        assert!((found.unshifted + 1.0 / 34.0).abs() < 1e-12, "{found:?}");
+        assert!((found.unshifted_correlation + 1.0 / 34.0).abs() < 1e-12, "{found:?}");
         let back = tooth_shift([Some(&after), None], [Some(&before), None]).unwrap();
-        assert_eq!((back.teeth, back.unshifted), (-2, found.unshifted));
+        assert_eq!((back.teeth, back.unshifted_correlation), (-2, found.unshifted_correlation));
         // an undefined pitch is left out, another flank adds to it
         let mut lost = after.clone();
         lost[4] = None;

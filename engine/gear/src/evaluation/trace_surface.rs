@@ -10,9 +10,9 @@ use std::collections::BTreeMap;
 use super::{
     Position, Posted,
     contradiction::{Contradiction, contradiction},
-    flank_surface::{EstimatedFigure, Figure, FigureTerms, FlankFigures, Remainder, Sample, Slopes, TERMS, through},
+    flank_surface::{EstimatedFigure, Figure, FigureTerms, FlankFigures, Sample, Slopes, TERMS, through},
     flank_traces::{FlankTraces, flank_traces, ranges},
-    limits::{Inference, ToleranceLimits},
+    limits::{Inference, ToleranceLimits, within},
     noise::EstimatedVariance,
     settings::{Settings, Window},
     spacing::Spacing,
@@ -26,42 +26,68 @@ use crate::{
 use flankfit_estimation::inference::Inferred;
 use flankfit_numerics::cancel::{self, Asking};
 
-/// The second-order surface of a tooth flank's traces.
+/// Second-order surface through all traces of a tooth flank, over the evaluation ranges, with
+/// slopes extended to their reference lengths, transverse; by plain least squares, every sample
+/// weighted by the length that it stands for. Each trace has a zero of its own, unless
+/// `traces_share_zero`. Standard errors are due to the noise of the samples, as for traces: form
+/// that the surface leaves is no noise.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema))]
 pub struct TraceSurface {
-    /// The tooth as its traces name it.
+    /// The tooth of the traces.
     pub tooth: String,
     /// Flank of the tooth.
-    pub side: Side,
-    /// Traces that the surface is from.
+    pub flank: Side,
+    /// Number of traces.
     pub traces: usize,
     /// Samples within the evaluation ranges.
     pub samples: usize,
     /// The named figures.
+    #[cfg_attr(feature = "contract", serde(flatten), schema(inline))]
     pub figures: TraceFigures,
-    /// What the surface leaves over; each trace about its own zero, unless all share one.
-    pub remainder: Remainder,
-    /// Roll lengths and z that u = v = ∓1 stand for, mm: the evaluation ranges, or what was
-    /// measured where there is none.
-    pub roll_lengths: [f64; 2],
-    /// Places on the face width, likewise.
-    pub z: [f64; 2],
+    /// Roll lengths of the figures (u = ∓1): the evaluation range, or what was measured if no range
+    /// of profiles is given.
+    pub roll_length_range_mm: [f64; 2],
+    /// Range in z of the figures, likewise.
+    pub z_range_mm: [f64; 2],
+    /// Root mean square of what the surface (with the zeros of the traces) leaves.
+    pub rms_um: f64,
+    /// Greatest minus least of what the surface leaves.
+    pub peak_to_valley_um: f64,
 }
 
-/// Figures in µm; `None` where the traces do not tell them.
+/// Figures that the traces of a flank have in common, in µm over the evaluation range. A figure that
+/// they do not determine is absent.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "contract",
+    serde_with_macros::skip_serializing_none,
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    schema(as = TraceSurfaceFigures)
+)]
 pub struct TraceFigures {
-    /// Only where all traces share one zero.
+    /// Deviation in the middle of the flank; only with `traces_share_zero`.
+    #[cfg_attr(feature = "contract", serde(rename = "mean_um"))]
     pub mean: Option<Figure>,
-    /// Profile slope: 2 c_u.
+    /// Profile slope from root to tip in the middle of the width (without `twist_um` in the sections
+    /// of the profiles); positive where material grows towards the tip.
+    #[cfg_attr(feature = "contract", serde(rename = "profile_slope_um"))]
     pub profile_slope: Option<Figure>,
-    /// Helix slope: 2 c_v.
+    /// Helix slope over the width half-way between root and tip (without `twist_um` on the diameters
+    /// of the helices), by the sign asked for.
+    #[cfg_attr(feature = "contract", serde(rename = "helix_slope_um"))]
     pub helix_slope: Option<Figure>,
-    /// Profile crowning: −c_uu.
+    /// Profile crowning; positive where material stands out half-way between root and tip.
+    #[cfg_attr(feature = "contract", serde(rename = "profile_crowning_um"))]
     pub profile_crowning: Option<Figure>,
-    /// Lengthwise crowning: −c_vv.
+    /// Helix crowning; positive where material stands out half-way between the ends.
+    #[cfg_attr(feature = "contract", serde(rename = "helix_crowning_um"))]
     pub helix_crowning: Option<Figure>,
-    /// Twist: 4 c_uv.
+    /// Twist, 4 c_uv of the surface: slope at the tip minus slope at the root of helices over the
+    /// **whole** evaluation ranges, from all traces together, with the sign of helix slopes.
+    /// `twists` hold another figure of that name: the difference of two traces, between the
+    /// sections that were measured.
+    #[cfg_attr(feature = "contract", serde(rename = "twist_um"))]
     pub twist: Option<Figure>,
 }
 
@@ -124,9 +150,9 @@ impl<'a> SlopeLimits<'a> {
         match term {
             1 => whole(Kind::Profile),
             2 => whole(Kind::Helix),
-            3 => limits.profile_crowning,
-            4 => limits.twist,
-            5 => limits.helix_crowning,
+            3 => limits.profile_crowning_um,
+            4 => limits.twist_um,
+            5 => limits.helix_crowning_um,
             _ => None,
         }
     }
@@ -217,10 +243,11 @@ impl FlankTraces {
         let figure = |term: usize, factor: f64| {
             let value = factor * found.coefficients[term]?;
             let about = variances.and_then(|all| all[term]).map(|one| one.about(value / factor).scaled(factor));
-            let limits = slopes.of(term, settings.limits.of(self.side));
+            let limits = slopes.of(term, &settings.limits.of(self.side));
             let inference = |about: Inferred| Inference::new(&about, settings.level, limits);
             Some(Figure {
                 limits,
+                within: within(value, limits),
                 value,
                 std_error: about.map(|about| about.std_error),
                 conditional_std_error: None,
@@ -244,21 +271,17 @@ impl FlankTraces {
             let left = found.left(t, sample);
             (lowest, highest, sum) = (lowest.min(left), highest.max(left), sum + left * left);
         }
-        let remainder = Remainder {
-            peak_to_valley: highest - lowest,
-            rms: (sum / self.places.len() as f64).sqrt(),
-            max_abs: highest.max(-lowest),
-        };
         let kinds: Vec<Kind> = self.each.iter().map(|trace| trace.kind).collect();
         let surface = TraceSurface {
             tooth: self.tooth.clone(),
-            side: self.side,
+            flank: self.side,
             traces: self.each.len(),
             samples: self.places.len(),
             figures,
-            remainder,
-            roll_lengths: frame.roll,
-            z: frame.z,
+            roll_length_range_mm: frame.roll,
+            z_range_mm: frame.z,
+            rms_um: (sum / self.places.len() as f64).sqrt(),
+            peak_to_valley_um: highest - lowest,
         };
         let contradiction = contradiction(&traces, &kinds, &found, settings.traces_share_zero);
         Some(Found { surface, contradiction })
@@ -351,14 +374,14 @@ pub(super) fn surfaces(
     let number = |tooth: &str| Position::number(tooth).unwrap_or(u64::MAX);
     found.sort_by(|a, b| {
         let (a, b) = (&a.surface, &b.surface);
-        (number(&a.tooth), &a.tooth, a.side).cmp(&(number(&b.tooth), &b.tooth, b.side))
+        (number(&a.tooth), &a.tooth, a.flank).cmp(&(number(&b.tooth), &b.tooth, b.flank))
     });
     let warnings = warnings(&found, settings);
     (found.into_iter().map(|found| found.surface).collect(), warnings)
 }
 
 fn warnings(found: &[Found], settings: &Settings) -> Vec<Warning> {
-    let name = |surface: &TraceSurface| FlankName { tooth: surface.tooth.clone(), side: surface.side };
+    let name = |surface: &TraceSurface| FlankName { tooth: surface.tooth.clone(), side: surface.flank };
     let share_zero = settings.traces_share_zero;
     let mut missing: BTreeMap<Vec<SurfaceFigure>, Vec<FlankName>> = BTreeMap::new();
     for surface in found.iter().map(|found| &found.surface) {
@@ -367,13 +390,20 @@ fn warnings(found: &[Found], settings: &Settings) -> Vec<Warning> {
             missing.entry(figures).or_default().push(name(surface));
         }
     }
-    let undetermined =
-        missing.into_iter().map(|(figures, flanks)| Warning::FiguresUndetermined { figures, share_zero, flanks });
+    let undetermined = missing.into_iter().map(|(figures, flanks)| Warning::FiguresUndetermined {
+        figures,
+        traces_share_zero: share_zero,
+        flanks,
+    });
     let mut warnings: Vec<Warning> = undetermined.collect();
     for Found { surface, contradiction } in found {
         let Some(Contradiction { apart, own, turned }) = *contradiction else { continue };
-        warnings.push(Warning::SurfaceMisfit { flank: name(surface), apart, own });
-        let turned = turned.map(|turned| Warning::HelixSignDoubtful { flank: name(surface), apart, turned });
+        warnings.push(Warning::SurfaceMisfit { flank: name(surface), rms_together_um: apart, rms_own_um: own });
+        let turned = turned.map(|turned| Warning::HelixSignDoubtful {
+            flank: name(surface),
+            rms_um: apart,
+            rms_turned_um: turned,
+        });
         warnings.extend(turned);
     }
     warnings

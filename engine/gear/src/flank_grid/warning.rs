@@ -81,11 +81,11 @@ pub(super) fn warnings(gear: &Gear, roll_lengths: &[f64], positions: &[f64]) -> 
         let mut outside = roll_lengths.iter().enumerate().filter(|(_, roll)| towards * (**roll - limit) > margin);
         outside.next().map(|(first, _)| (first, 1 + outside.count()))
     };
-    if let Some((first, count)) = beyond(geometry.roll_length_tip_form, outward) {
-        found.push(GridWarning::BeyondTip { first, count, diameter: geometry.tip_form_diameter });
+    if let Some((first, count)) = beyond(geometry.tip_form_roll_length_mm, outward) {
+        found.push(GridWarning::BeyondTip { first, count, diameter: geometry.tip_form_diameter_mm });
     }
-    if let Some((first, count)) = beyond(geometry.roll_length_root_form, -outward) {
-        found.push(GridWarning::BelowForm { first, count, diameter: geometry.root_form_diameter });
+    if let Some((first, count)) = beyond(geometry.form_roll_length_mm, -outward) {
+        found.push(GridWarning::BelowForm { first, count, diameter: geometry.form_diameter_mm });
     }
     if let Some(face_width) = gear.data().face_width {
         let (low, high) = positions.iter().fold((f64::MAX, f64::MIN), |(low, high), z| (low.min(*z), high.max(*z)));

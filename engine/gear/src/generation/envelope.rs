@@ -36,22 +36,32 @@ const RESOLUTION: f64 = 1e-3;
 /// … by halving at most so often.
 const DEEPEST: usize = 24;
 
-/// How tool and gear move, mm.
+/// Motion of tool and gear.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(tag = "type", rename_all = "snake_case", deny_unknown_fields, expecting = "an object"),
+    schema(as = ToolMotion)
+)]
 pub enum Motion {
     /// A rack whose pitch line rolls on the gear's circle of this radius.
     Rack {
-        /// Radius of the gear's pitch circle.
+        /// Radius of the gear's circle that rolls on the pitch line.
+        #[cfg_attr(feature = "contract", serde(rename = "pitch_radius_mm"))]
         pitch_radius: f64,
     },
     /// Two pitch circles that roll on each other, the tool's inside the gear's where it is
     /// internal.
     Pinion {
-        /// Radius of the tool's pitch circle.
+        /// Radius of the tool's circle.
+        #[cfg_attr(feature = "contract", serde(rename = "tool_pitch_radius_mm"))]
         tool_pitch_radius: f64,
-        /// Radius of the gear's pitch circle.
+        /// Radius of the gear's circle.
+        #[cfg_attr(feature = "contract", serde(rename = "gear_pitch_radius_mm"))]
         gear_pitch_radius: f64,
-        /// Whether the gear is internal.
+        /// True for an internal gear. Default false.
+        #[cfg_attr(feature = "contract", serde(default))]
         internal: bool,
     },
 }

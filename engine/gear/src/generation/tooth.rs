@@ -16,16 +16,26 @@ use flankfit_numerics::{
 /// Most points of the teeth of a gear.
 pub const MOST_TOOTH_POINTS: usize = 2_000_000;
 
-/// Into how many steps every part of a profile goes.
+/// Numbers of steps of the parts of a tooth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    schema(as = ProfileSteps),
+    serde(deny_unknown_fields, default)
+)]
 pub struct Steps {
     /// Number of steps of each involute.
+    #[cfg_attr(feature = "contract", schema(minimum = 1))]
     pub involute: usize,
     /// Number of steps of each fillet.
+    #[cfg_attr(feature = "contract", schema(minimum = 1))]
     pub fillet: usize,
     /// Number of steps of the tip's arc.
+    #[cfg_attr(feature = "contract", schema(minimum = 1))]
     pub tip: usize,
     /// Number of steps of the arc between two teeth.
+    #[cfg_attr(feature = "contract", schema(minimum = 1))]
     pub root: usize,
 }
 

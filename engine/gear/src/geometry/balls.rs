@@ -15,18 +15,20 @@ use crate::{
 };
 use flankfit_numerics::root::boundary;
 
-/// A measure over or between balls.
+/// Dimension over two balls, between them on internal gears.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize, utoipa::ToSchema), schema(as = DimensionOverBalls))]
 pub struct Balls {
-    /// D, mm.
-    pub ball_diameter: f64,
-    /// M, mm.
-    pub dimension: f64,
-    /// d_K, of the circle of the balls' centres, mm.
-    pub centre_diameter: f64,
-    /// Where the balls touch, mm.
-    pub contact_diameter: f64,
-    /// Whether they touch on the usable flank and stand out of the teeth.
+    /// D, diameter of the balls.
+    pub ball_diameter_mm: f64,
+    /// M_dK: over two balls in opposite spaces (of an odd number of teeth in those nearest to
+    /// opposite).
+    pub dimension_mm: f64,
+    /// Diameter of the circle on which the centres of the balls lie.
+    pub centre_diameter_mm: f64,
+    /// Diameter on which the balls touch the flanks.
+    pub contact_diameter_mm: f64,
+    /// True if the balls touch on the usable flank and stand out of the teeth.
     pub feasible: bool,
 }
 
@@ -46,7 +48,7 @@ impl Balls {
     /// // With an even number of teeth the balls lie opposite each other.
     /// let gear = Gear::new(GearData::spur(20, 1.0))?;
     /// let balls = Balls::with(&gear, 1.75, None).unwrap();
-    /// assert!((balls.dimension - (balls.centre_diameter + 1.75)).abs() < 1e-12);
+    /// assert!((balls.dimension_mm - (balls.centre_diameter_mm + 1.75)).abs() < 1e-12);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn with(gear: &Gear, ball: f64, usable: Option<&Usable>) -> Option<Self> {
@@ -58,15 +60,15 @@ impl Balls {
         let apart = if odd { (0.5 * PI / gear.teeth()).cos() } else { 1.0 };
         let contact_diameter = (contact >= 0.0).then(|| gear.diameter(contact))?;
         let touches = usable.is_some_and(|usable| {
-            let [a, b] = usable.roll_lengths;
+            let [a, b] = usable.roll_lengths_mm;
             a.min(b) <= contact && contact <= a.max(b)
         });
         let stands_out = out * (centre + out * ball - 2.0 * gear.tip_radius()) > 0.0;
         Some(Balls {
-            ball_diameter: ball,
-            dimension: centre * apart + out * ball,
-            centre_diameter: centre,
-            contact_diameter,
+            ball_diameter_mm: ball,
+            dimension_mm: centre * apart + out * ball,
+            centre_diameter_mm: centre,
+            contact_diameter_mm: contact_diameter,
             feasible: touches && stands_out,
         })
     }
@@ -75,7 +77,7 @@ impl Balls {
     pub fn recommended(gear: &Gear, usable: Option<&Usable>) -> Option<Self> {
         let data = gear.data();
         let shifted = gear.reference_radius() + gear.outward() * data.profile_shift * data.normal_module;
-        let between = usable.map(|usable| 0.5 * (usable.roll_lengths[0] + usable.roll_lengths[1]));
+        let between = usable.map(|usable| 0.5 * (usable.roll_lengths_mm[0] + usable.roll_lengths_mm[1]));
         let wanted = gear.roll_length(2.0 * shifted).filter(|roll| *roll > 0.0).or(between)?;
         let half = 0.5 * gear.base_helix_angle().cos();
         // Positive as long as the ball is too small; falls with the diameter.

@@ -1,7 +1,5 @@
 //! Warnings about a gear, as data.
 
-use std::fmt;
-
 use super::Geometry;
 use crate::{Gear, generation::Root};
 use flankfit_numerics::words::Shown;
@@ -12,98 +10,142 @@ pub const THIN_TIP: f64 = 0.2;
 pub const FEW_TEETH: u32 = 5;
 
 /// Something a designer should know. Diameters and lengths in mm.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize), serde(untagged))]
 pub enum Warning {
     /// The tool's tip cuts into the involute.
+    #[error(
+        "undercut: the profile shift coefficient {} is below {}, and the involute starts at {} mm only",
+        Shown(*.profile_shift_coefficient), Shown(*.least_profile_shift_coefficient), Shown(*.form_diameter_mm)
+    )]
     Undercut {
         /// Profile shift coefficient x.
-        profile_shift: f64,
+        profile_shift_coefficient: f64,
         /// Smallest x without undercut by this tool.
-        least: f64,
+        least_profile_shift_coefficient: f64,
         /// Root form diameter, where the involute starts.
-        form_diameter: f64,
+        form_diameter_mm: f64,
     },
     /// The protuberance cuts into the involute, as it is meant to where the flank is ground later.
+    #[error(
+        "the protuberance of {} mm cuts the involute away below {} mm", Shown(*.protuberance_mm),
+        Shown(*.form_diameter_mm)
+    )]
     Protuberance {
         /// Protuberance of the tool.
-        protuberance: f64,
+        protuberance_mm: f64,
         /// Root form diameter, where the involute starts.
-        form_diameter: f64,
+        form_diameter_mm: f64,
     },
     /// The flanks meet before the tip circle.
+    #[error(
+        "the flanks of a tooth meet on {} mm, before the tip diameter of {} mm", Shown(*.pointed_diameter_mm),
+        Shown(*.tip_diameter_mm)
+    )]
     PointedTip {
         /// Diameter where the flanks meet.
-        pointed_diameter: f64,
+        pointed_diameter_mm: f64,
         /// Tip diameter of the gear.
-        tip_diameter: f64,
+        tip_diameter_mm: f64,
     },
     /// The tip's normal thickness is below 0.2 m_n.
+    #[error("the tip is {} mm thick in the normal section, less than {} mm", Shown(*.thickness_mm), Shown(*.least_mm))]
     ThinTip {
         /// Normal thickness at the tip.
-        thickness: f64,
+        thickness_mm: f64,
         /// 0.2 m_n.
-        least: f64,
+        least_mm: f64,
     },
     /// The involute would start beyond the tip: no flank is left.
+    #[error(
+        "no involute is left: it would start on {} mm, beyond the tip diameter of {} mm", Shown(*.form_diameter_mm),
+        Shown(*.tip_diameter_mm)
+    )]
     TipBelowForm {
         /// Tip diameter of the gear.
-        tip_diameter: f64,
+        tip_diameter_mm: f64,
         /// Root form diameter.
-        form_diameter: f64,
+        form_diameter_mm: f64,
     },
     /// An internal tooth reaches below the base circle, where no involute is.
+    #[error(
+        "the tip diameter of {} mm lies within the base circle of {} mm, where the involute ends",
+        Shown(*.tip_diameter_mm), Shown(*.base_diameter_mm)
+    )]
     TipBelowBase {
         /// Tip diameter of the gear.
-        tip_diameter: f64,
+        tip_diameter_mm: f64,
         /// Diameter of the base circle.
-        base_diameter: f64,
+        base_diameter_mm: f64,
     },
     /// The root circle asked for is deeper than the tool cuts.
+    #[error(
+        "the tool cuts a root diameter of {} mm and does not reach {} mm", Shown(*.generated_diameter_mm),
+        Shown(*.root_diameter_mm)
+    )]
     RootBelowTool {
         /// Root diameter asked for.
-        root_diameter: f64,
+        root_diameter_mm: f64,
         /// Root diameter that the tool cuts.
-        generated: f64,
+        generated_diameter_mm: f64,
     },
     /// The tool cuts deeper than the root circle asked for.
+    #[error(
+        "the tool cuts a root diameter of {} mm, deeper than the {} mm asked for", Shown(*.generated_diameter_mm),
+        Shown(*.root_diameter_mm)
+    )]
     RootAboveTool {
         /// Root diameter asked for.
-        root_diameter: f64,
+        root_diameter_mm: f64,
         /// Root diameter that the tool cuts.
-        generated: f64,
+        generated_diameter_mm: f64,
     },
     /// Fewer teeth than the tolerance standard covers.
+    #[error("{teeth} teeth: ISO 1328-1 has tolerances from {FEW_TEETH} teeth on")]
     FewTeeth {
         /// Teeth of the gear.
         teeth: u32,
     },
     /// No tool is given: a standard rack tool that reaches the root circle is assumed.
+    #[error(
+        "no tool is given: a rack with an addendum of {} mm and a tip radius of {} mm is assumed",
+        Shown(*.addendum_mm), Shown(*.tip_radius_mm)
+    )]
     ToolAssumed {
         /// Addendum of the assumed tool.
-        addendum: f64,
+        addendum_mm: f64,
         /// Tip radius of the assumed tool.
-        tip_radius: f64,
+        tip_radius_mm: f64,
     },
     /// No rack with these flanks reaches the root circle: the involute goes straight down, without
     /// a fillet.
+    #[error(
+        "no rack with these flanks reaches the root diameter of {} mm: the flank goes down without a fillet",
+        Shown(*.root_diameter_mm)
+    )]
     NoFillet {
         /// Root diameter of the gear.
-        root_diameter: f64,
+        root_diameter_mm: f64,
     },
     /// A rack cannot cut an internal gear: the root is an arc of this radius in the transverse
     /// section.
+    #[error(
+        "a rack cannot cut an internal gear: its root is taken as an arc of {} mm in the transverse section",
+        Shown(*.radius_mm)
+    )]
     InternalRoot {
         /// Radius of the arc.
-        radius: f64,
+        radius_mm: f64,
         /// Protuberance of the tool given, which has no meaning here.
-        protuberance: f64,
+        protuberance_mm: f64,
     },
     /// That arc is smaller than asked, for the space takes no more.
+    #[error("the space takes a root arc of {} mm, not of {} mm", Shown(*.used_mm), Shown(*.asked_mm))]
     RootRadius {
         /// Tip radius asked for.
-        asked: f64,
+        asked_mm: f64,
         /// Radius of the arc.
-        used: f64,
+        used_mm: f64,
     },
 }
 
@@ -128,129 +170,58 @@ impl Warning {
     }
 }
 
-impl fmt::Display for Warning {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mm = Shown;
-        match *self {
-            Warning::Undercut { profile_shift, least, form_diameter } => write!(
-                f,
-                "undercut: the profile shift coefficient {} is below {}, and the involute starts at {} mm only",
-                mm(profile_shift),
-                mm(least),
-                mm(form_diameter)
-            ),
-            Warning::Protuberance { protuberance, form_diameter } => write!(
-                f,
-                "the protuberance of {} mm cuts the involute away below {} mm",
-                mm(protuberance),
-                mm(form_diameter)
-            ),
-            Warning::PointedTip { pointed_diameter, tip_diameter } => write!(
-                f,
-                "the flanks of a tooth meet on {} mm, before the tip diameter of {} mm",
-                mm(pointed_diameter),
-                mm(tip_diameter)
-            ),
-            Warning::ThinTip { thickness, least } => {
-                write!(f, "the tip is {} mm thick in the normal section, less than {} mm", mm(thickness), mm(least))
-            }
-            Warning::TipBelowForm { tip_diameter, form_diameter } => write!(
-                f,
-                "no involute is left: it would start on {} mm, beyond the tip diameter of {} mm",
-                mm(form_diameter),
-                mm(tip_diameter)
-            ),
-            Warning::TipBelowBase { tip_diameter, base_diameter } => write!(
-                f,
-                "the tip diameter of {} mm lies within the base circle of {} mm, where the involute ends",
-                mm(tip_diameter),
-                mm(base_diameter)
-            ),
-            Warning::RootBelowTool { root_diameter, generated } => write!(
-                f,
-                "the tool cuts a root diameter of {} mm and does not reach {} mm",
-                mm(generated),
-                mm(root_diameter)
-            ),
-            Warning::RootAboveTool { root_diameter, generated } => write!(
-                f,
-                "the tool cuts a root diameter of {} mm, deeper than the {} mm asked for",
-                mm(generated),
-                mm(root_diameter)
-            ),
-            Warning::FewTeeth { teeth } => {
-                write!(f, "{teeth} teeth: ISO 1328-1 has tolerances from {FEW_TEETH} teeth on")
-            }
-            Warning::ToolAssumed { addendum, tip_radius } => write!(
-                f,
-                "no tool is given: a rack with an addendum of {} mm and a tip radius of {} mm is assumed",
-                mm(addendum),
-                mm(tip_radius)
-            ),
-            Warning::NoFillet { root_diameter } => write!(
-                f,
-                "no rack with these flanks reaches the root diameter of {} mm: the flank goes down without a fillet",
-                mm(root_diameter)
-            ),
-            Warning::InternalRoot { radius, .. } => write!(
-                f,
-                "a rack cannot cut an internal gear: its root is taken as an arc of {} mm in the transverse section",
-                mm(radius)
-            ),
-            Warning::RootRadius { asked, used } => {
-                write!(f, "the space takes a root arc of {} mm, not of {} mm", mm(used), mm(asked))
-            }
-        }
-    }
-}
-
 /// Everything unusual, gravest first.
 pub(super) fn of(gear: &Gear, root: &Root, geometry: &Geometry) -> Vec<Warning> {
     let data = gear.data();
     let mut found = Vec::new();
-    let form_diameter = geometry.root_form_diameter;
-    if geometry.usable.is_none() {
-        found.push(Warning::TipBelowForm { tip_diameter: geometry.tip_form_diameter, form_diameter });
+    let form_diameter_mm = geometry.form_diameter_mm;
+    if geometry.usable_profile.is_none() {
+        found.push(Warning::TipBelowForm { tip_diameter_mm: geometry.tip_form_diameter_mm, form_diameter_mm });
     }
-    let pointed = geometry.pointed_diameter.filter(|at| gear.outward() * (2.0 * gear.tip_radius() - at) > 0.0);
+    let pointed = geometry.pointed_diameter_mm.filter(|at| gear.outward() * (2.0 * gear.tip_radius() - at) > 0.0);
     let least = THIN_TIP * data.normal_module;
     match pointed {
-        Some(at) => found.push(Warning::PointedTip { pointed_diameter: at, tip_diameter: geometry.tip_diameter }),
-        None if geometry.tip_thickness.normal < least => {
-            found.push(Warning::ThinTip { thickness: geometry.tip_thickness.normal, least });
+        Some(at) => {
+            found.push(Warning::PointedTip { pointed_diameter_mm: at, tip_diameter_mm: geometry.tip_diameter_mm })
+        }
+        None if geometry.normal_tip_thickness_mm < least => {
+            found.push(Warning::ThinTip { thickness_mm: geometry.normal_tip_thickness_mm, least_mm: least });
         }
         None => {}
     }
     if data.internal && gear.tip_radius() < gear.base_radius() {
-        let (tip_diameter, base_diameter) = (geometry.tip_diameter, geometry.base_diameter);
-        found.push(Warning::TipBelowBase { tip_diameter, base_diameter });
+        let (tip_diameter_mm, base_diameter_mm) = (geometry.tip_diameter_mm, geometry.base_diameter_mm);
+        found.push(Warning::TipBelowBase { tip_diameter_mm, base_diameter_mm });
     }
     match root {
         Root::Rack(fillet) => {
             if fillet.undercut() {
-                let least = fillet.least_shift(gear);
-                found.push(Warning::Undercut { profile_shift: data.profile_shift, least, form_diameter });
+                found.push(Warning::Undercut {
+                    profile_shift_coefficient: data.profile_shift,
+                    least_profile_shift_coefficient: fillet.least_shift(gear),
+                    form_diameter_mm,
+                });
             } else if fillet.tool.protuberance > 0.0 {
-                found.push(Warning::Protuberance { protuberance: fillet.tool.protuberance, form_diameter });
+                found.push(Warning::Protuberance { protuberance_mm: fillet.tool.protuberance, form_diameter_mm });
             }
-            let (root_diameter, generated) = (geometry.root_diameter, 2.0 * fillet.root_radius());
+            let (root_diameter_mm, generated_diameter_mm) = (geometry.root_diameter_mm, 2.0 * fillet.root_radius());
             if !fillet.tool.given {
-                let (addendum, tip_radius) = (fillet.tool.addendum, fillet.tool.tip_radius);
-                found.push(Warning::ToolAssumed { addendum, tip_radius });
-            } else if root_diameter < generated - 1e-6 * data.normal_module {
-                found.push(Warning::RootBelowTool { root_diameter, generated });
-            } else if root_diameter > generated + 1e-6 * data.normal_module {
-                found.push(Warning::RootAboveTool { root_diameter, generated });
+                let (addendum_mm, tip_radius_mm) = (fillet.tool.addendum, fillet.tool.tip_radius);
+                found.push(Warning::ToolAssumed { addendum_mm, tip_radius_mm });
+            } else if root_diameter_mm < generated_diameter_mm - 1e-6 * data.normal_module {
+                found.push(Warning::RootBelowTool { root_diameter_mm, generated_diameter_mm });
+            } else if root_diameter_mm > generated_diameter_mm + 1e-6 * data.normal_module {
+                found.push(Warning::RootAboveTool { root_diameter_mm, generated_diameter_mm });
             }
         }
         Root::Arc(arc) => {
-            let protuberance = data.tool.map_or(0.0, |tool| tool.protuberance);
-            found.push(Warning::InternalRoot { radius: arc.radius, protuberance });
+            let protuberance_mm = data.tool.map_or(0.0, |tool| tool.protuberance);
+            found.push(Warning::InternalRoot { radius_mm: arc.radius, protuberance_mm });
             if let Some(asked) = data.tool.map(|tool| tool.tip_radius).filter(|asked| arc.radius < *asked) {
-                found.push(Warning::RootRadius { asked, used: arc.radius });
+                found.push(Warning::RootRadius { asked_mm: asked, used_mm: arc.radius });
             }
         }
-        Root::Plain { .. } => found.push(Warning::NoFillet { root_diameter: geometry.root_diameter }),
+        Root::Plain { .. } => found.push(Warning::NoFillet { root_diameter_mm: geometry.root_diameter_mm }),
     }
     if data.teeth < FEW_TEETH {
         found.push(Warning::FewTeeth { teeth: data.teeth });

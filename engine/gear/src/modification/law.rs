@@ -5,10 +5,17 @@ use super::{LEAST_LENGTH, Range, Topography};
 use crate::Gear;
 use flankfit_numerics::{check::Faults, words::Shown};
 
-/// How a relief grows from its start.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Growth of a relief from its start. Default `linear`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(rename_all = "snake_case"),
+    schema(as = ReliefForm)
+)]
 pub enum Growth {
     /// With the distance t from its start.
+    #[default]
     Linear,
     /// With t², tangent to the unmodified flank.
     Parabolic,
@@ -16,10 +23,17 @@ pub enum Growth {
 
 /// An end of the face width.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    schema(as = FaceEnd)
+)]
 pub enum End {
-    /// I: the end of lower z.
+    /// The end of lower z.
+    #[cfg_attr(feature = "contract", serde(rename = "I"))]
     Low,
-    /// II: the end of higher z.
+    /// The end of higher z.
+    #[cfg_attr(feature = "contract", serde(rename = "II"))]
     High,
 }
 

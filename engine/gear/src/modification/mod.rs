@@ -47,14 +47,21 @@ pub const MOST: usize = 100;
 /// numbers.
 pub const LEAST_LENGTH: f64 = 1e-6;
 
-/// Which flanks a modification is meant for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Flanks of a modification. Default `both`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(rename_all = "snake_case"),
+    schema(as = ModifiedFlanks)
+)]
 pub enum Flanks {
     /// Left flanks alone.
     Left,
     /// Right flanks alone.
     Right,
     /// Both flanks.
+    #[default]
     Both,
 }
 

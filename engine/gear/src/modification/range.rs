@@ -55,8 +55,8 @@ impl Range {
     /// The whole usable profile, and the face width from z = 0; `None` where there is no usable
     /// profile, or the width is not given.
     pub fn whole(gear: &Gear) -> Option<Self> {
-        let usable = Geometry::of(gear).usable?;
-        Some(Range { profile: usable.roll_lengths, helix: [0.0, gear.data().face_width?] })
+        let usable = Geometry::of(gear).usable_profile?;
+        Some(Range { profile: usable.roll_lengths_mm, helix: [0.0, gear.data().face_width?] })
     }
 
     /// Roll lengths at the root end and at the tip end.

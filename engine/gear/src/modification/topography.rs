@@ -18,10 +18,17 @@ use flankfit_numerics::{
 /// Most nodes of one topography.
 pub const MOST_NODES: usize = 1_000_000;
 
-/// What goes through the nodes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Surface through the values of a grid. Default `bilinear`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(rename_all = "snake_case"),
+    schema(as = ReliefInterpolation)
+)]
 pub enum Interpolation {
     /// Bilinear.
+    #[default]
     Bilinear,
     /// Bicubic.
     BSpline,

@@ -33,7 +33,7 @@ impl Part<'_> {
     ) -> Result<Registration, FitError> {
         let mut warnings = Vec::new();
         if !converged {
-            warnings.push(Warning::RegistrationNotConverged(iterations));
+            warnings.push(Warning::RegistrationNotConverged { iterations });
         }
         let every_motion = if self.freedom.is_whole() { None } else { Some(self.every_motion(&pose, asked.spec)?) };
         let dependencies = &every_motion.as_ref().unwrap_or(&last).collinearity.near_dependencies;
@@ -49,11 +49,11 @@ impl Part<'_> {
             warnings.push(self.undetermined());
         }
         if self.freedom.columns.contains(&Column::Slide) {
-            warnings.push(Warning::AxialShiftByModification(pose.get(Motion::AxialShift)));
+            warnings.push(Warning::AxialShiftByModification { shift_um: pose.get(Motion::AxialShift) });
         }
         let dependent = Self::dependent(&last);
         if !dependent.is_empty() {
-            warnings.push(Warning::MotionsIndistinguishable(dependent));
+            warnings.push(Warning::MotionsIndistinguishable { motions: dependent });
         }
         let deviations = self.carried_back(&pose, &mut warnings);
         if let Some(start) = self.start {
@@ -64,9 +64,10 @@ impl Part<'_> {
         warnings.extend(misfit::of_part(self.reference.gear, &deviations, &rows));
         Ok(Registration {
             motions: self.moved(&pose, &last, &begun),
+            pivot_z_mm: pose.pivot,
             pose,
-            rms_before: self.rms_before(&deviations),
-            rms_after: deviations.rms().unwrap_or_default(),
+            rms_before_um: self.rms_before(&deviations),
+            rms_after_um: deviations.rms().unwrap_or_default(),
             iterations,
             converged,
             indistinguishable,
@@ -151,6 +152,7 @@ impl Part<'_> {
                     value: pose.get(motion),
                     // −0 is 0
                     start: start.get(motion) + 0.0,
+                    unit: if motion.is_angle() { "urad" } else { "um" },
                     std_error: told
                         .iter()
                         .map(|(c, share)| Some(c.std_error? * share))

@@ -24,10 +24,10 @@ const BEYOND: f64 = 0.02;
 pub(super) fn of_start(gear: &Gear, start: &Start, after: &Deviations) -> Vec<Warning> {
     let mut warnings = Vec::new();
     if start.teeth_assumed {
-        warnings.push(Warning::RotationModuloPitch(gear.pitch_angle() * 1e6));
+        warnings.push(Warning::RotationModuloPitch { pitch_urad: gear.pitch_angle() * 1e6 });
     }
     if start.teeth_contradict > 0 {
-        warnings.push(Warning::TeethContradict(start.teeth_contradict));
+        warnings.push(Warning::TeethContradict { count: start.teeth_contradict });
     }
     if start.flanks_ambiguous {
         warnings.push(Warning::FlanksAmbiguous);
@@ -37,7 +37,7 @@ pub(super) fn of_start(gear: &Gear, start: &Start, after: &Deviations) -> Vec<Wa
         after.nodes.iter().enumerate().filter(|(i, node)| node.counts() && open(*i) && start.left(*i, node.side));
     let moved = moved.count();
     if moved > 0 {
-        warnings.push(Warning::FlanksReassigned(moved));
+        warnings.push(Warning::FlanksReassigned { count: moved });
     }
     warnings
 }
@@ -46,8 +46,10 @@ pub(super) fn of_start(gear: &Gear, start: &Start, after: &Deviations) -> Vec<Wa
 pub(super) fn of_axial_shift(gear: &Gear, freedom: &Freedom, pose: &Pose) -> Option<Warning> {
     let shift = pose.get(Motion::AxialShift);
     let alone = freedom.tells(Motion::AxialShift) && !freedom.motions.contains(&Motion::Rotation);
-    (alone && 1e-3 * shift.abs() > SHIFTS * gear.data().normal_module)
-        .then(|| Warning::AxialShiftForRotation { shift, rotation: -1e3 * shift * gear.turn_per_length() })
+    (alone && 1e-3 * shift.abs() > SHIFTS * gear.data().normal_module).then(|| Warning::AxialShiftForRotation {
+        shift_um: shift,
+        rotation_urad: -1e3 * shift * gear.turn_per_length(),
+    })
 }
 
 /// What the deviations that are left say.
@@ -60,14 +62,14 @@ pub(super) fn of_part(gear: &Gear, after: &Deviations, rows: &[usize]) -> Vec<Wa
     let square: f64 = each.iter().map(|(_, d)| d * d).sum();
     let rms = (square / each.len().max(1) as f64).sqrt();
     if rms > limit {
-        warnings.push(Warning::PoorFit { rms, limit });
+        warnings.push(Warning::PoorFit { rms_um: rms, limit_um: limit });
     }
     if !each.is_empty() {
         let middle = median(&mut each.iter().map(|(_, d)| *d).collect::<Vec<f64>>());
         let usual = 1.4826 * median(&mut each.iter().map(|(_, d)| (d - middle).abs()).collect::<Vec<f64>>());
         let mut far = each.iter().filter(|(_, d)| (d - middle).abs() > limit.max(THRESHOLD * usual)).peekable();
         if let Some((first, deviation)) = far.peek().copied().copied() {
-            warnings.push(Warning::PointsMisfit { count: far.count(), first, deviation });
+            warnings.push(Warning::PointsMisfit { count: far.count(), first, deviation_um: deviation });
         }
     }
     let slack = BEYOND * gear.data().normal_module;
@@ -78,7 +80,7 @@ pub(super) fn of_part(gear: &Gear, after: &Deviations, rows: &[usize]) -> Vec<Wa
     });
     let beyond = beyond.count();
     if beyond > 0 {
-        warnings.push(Warning::PointsBeyondFlank(beyond));
+        warnings.push(Warning::PointsBeyondFlank { count: beyond });
     }
     warnings
 }

@@ -46,22 +46,32 @@ pub struct Registering<'a> {
     pub spec: &'a FitSpec,
 }
 
-/// One of the free motions.
+/// Motion of the part.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "contract",
+    serde_with_macros::skip_serializing_none,
+    derive(serde::Serialize, utoipa::ToSchema),
+    schema(as = PartMotion)
+)]
 pub struct Moved {
-    /// Which motion.
+    /// The motion.
     pub motion: Motion,
-    /// µm or µrad.
+    /// Displacement of the part, in `unit`.
     pub value: f64,
-    /// Where the fit began: its coefficients, and what regularisation damps, count from there. 0
-    /// but for parts that lie far off.
+    /// Start of the fit, 0 but for parts that lie off by more than a tenth of the module:
+    /// coefficients of `result`, and what regularisation damps, count from there.
     pub start: f64,
-    /// `None` for a motion that the points do not determine.
+    /// `um` or `urad`.
+    pub unit: &'static str,
+    /// Standard error by the scatter of the points, each by itself: it does not cover what moves all
+    /// points of a flank together, as a pitch deviation does (docs/reference/gears.md). Absent if
+    /// the points do not determine the motion. If a regularisation chose its λ* by these points it
+    /// is too small, as in any fit.
     pub std_error: Option<f64>,
-    /// Sharp bound on what regularisation moved, given the limit of the coefficients' norm; `None`
-    /// for a motion that the points do not determine.
+    /// Sharp bound of the displacement by regularisation, given the limit of the coefficients' norm.
     pub bias_bound: Option<f64>,
-    /// Whether these points tell it from the other free motions.
+    /// True if these points distinguish it from the other free motions.
     pub determined: bool,
 }
 
@@ -76,33 +86,43 @@ pub struct Indistinguishable {
     pub sentence: String,
 }
 
-/// The answer.
+/// Motions of the part that were found; the deviations are those of the part carried back.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize, utoipa::ToSchema))]
 pub struct Registration {
-    /// The free motions in the order of [`Motion::ALL`].
+    /// One entry for each free motion, in the order of [`Motion::ALL`].
     pub motions: Vec<Moved>,
-    /// How the part lies: all motions together.
+    /// Position of the part: all motions together.
+    #[cfg_attr(feature = "contract", serde(skip))]
     pub pose: Pose,
-    /// √mean of the squared deviations that take part, µm, in their direction.
-    pub rms_before: f64,
-    /// The same with the part carried back.
-    pub rms_after: f64,
-    /// Steps of the iteration.
+    /// z of the point about which the axis tilts.
+    pub pivot_z_mm: f64,
+    /// Root mean square of the deviations as they were measured.
+    pub rms_before_um: f64,
+    /// Root mean square of the deviations after the part has been carried back.
+    pub rms_after_um: f64,
+    /// Number of linearisations.
     pub iterations: usize,
-    /// Whether the last step was within the tolerance.
+    /// True if the last step was within the tolerance.
     pub converged: bool,
-    /// Near dependencies between the free motions.
+    /// Motions that these points do not distinguish.
+    #[cfg_attr(feature = "contract", serde(skip))]
     pub indistinguishable: Vec<Indistinguishable>,
     /// The last fit; its coefficients are [`columns::Column`]s, its heights and residuals normal
     /// deviations.
+    #[cfg_attr(feature = "contract", serde(skip))]
     pub fit: FitResult,
     /// Plain least squares with a column for every motion (spectrum, collinearity), where the fit
     /// has fewer.
+    #[cfg_attr(feature = "contract", serde(skip))]
     pub every_motion: Option<FitResult>,
     /// Which node each row of the fit belongs to.
+    #[cfg_attr(feature = "contract", serde(skip))]
     pub rows: Vec<usize>,
     /// The deviations of the part carried back, in the order of the nodes.
+    #[cfg_attr(feature = "contract", serde(skip))]
     pub deviations: Deviations,
     /// What the fit does not say.
+    #[cfg_attr(feature = "contract", serde(skip))]
     pub warnings: Vec<Warning>,
 }

@@ -16,6 +16,11 @@ use flankfit_geometry::space::Vector;
 
 /// A degree of freedom.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(rename_all = "snake_case")
+)]
 pub enum Motion {
     /// t_x, µm: towards the viewer's right.
     XShift,

@@ -66,7 +66,7 @@ const REASSIGNING: usize = 25;
 /// let spec = FitSpec::new(Model::Linear);
 /// let asked = Registering { motions: &[Motion::XShift], pivot: None, weight: None, spec: &spec };
 /// let found = register(&reference, &deviations, &asked)?;
-/// assert!((found.motions[0].value - 7.0).abs() < 0.05 && found.rms_after < 0.05);
+/// assert!((found.motions[0].value - 7.0).abs() < 0.05 && found.rms_after_um < 0.05);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn register(reference: &Reference, deviations: &Deviations, asked: &Registering) -> Result<Registration, FitError> {

@@ -14,20 +14,32 @@ pub struct SolidSpec {
     pub elements: Elements,
 }
 
-/// Into how many elements each part goes.
+/// Numbers of elements of each part; at most two million nodes in all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    schema(as = SolidElements),
+    serde(deny_unknown_fields, default)
+)]
 pub struct Elements {
     /// Along each involute.
+    #[cfg_attr(feature = "contract", schema(minimum = 1))]
     pub involute: usize,
     /// Along each fillet.
+    #[cfg_attr(feature = "contract", schema(minimum = 1))]
     pub fillet: usize,
     /// Along the root arc on each side of a tooth.
+    #[cfg_attr(feature = "contract", schema(minimum = 1))]
     pub root: usize,
     /// Across the tooth.
+    #[cfg_attr(feature = "contract", schema(minimum = 1))]
     pub thickness: usize,
     /// From the root to the end of the rim.
+    #[cfg_attr(feature = "contract", schema(minimum = 1))]
     pub rim: usize,
     /// Along the face width.
+    #[cfg_attr(feature = "contract", schema(minimum = 1))]
     pub width: usize,
 }
 

@@ -1,11 +1,11 @@
 //! Figures of the flanks of a correction by the chosen fits of their iterations.
 
-use crate::api::gears::{evaluation::figures::FigureBody, fit_figures::FitFiguresBody};
+use crate::api::gears::fit_figures::FitFiguresBody;
 use flankfit_engine::{
     estimation::inference::Inferred,
     gear::{
         correction::{FigureChange, Flank, HeldFigure},
-        evaluation::flank_surface::{EstimatedFigure, FlankFigures},
+        evaluation::flank_surface::{EstimatedFigure, Figure, FlankFigures},
     },
     numerics::distribution::Student,
 };
@@ -46,20 +46,14 @@ impl ChosenFigures {
         if !is_same || flank.traces.is_some() {
             return FlankFigures::default();
         }
-        let estimated = |figure: FigureBody| self.estimated(figure);
-        FlankFigures {
-            profile_slope: own.profile_slope_um.map(estimated),
-            helix_slope: own.helix_slope_um.map(estimated),
-            profile_crowning: own.profile_crowning_um.map(estimated),
-            helix_crowning: own.helix_crowning_um.map(estimated),
-            twist: own.twist_um.map(estimated),
-        }
+        own.figures.map(|figure| self.estimated(figure))
     }
 
     /// Returns a figure with the estimate that its interval is of.
-    fn estimated(&self, figure: FigureBody) -> EstimatedFigure {
-        let FigureBody { value, std_error, interval, degrees_of_freedom, .. } = figure;
-        let student = degrees_of_freedom.map_or(Student::NORMAL, Student::new);
+    fn estimated(&self, figure: Figure) -> EstimatedFigure {
+        let Figure { value, std_error, inference, .. } = figure;
+        let interval = inference.map(|one| one.interval);
+        let student = inference.and_then(|one| one.degrees_of_freedom).map_or(Student::NORMAL, Student::new);
         let quantile = student.upper_quantile(0.5 * (1.0 - self.level));
         let about = |[low, high]: [f64; 2]| Inferred {
             value: 0.5 * (low + high),

@@ -4,8 +4,9 @@ use serde::{Deserialize, Serialize};
 use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
-use crate::api::{gears::evaluation::conformity::DecisionName, params::Params, warning::WarningBody};
+use crate::api::{params::Params, warning::WarningBody};
 use flankfit_engine::{
+    estimation::inference::Decision,
     gear::{
         Side,
         correction::{
@@ -66,9 +67,9 @@ pub struct TargetFigureBody {
     #[schema(min_items = 2, max_items = 2)]
     pub limits: Option<[f64; 2]>,
     /// As of any figure, with a guard band by the standard error.
-    pub conformity_before: Option<DecisionName>,
+    pub conformity_before: Option<Decision>,
     /// Likewise of the predicted figure.
-    pub conformity_predicted: Option<DecisionName>,
+    pub conformity_predicted: Option<Decision>,
 }
 
 impl TargetFigureBody {

@@ -1,7 +1,7 @@
 //! The nodes of an iteration as deviations of a flank: heights in µm, u along the profile and v
 //! along the axis.
 
-use crate::api::{faults::Faults, measurand::profile_axis::ProfileAxisName};
+use crate::api::faults::Faults;
 use flankfit_engine::{
     estimation::Nodes,
     gear::{
@@ -45,7 +45,7 @@ pub fn weights(nodes: &Nodes) -> Option<Vec<f64>> {
 /// What u and v of nodes on a flank are.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coordinates {
-    pub profile: ProfileAxisName,
+    pub profile: ProfileAxis,
     /// What u is multiplied with to be in the unit of that.
     pub u: f64,
     /// What v is multiplied with to be z in mm.
@@ -65,7 +65,7 @@ pub fn places(nodes: &Nodes, gear: &Gear, side: Side, of: Coordinates) -> Result
     let (count, mut below) = (pairs.len(), 0usize);
     let mut places = Vec::with_capacity(count);
     for (u, z) in pairs {
-        match ProfileAxis::from(of.profile).roll_length(gear, of.profile.value(of.u * u)) {
+        match of.profile.roll_length(gear, of.profile.requested(of.u * u)) {
             Some(roll_length) => places.push(FlankNode { side, roll_length, z: of.v * z }),
             None => below += 1,
         }

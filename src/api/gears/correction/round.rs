@@ -12,15 +12,13 @@ use super::{
     stored::{Judged, Later, MachineAnswerBody, Made, SidedChangesBody, first, implausible, whole},
 };
 use crate::{
-    api::{
-        faults::Faults, gears::evaluation::tooth_shift::ToothShiftBody, json::members::of_request,
-        measurand::side::SideName, problem::Problem,
-    },
+    api::{faults::Faults, json::members::of_request, measurand::side::SideName, problem::Problem},
     jobs::Record,
 };
 use flankfit_engine::gear::{
     Gear, Side,
     correction::{Measurements, TeethMean, compare_figures},
+    evaluation::tooth_shift::ToothShift,
 };
 
 /// What was measured before and after a correction of the gear.
@@ -58,7 +56,7 @@ pub fn write(
     record: &Record,
     applied: Option<AppliedChangesBody>,
     round: &Round<'_>,
-    tooth_shift: Option<ToothShiftBody>,
+    tooth_shift: Option<ToothShift>,
     today: Option<&Gear>,
     include: CorrectionInclude,
 ) -> Result<Vec<u8>, Problem> {

@@ -6,7 +6,7 @@ use crate::{
         faults::Faults,
         gears::fit_figures::missing,
         json::{members::of_object, request::request},
-        measurand::{axes::AxesBody, profile_axis::ProfileAxisName, side::SideName, units::canonical},
+        measurand::{axes::AxesBody, side::SideName, units::canonical},
     },
     jobs::{Measurand, side_name},
 };
@@ -14,7 +14,7 @@ pub use flankfit_engine::gear::correction::machine::Machine as MachineName;
 use flankfit_engine::{
     estimation::Nodes,
     gear::{
-        Gear, Side,
+        Gear, ProfileAxis, Side,
         correction::{
             Flank, Setting,
             machine::{Machine, Ranges},
@@ -43,7 +43,7 @@ request! {
         /// With `machine`: the flank that was measured. By default that of the iteration.
         optional flank: SideName,
         /// With `machine`: what u of the nodes is. By default what the iteration's axes say.
-        optional profile_axis: ProfileAxisName,
+        optional profile_axis: ProfileAxis,
         /// With `machine`: what crownings refer to. By default what the nodes span.
         #[schema(min_items = 2, max_items = 2)]
         optional profile_diameter_range_mm: [f64; 2],
@@ -208,7 +208,7 @@ fn by_flank(members: &SensitivityMembers<'_>, machine: Machine, faults: &mut Fau
 }
 
 /// What u and v of the iteration are, as its axes say.
-fn coordinates(requested: Option<ProfileAxisName>, axes: &AxesBody, faults: &mut Faults) -> Option<Coordinates> {
+fn coordinates(requested: Option<ProfileAxis>, axes: &AxesBody, faults: &mut Faults) -> Option<Coordinates> {
     let of_axes = axes.profile().map_err(|why| faults.push("/sensitivity/machine", why)).ok()?;
     let v = axes.along().map_err(|why| faults.push("/sensitivity/machine", why)).ok()?;
     let (profile, u) = of_axes?;

@@ -21,7 +21,7 @@ use crate::{
     api::{
         faults::Faults,
         gears::{
-            evaluation::{request::figure_terms, tooth_shift::ToothShiftBody},
+            evaluation::request::figure_terms,
             gear::{GearBody, of_text},
         },
         json::{gather::gathered, text::Moment, writer},
@@ -36,6 +36,7 @@ use flankfit_engine::{
     gear::{
         Gear,
         correction::{Answer, Comparison, Correction, CorrectionSpec, Scatter, compare, compare_figures},
+        evaluation::tooth_shift::ToothShift,
     },
 };
 
@@ -67,7 +68,7 @@ pub struct StoredCorrectionBody {
     pub not_compared: Option<String>,
     /// Whether teeth were numbered otherwise after the correction; there where pitches are kept
     /// with an iteration before it and with one after it. The newest of each are taken.
-    pub tooth_shift: Option<ToothShiftBody>,
+    pub tooth_shift: Option<ToothShift>,
     /// What `result` and its parts warn of, each with `at`.
     pub warnings: Vec<WarningBody>,
 }
@@ -149,7 +150,7 @@ struct Written<'a> {
     applied: Option<AppliedChangesBody>,
     answer: Option<MachineAnswerBody>,
     not_compared: Option<String>,
-    tooth_shift: Option<ToothShiftBody>,
+    tooth_shift: Option<ToothShift>,
     warnings: [(); 0],
 }
 
@@ -170,7 +171,7 @@ pub fn write(
     applied: Option<AppliedChangesBody>,
     before: &Measured,
     after: &After,
-    tooth_shift: Option<ToothShiftBody>,
+    tooth_shift: Option<ToothShift>,
     today: Option<&Gear>,
     include: CorrectionInclude,
 ) -> Result<Vec<u8>, Problem> {
@@ -205,7 +206,7 @@ pub(super) fn whole(
     record: &Record,
     applied: Option<AppliedChangesBody>,
     (answer, not_compared): (Option<MachineAnswerBody>, Option<String>),
-    tooth_shift: Option<ToothShiftBody>,
+    tooth_shift: Option<ToothShift>,
     include: CorrectionInclude,
 ) -> Result<Vec<u8>, Problem> {
     let raw = |text| RawValue::from_string(text).map_err(Problem::internal);

@@ -22,14 +22,14 @@ pub enum ModificationBody {
         /// What is taken off, at most; below 0 material is left on.
         amount_um: f64,
         #[serde(default, skip_serializing_if = "Option::is_none")]
-        flank: Option<FlanksName>,
+        flank: Option<Flanks>,
     },
     /// C_Hα u/2.
     ProfileSlope {
         /// What is taken off, at most; below 0 material is left on.
         amount_um: f64,
         #[serde(default, skip_serializing_if = "Option::is_none")]
-        flank: Option<FlanksName>,
+        flank: Option<Flanks>,
     },
     /// From 0 at its start to C_αa at the tip end of the range.
     TipRelief {
@@ -38,9 +38,9 @@ pub enum ModificationBody {
         /// Where it begins; nothing is taken off from there to the root.
         start_diameter_mm: f64,
         #[serde(default, skip_serializing_if = "Option::is_none")]
-        form: Option<GrowthName>,
+        form: Option<Growth>,
         #[serde(default, skip_serializing_if = "Option::is_none")]
-        flank: Option<FlanksName>,
+        flank: Option<Flanks>,
     },
     /// From 0 at its start to C_αf at the root end of the range.
     RootRelief {
@@ -49,23 +49,23 @@ pub enum ModificationBody {
         /// Where it begins; nothing is taken off from there to the tip.
         start_diameter_mm: f64,
         #[serde(default, skip_serializing_if = "Option::is_none")]
-        form: Option<GrowthName>,
+        form: Option<Growth>,
         #[serde(default, skip_serializing_if = "Option::is_none")]
-        flank: Option<FlanksName>,
+        flank: Option<Flanks>,
     },
     /// C_β v².
     HelixCrowning {
         /// What is taken off, at most; below 0 material is left on.
         amount_um: f64,
         #[serde(default, skip_serializing_if = "Option::is_none")]
-        flank: Option<FlanksName>,
+        flank: Option<Flanks>,
     },
     /// C_Hβ v/2.
     HelixSlope {
         /// What is taken off, at most; below 0 material is left on.
         amount_um: f64,
         #[serde(default, skip_serializing_if = "Option::is_none")]
-        flank: Option<FlanksName>,
+        flank: Option<Flanks>,
     },
     /// C_βI or C_βII: from 0 at `length_mm` inside an end of the range to the amount there.
     EndRelief {
@@ -73,18 +73,18 @@ pub enum ModificationBody {
         amount_um: f64,
         /// How far from the end it begins, along the axis.
         length_mm: f64,
-        end: EndName,
+        end: End,
         #[serde(default, skip_serializing_if = "Option::is_none")]
-        form: Option<GrowthName>,
+        form: Option<Growth>,
         #[serde(default, skip_serializing_if = "Option::is_none")]
-        flank: Option<FlanksName>,
+        flank: Option<Flanks>,
     },
     /// S u v/4.
     Twist {
         /// What is taken off, at most; below 0 material is left on.
         amount_um: f64,
         #[serde(default, skip_serializing_if = "Option::is_none")]
-        flank: Option<FlanksName>,
+        flank: Option<Flanks>,
     },
     /// Values on a grid, constant beyond its border.
     Grid {
@@ -94,53 +94,10 @@ pub enum ModificationBody {
         /// A row for each profile value.
         relief_um: Vec<Vec<f64>>,
         #[serde(default, skip_serializing_if = "Option::is_none")]
-        interpolation: Option<InterpolationName>,
+        interpolation: Option<Interpolation>,
         #[serde(default, skip_serializing_if = "Option::is_none")]
-        flank: Option<FlanksName>,
+        flank: Option<Flanks>,
     },
-}
-
-/// Which flanks. Default `both`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-#[schema(as = ModifiedFlanks)]
-pub enum FlanksName {
-    Left,
-    Right,
-    #[default]
-    Both,
-}
-
-/// How a relief grows from its start. Default `linear`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-#[schema(as = ReliefForm)]
-pub enum GrowthName {
-    #[default]
-    Linear,
-    Parabolic,
-}
-
-/// An end of the face width.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[schema(as = FaceEnd)]
-pub enum EndName {
-    /// That of lower z.
-    I,
-    /// That of higher z.
-    #[serde(rename = "II")]
-    Ii,
-}
-
-/// What goes through the values of a grid. Default `bilinear`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-#[schema(as = ReliefInterpolation)]
-pub enum InterpolationName {
-    #[default]
-    Bilinear,
-    /// Bicubic.
-    BSpline,
 }
 
 /// What the amounts of modifications refer to. By default the usable profile, and the face width
@@ -194,53 +151,37 @@ pub fn laws(gear: &Gear, list: &[ModificationBody], at: &str, faults: &mut Fault
 impl ModificationBody {
     /// Returns the law of the modification at `at`.
     fn law(&self, gear: &Gear, at: &str, faults: &mut Faults) -> Option<Modification> {
-        let growth = |form: &Option<GrowthName>| match form.unwrap_or_default() {
-            GrowthName::Linear => Growth::Linear,
-            GrowthName::Parabolic => Growth::Parabolic,
-        };
-        let (flank, law) = match self {
-            ModificationBody::ProfileCrowning { amount_um, flank } => {
-                (flank, Law::ProfileCrowning { amount: *amount_um })
+        let (flank, law) = match *self {
+            ModificationBody::ProfileCrowning { amount_um: amount, flank } => (flank, Law::ProfileCrowning { amount }),
+            ModificationBody::ProfileSlope { amount_um: amount, flank } => (flank, Law::ProfileSlope { amount }),
+            ModificationBody::TipRelief { amount_um: amount, start_diameter_mm: start_diameter, form, flank } => {
+                (flank, Law::TipRelief { amount, start_diameter, growth: form.unwrap_or_default() })
             }
-            ModificationBody::ProfileSlope { amount_um, flank } => (flank, Law::ProfileSlope { amount: *amount_um }),
-            ModificationBody::TipRelief { amount_um, start_diameter_mm, form, flank } => {
-                let law =
-                    Law::TipRelief { amount: *amount_um, start_diameter: *start_diameter_mm, growth: growth(form) };
-                (flank, law)
+            ModificationBody::RootRelief { amount_um: amount, start_diameter_mm: start_diameter, form, flank } => {
+                (flank, Law::RootRelief { amount, start_diameter, growth: form.unwrap_or_default() })
             }
-            ModificationBody::RootRelief { amount_um, start_diameter_mm, form, flank } => {
-                let law =
-                    Law::RootRelief { amount: *amount_um, start_diameter: *start_diameter_mm, growth: growth(form) };
-                (flank, law)
+            ModificationBody::HelixCrowning { amount_um: amount, flank } => (flank, Law::HelixCrowning { amount }),
+            ModificationBody::HelixSlope { amount_um: amount, flank } => (flank, Law::HelixSlope { amount }),
+            ModificationBody::EndRelief { amount_um: amount, length_mm: length, end, form, flank } => {
+                (flank, Law::EndRelief { end, amount, length, growth: form.unwrap_or_default() })
             }
-            ModificationBody::HelixCrowning { amount_um, flank } => (flank, Law::HelixCrowning { amount: *amount_um }),
-            ModificationBody::HelixSlope { amount_um, flank } => (flank, Law::HelixSlope { amount: *amount_um }),
-            ModificationBody::EndRelief { amount_um, length_mm, end, form, flank } => {
-                let end = match end {
-                    EndName::I => End::Low,
-                    EndName::Ii => End::High,
-                };
-                (flank, Law::EndRelief { end, amount: *amount_um, length: *length_mm, growth: growth(form) })
-            }
-            ModificationBody::Twist { amount_um, flank } => (flank, Law::Twist { amount: *amount_um }),
-            ModificationBody::Grid { profile, face_width_positions_mm, relief_um, interpolation, flank } => {
+            ModificationBody::Twist { amount_um: amount, flank } => (flank, Law::Twist { amount }),
+            ModificationBody::Grid {
+                ref profile,
+                ref face_width_positions_mm,
+                ref relief_um,
+                interpolation,
+                flank,
+            } => {
                 let rolls = profile.roll_lengths(gear, &format!("{at}/profile/values"));
-                let interpolation = match interpolation.unwrap_or_default() {
-                    InterpolationName::Bilinear => Interpolation::Bilinear,
-                    InterpolationName::BSpline => Interpolation::BSpline,
-                };
                 let made = rolls.and_then(|rolls| {
+                    let interpolation = interpolation.unwrap_or_default();
                     Topography::new(&rolls, face_width_positions_mm, relief_um, interpolation)
                         .map_err(|more| Faults::of_engine(at, &more))
                 });
                 (flank, Law::Topography(made.map_err(|more| faults.append(more)).ok()?))
             }
         };
-        let flanks = match flank.unwrap_or_default() {
-            FlanksName::Left => Flanks::Left,
-            FlanksName::Right => Flanks::Right,
-            FlanksName::Both => Flanks::Both,
-        };
-        Some(Modification { flanks, law })
+        Some(Modification { flanks: flank.unwrap_or_default(), law })
     }
 }

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use crate::api::{faults::Faults, measurand::profile_axis::ProfileAxisName};
+use crate::api::faults::Faults;
 use flankfit_engine::gear::{Gear, ProfileAxis};
 
 /// Places along the profile.
@@ -11,14 +11,14 @@ use flankfit_engine::gear::{Gear, ProfileAxis};
 #[serde(deny_unknown_fields)]
 #[schema(as = ProfilePlaces)]
 pub struct ProfileBody {
-    pub axis: ProfileAxisName,
+    pub axis: ProfileAxis,
     /// mm; roll angles in degrees.
     pub values: Vec<f64>,
 }
 
 impl ProfileBody {
     pub fn axis_and_values(&self) -> (ProfileAxis, Vec<f64>) {
-        (self.axis.into(), self.values.iter().map(|x| self.axis.value(*x)).collect())
+        (self.axis, self.values.iter().map(|x| self.axis.requested(*x)).collect())
     }
 
     /// Roll lengths; faults stand at `{at}/0` ….

@@ -28,35 +28,9 @@ use flankfit_engine::gear::{
 #[schema(as = GearProfileRequest)]
 pub struct ProfileRequestBody {
     pub gear: GearBody,
-    pub steps: Option<StepsBody>,
+    pub steps: Option<Steps>,
     /// Whether the section of the whole gear is answered too. Default false.
     pub whole_gear: Option<bool>,
-}
-
-/// Into how many steps each part of a tooth goes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(deny_unknown_fields, default)]
-#[schema(as = ProfileSteps)]
-pub struct StepsBody {
-    /// Of each flank's involute.
-    #[schema(minimum = 1)]
-    pub involute: usize,
-    /// Of each fillet.
-    #[schema(minimum = 1)]
-    pub fillet: usize,
-    /// Of the arc at the tip.
-    #[schema(minimum = 1)]
-    pub tip: usize,
-    /// Of the arc between two teeth.
-    #[schema(minimum = 1)]
-    pub root: usize,
-}
-
-impl Default for StepsBody {
-    fn default() -> Self {
-        let Steps { involute, fillet, tip, root } = Steps::default();
-        StepsBody { involute, fillet, tip, root }
-    }
 }
 
 /// Closed polygons, counterclockwise, the first point not once more; mm.
@@ -81,7 +55,7 @@ pub struct ProfileAnswerBody {
 #[schema(as = EnvelopeRequest)]
 pub struct EnvelopeRequestBody {
     pub tool: ToolProfileBody,
-    pub motion: ToolMotionBody,
+    pub motion: Motion,
     /// Between which radii of the gear the envelope is wanted.
     #[schema(min_items = 2, max_items = 2)]
     pub radius_range_mm: [f64; 2],
@@ -119,29 +93,6 @@ pub enum ThroughName {
     Spline,
 }
 
-/// How tool and gear move.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[serde(tag = "type", rename_all = "snake_case", deny_unknown_fields, expecting = "an object")]
-#[schema(as = ToolMotion)]
-pub enum ToolMotionBody {
-    /// A rack whose pitch line rolls on the gear's circle of this radius.
-    Rack {
-        /// Radius of the gear's circle that rolls on the pitch line.
-        pitch_radius_mm: f64,
-    },
-    /// Two pitch circles that roll on each other, the tool's inside the gear's where it is
-    /// internal.
-    Pinion {
-        /// Radius of the tool's circle.
-        tool_pitch_radius_mm: f64,
-        /// Radius of the gear's circle.
-        gear_pitch_radius_mm: f64,
-        /// Whether the gear is internal. Default false.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        internal: Option<bool>,
-    },
-}
-
 /// What the tool touches, and the flank that it leaves.
 #[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -163,8 +114,7 @@ const POINT: usize = 3 * 2 * size_of::<f64>() + 2 * TEXT_OF_NUMBER;
 pub fn answer(text: &[u8], room: Room) -> Result<Vec<u8>, Problem> {
     let body: ProfileRequestBody = read_json(text)?;
     let gear = body.gear.checked("/gear").map_err(Problem::invalid)?;
-    let StepsBody { involute, fillet, tip, root } = body.steps.unwrap_or_default();
-    let steps = Steps { involute, fillet, tip, root };
+    let steps = body.steps.unwrap_or_default();
     // a tooth, its left flank once more, and all teeth where they are wanted
     let teeth = if body.whole_gear == Some(true) { gear.data().teeth as usize } else { 0 };
     let points = steps.points().saturating_mul(teeth.saturating_add(2));
@@ -197,28 +147,19 @@ pub fn envelope(text: &[u8], room: Room) -> Result<Vec<u8>, Problem> {
             faults.push(pointer, "a radius above 0 mm (and up to a kilometre)");
         }
     };
-    let motion = match body.motion {
-        ToolMotionBody::Rack { pitch_radius_mm } => {
-            positive("/motion/pitch_radius_mm", pitch_radius_mm, &mut faults);
-            Motion::Rack { pitch_radius: pitch_radius_mm }
-        }
-        ToolMotionBody::Pinion { tool_pitch_radius_mm, gear_pitch_radius_mm, internal } => {
-            let internal = internal.unwrap_or_default();
-            positive("/motion/tool_pitch_radius_mm", tool_pitch_radius_mm, &mut faults);
-            positive("/motion/gear_pitch_radius_mm", gear_pitch_radius_mm, &mut faults);
-            if internal && tool_pitch_radius_mm >= gear_pitch_radius_mm {
+    match body.motion {
+        Motion::Rack { pitch_radius } => positive("/motion/pitch_radius_mm", pitch_radius, &mut faults),
+        Motion::Pinion { tool_pitch_radius, gear_pitch_radius, internal } => {
+            positive("/motion/tool_pitch_radius_mm", tool_pitch_radius, &mut faults);
+            positive("/motion/gear_pitch_radius_mm", gear_pitch_radius, &mut faults);
+            if internal && tool_pitch_radius >= gear_pitch_radius {
                 faults.push(
                     "/motion/tool_pitch_radius_mm",
                     "the tool rolls inside the gear: its radius is the smaller one",
                 );
             }
-            Motion::Pinion {
-                tool_pitch_radius: tool_pitch_radius_mm,
-                gear_pitch_radius: gear_pitch_radius_mm,
-                internal,
-            }
         }
-    };
+    }
     let [least, most] = body.radius_range_mm;
     if !(0.0 <= least && least < most && most <= 1e6) {
         faults.push("/radius_range_mm", "not an ascending range of radii");
@@ -247,7 +188,7 @@ pub fn envelope(text: &[u8], room: Room) -> Result<Vec<u8>, Problem> {
     let Some(profile) = faults.into_result(profile).map_err(Problem::invalid)? else {
         return Err(Problem::internal("a tool's profile without a fault is none"));
     };
-    let envelope = Envelope::of(&profile, motion, [least, most])
+    let envelope = Envelope::of(&profile, body.motion, [least, most])
         .map_err(|fault| Problem::invalid(Faults::one("/motion", fault.to_string())))?;
     let touched: usize = envelope.branches.iter().map(Vec::len).sum();
     let radii = body.radii_mm.as_ref().map_or(0, Vec::len);

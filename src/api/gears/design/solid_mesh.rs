@@ -38,7 +38,7 @@ pub struct SolidMeshRequestBody {
     /// tooth depths from the root circle.
     #[schema(exclusive_minimum = 0)]
     pub rim_diameter_mm: Option<f64>,
-    pub elements: Option<SolidElementsBody>,
+    pub elements: Option<Elements>,
     /// What the file calls the gear. Default `gear`.
     #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
     pub name: Option<ShortText>,
@@ -63,38 +63,6 @@ pub enum ElementOrderName {
     Quadratic,
 }
 
-/// Into how many elements each part goes; at most two million nodes in all.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(deny_unknown_fields, default)]
-#[schema(as = SolidElements)]
-pub struct SolidElementsBody {
-    /// Along each involute.
-    #[schema(minimum = 1)]
-    pub involute: usize,
-    /// Along each fillet.
-    #[schema(minimum = 1)]
-    pub fillet: usize,
-    /// Along the root arc on each side of a tooth.
-    #[schema(minimum = 1)]
-    pub root: usize,
-    /// Across the tooth.
-    #[schema(minimum = 1)]
-    pub thickness: usize,
-    /// From the root to the end of the rim.
-    #[schema(minimum = 1)]
-    pub rim: usize,
-    /// Along the face width.
-    #[schema(minimum = 1)]
-    pub width: usize,
-}
-
-impl Default for SolidElementsBody {
-    fn default() -> Self {
-        let Elements { involute, fillet, root, thickness, rim, width } = Elements::default();
-        SolidElementsBody { involute, fillet, root, thickness, rim, width }
-    }
-}
-
 /// What a node takes until the file is sent: its place, the element that begins there with its
 /// nodes, faces, and its place among those already numbered.
 const NODE: usize = size_of::<Vector>() + 20 * size_of::<u32>() + 64;
@@ -103,12 +71,11 @@ const NODE: usize = size_of::<Vector>() + 20 * size_of::<u32>() + 64;
 pub fn file(text: &[u8], now: Timestamp, room: Room) -> Result<File, Problem> {
     let body: SolidMeshRequestBody = read_json(text)?;
     let gear = body.gear.checked("/gear").map_err(Problem::invalid)?;
-    let SolidElementsBody { involute, fillet, root, thickness, rim, width } = body.elements.unwrap_or_default();
     let spec = SolidSpec {
         teeth: body.teeth.unwrap_or(1),
         rim_diameter: body.rim_diameter_mm,
         quadratic: body.order == Some(ElementOrderName::Quadratic),
-        elements: Elements { involute, fillet, root, thickness, rim, width },
+        elements: body.elements.unwrap_or_default(),
     };
     // more are refused in any case
     room(HexMesh::most_nodes(&spec).min(MOST_NODES) * NODE)?;

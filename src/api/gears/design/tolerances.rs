@@ -11,7 +11,7 @@ use utoipa::ToSchema;
 
 use crate::api::{
     faults::Faults,
-    gears::{gear::GearBody, notice::out_of_scope},
+    gears::gear::GearBody,
     json::{value::read_json, writer},
     problem::Problem,
 };
@@ -103,8 +103,8 @@ pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
     let gear = gear.checked("/gear").map_err(|more| faults.append(more)).ok();
     let tolerances = gear.and_then(|gear| {
         let outside = |out: OutOfScope| {
-            let why = out_of_scope(&out);
-            out.0.iter().for_each(|excess| faults.push(place(excess.quantity), why.clone()));
+            let why = out.to_string();
+            out.outside.iter().for_each(|excess| faults.push(place(excess.quantity), why.clone()));
         };
         Tolerances::new(&gear).map_err(outside).ok()
     });

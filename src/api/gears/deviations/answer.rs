@@ -1,6 +1,6 @@
 //! Deviations of measured points from the nominal flanks, and how the part lies.
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
@@ -35,7 +35,7 @@ use flankfit_engine::gear::{
 
 /// Deviations, everything in the order of the points; `null` stands for an undefined one.
 #[skip_serializing_none]
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[derive(Clone, Debug, Serialize, ToSchema)]
 #[schema(as = GearDeviations)]
 pub struct DeviationsBody<'a> {
     pub direction: DirectionName,
@@ -70,13 +70,13 @@ pub struct DeviationsBody<'a> {
     /// Points that belong to no flank, where these count as undefined.
     pub strays: Vec<StrayBody>,
     /// What had to be assumed, about an imported file above all.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<NoticeBody>,
     pub registration: Option<RegistrationBody<'a>>,
 }
 
 /// A point without a flank.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
 #[schema(as = StrayPoint)]
 pub struct StrayBody {
     /// Which point, from 0.

@@ -72,7 +72,7 @@ request! {
         #[schema(exclusive_minimum = 0)]
         optional reach_mm: f64,
         /// What becomes of points that belong to no flank. Default `refuse`.
-        optional strays: StraysName,
+        optional strays: FootlessPoints,
         optional borders: BordersBody,
         /// Best fit of the part to the nominal gear before its deviations are answered. `points`
         /// may lie turned by any angle, and off centre by up to two modules where shifts are free:
@@ -101,17 +101,6 @@ request! {
         /// From the unmodified involute. A row for each roll length; `null` where undefined.
         required deviation_um: Vec<Vec<Option<f64>>>,
     }
-}
-
-/// What becomes of points without a flank.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-#[schema(as = StrayPoints)]
-pub enum StraysName {
-    /// The request is refused, and names every one of them.
-    Refuse,
-    /// They count as undefined and are listed.
-    Undefined,
 }
 
 /// Which rigid motions of the part are found and undone.
@@ -199,15 +188,11 @@ pub fn read(text: &[u8], faults: &mut Faults) -> Result<Option<CheckedDeviations
 fn given(members: &DeviationsMembers<'_>, direction: Direction, faults: &mut Faults) -> Option<Given> {
     match (members.points.is_given(), members.grid.is_given()) {
         (true, false) => touches(members, faults).map(|touches| {
-            let strays = members.strays.read(faults);
             let measurement = Measurement {
                 ball_radius: members.probe_radius_mm.read(faults).unwrap_or(0.0),
                 direction,
                 reach: members.reach_mm.read(faults),
-                strays: match strays {
-                    None | Some(StraysName::Refuse) => FootlessPoints::Refuse,
-                    Some(StraysName::Undefined) => FootlessPoints::Undefined,
-                },
+                strays: members.strays.read(faults).unwrap_or_default(),
             };
             Given::Points { touches, measurement }
         }),

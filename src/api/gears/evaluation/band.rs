@@ -1,22 +1,13 @@
 //! Bands of K-charts on the wire.
 
 use serde::{Deserialize, Serialize};
-use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use super::against::AgainstName;
-use crate::api::{
-    contract::Pair,
-    faults::Faults,
-    gears::trace::KindName,
-    measurand::{profile_axis::ProfileAxisName, side::SideName},
-};
+use crate::api::{contract::Pair, faults::Faults, gears::trace::KindName, measurand::side::SideName};
 use flankfit_engine::gear::{
     Gear, ProfileAxis,
-    evaluation::{
-        Against,
-        band::{Band, Found},
-    },
+    evaluation::{Against, band::Band},
     trace::MOST_DEVIATION,
 };
 
@@ -46,45 +37,13 @@ pub struct KBandBody {
     pub against: Option<AgainstName>,
     /// What places of profiles are. Default `roll_length`. Those of helices are z in mm.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub profile_axis: Option<ProfileAxisName>,
+    pub profile_axis: Option<ProfileAxis>,
     /// At least two points, places ascending; beyond its ends it says nothing.
     #[schema(value_type = Vec<Pair>, min_items = 2, max_items = 1000)]
     pub upper: Vec<[f64; 2]>,
     /// The same; nowhere above the upper line.
     #[schema(value_type = Vec<Pair>, min_items = 2, max_items = 1000)]
     pub lower: Vec<[f64; 2]>,
-}
-
-/// A trace in a band.
-#[skip_serializing_none]
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[schema(as = KBandFinding)]
-pub struct KBandFindingBody {
-    /// Which of the bands of `evaluation`, from 0.
-    pub band: usize,
-    /// Whether some shift of the whole trace takes all its samples into the band; left out where it
-    /// would, but more than 1/20 of the band in one stretch is without samples.
-    pub within: Option<bool>,
-    /// How far the trace can be shifted within the band; below 0 by how much it is too high for it.
-    pub room_um: f64,
-    /// What takes the trace to the middle of that, positive towards where material stands out.
-    pub shift_um: f64,
-    /// Where the trace is nearest to the upper and to the lower line: roll lengths, or z of
-    /// helices.
-    #[schema(min_items = 2, max_items = 2)]
-    pub nearest_mm: [f64; 2],
-}
-
-impl From<(usize, Found)> for KBandFindingBody {
-    fn from((band, found): (usize, Found)) -> Self {
-        KBandFindingBody {
-            band,
-            within: found.within,
-            room_um: found.room,
-            shift_um: found.shift + 0.0,
-            nearest_mm: found.nearest,
-        }
-    }
 }
 
 /// Refuses bands that are none on any gear.
@@ -143,18 +102,17 @@ impl KBandBody {
 
     /// The band on a gear; places where no involute is are faults.
     pub fn on(&self, gear: &Gear, at: &str) -> Result<Band, Faults> {
-        let name = self.profile_axis.unwrap_or_default();
-        let axis = ProfileAxis::from(name);
+        let axis = self.profile_axis.unwrap_or_default();
         let mut faults = Faults::default();
         let mut line = |of: &str, points: &[[f64; 2]]| -> Vec<[f64; 2]> {
             let point = |(k, [x, y]): (usize, &[f64; 2])| match self.kind {
                 KindName::Helix => [*x, *y],
                 KindName::Profile => {
-                    if axis.roll_length(gear, name.value(*x)).is_none() {
-                        let why = format!("there is no involute at {x}, which is a {}", name.name().replace('_', " "));
+                    if axis.roll_length(gear, axis.requested(*x)).is_none() {
+                        let why = format!("there is no involute at {x}, which is a {}", axis.name().replace('_', " "));
                         faults.push(format!("{at}/{of}/{k}/0"), why);
                     }
-                    [name.value(*x), *y]
+                    [axis.requested(*x), *y]
                 }
             };
             points.iter().enumerate().map(point).collect()

@@ -1,13 +1,9 @@
 //! The second-order surface of a flank's deviations.
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use utoipa::ToSchema;
 
-use super::{
-    conformity::ToleranceLimitsBody,
-    figures::FiguresBody,
-    request::{DeviationSignName, DirectionName, ReferenceName, SignName, figure_terms},
-};
+use super::request::{DeviationSignName, DirectionName, ReferenceName, SignName, figure_terms};
 use crate::api::{
     built::Built,
     faults::{Faults, is_within, pointer_of},
@@ -20,18 +16,18 @@ use crate::api::{
         request::request,
         writer::whole,
     },
-    measurand::{profile_axis::ProfileAxisName, side::SideName},
+    measurand::side::SideName,
     problem::Problem,
 };
 use flankfit_engine::{
     estimation::FitError,
     gear::{
-        Gear,
+        Gear, ProfileAxis,
         evaluation::{
+            SidedLimits,
             flank_surface::{Border, FlankNodes, FlankSurface, SurfaceSettings, flank_surface},
             settings::{DeviationSign, SlopeSign},
         },
-        trace::Direction,
     },
     words::entries,
 };
@@ -44,7 +40,7 @@ request! {
         required gear: GearBody,
         required flank: SideName,
         /// What `profile` is. Default `roll_length`.
-        optional profile_axis: ProfileAxisName,
+        optional profile_axis: ProfileAxis,
         /// mm; roll angles in degrees. Of a grid ascending.
         required profile: Vec<f64>,
         /// Of a grid ascending.
@@ -59,7 +55,7 @@ request! {
         /// Evaluation range in z, `[from, to]`. By default what was measured.
         #[schema(min_items = 2, max_items = 2)]
         optional helix_range_mm: [f64; 2],
-        optional border_percent: BorderPercentBody,
+        optional border_percent: Border,
         /// The sign of slopes and twist. Default `din`.
         optional sign: SignName,
         /// Default `material`, which is what `din` means for a whole flank too; helix slope and
@@ -72,7 +68,7 @@ request! {
         optional reference: ReferenceName,
         /// What the figures must lie within. Limits of form and total deviations are of traces, and
         /// refused here.
-        optional tolerance_limits: ToleranceLimitsBody,
+        optional tolerance_limits: SidedLimits,
         /// Whether deviations far below or above those of any gear are given in µm all the same.
         /// Until then `implausible_unit` warns of them, and figures are held against no limits.
         /// Default false.
@@ -82,76 +78,19 @@ request! {
     }
 }
 
-/// What is cut off the evaluation range at each edge, in percent. Default 0.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
-#[serde(deny_unknown_fields, default)]
-#[schema(as = BorderPercent)]
-pub struct BorderPercentBody {
-    /// At the end of small diameters (of internal gears: of great ones), in percent of the
-    /// profile's roll length.
-    pub root: f64,
-    /// At the tip end, in percent of the profile's roll length.
-    pub tip: f64,
-    /// At the end of small z.
-    pub toe: f64,
-    /// At the end of great z.
-    pub heel: f64,
-}
-
-/// Figures of the second-order surface of a flank, in µm, and what the surface leaves over. Slopes
-/// are over their reference lengths, the other figures over the trimmed range.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+/// Second-order surface of a flank with its fit.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[schema(as = FlankSurface)]
 pub struct FlankSurfaceBody<'a> {
     #[serde(flatten)]
     #[schema(inline)]
-    pub figures: FiguresBody,
-    /// Direction in which figures and form count.
-    pub direction: DirectionName,
-    /// Length that the profile slope refers to.
-    pub profile_reference_length_mm: f64,
-    /// Length that the helix slope refers to.
-    pub helix_reference_length_mm: f64,
-    pub form: FlankFormBody,
-    /// What u = ∓1 and v = ∓1 stand for, after trimming.
-    #[schema(min_items = 2, max_items = 2)]
-    pub roll_length_range_mm: [f64; 2],
-    /// The evaluated part of the width.
-    #[schema(min_items = 2, max_items = 2)]
-    pub z_range_mm: [f64; 2],
-    pub nodes: FlankNodesBody,
-    /// What is to be known of the nodes and of the range; those of the fit are `result.warnings`.
-    /// After `range_not_covered` figures are held against no limits: the nodes that the border
-    /// leaves cover less than three quarters of the range.
+    pub surface: &'a FlankSurface,
+    /// Warnings about the nodes and the range; those about the fit are `result.warnings`. After
+    /// `range_not_covered` figures are held against no limits: the nodes within the border cover
+    /// less than three quarters of the range.
     pub warnings: Vec<NoticeBody>,
-    /// The fit, as `POST /v1/fits` answers it: u and v over [-1, 1].
+    /// The fit, as returned by `POST /v1/fits`: u and v over [-1, 1].
     pub result: FitResultBody<'a>,
-}
-
-/// What the surface leaves over.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[schema(as = FlankForm)]
-pub struct FlankFormBody {
-    /// Greatest minus least of the remainder.
-    pub peak_to_valley_um: f64,
-    /// Root mean square of the remainder.
-    pub rms_um: f64,
-    /// Largest amount of the remainder.
-    pub max_abs_um: f64,
-}
-
-/// Nodes by what became of them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[schema(as = FlankNodeCounts)]
-pub struct FlankNodesBody {
-    /// All nodes that were posted.
-    pub posted: usize,
-    /// Nodes without a deviation.
-    pub missing: usize,
-    /// Nodes outside the evaluation ranges.
-    pub trimmed: usize,
-    /// Nodes that the surface was fitted to.
-    pub used: usize,
 }
 
 /// Answers a request; `own` is the gear of the job that the nodes belong to. Processor work.
@@ -185,26 +124,20 @@ pub fn build(text: &[u8], own: Option<&Gear>) -> Result<Built, Problem> {
     };
     let Numbers { values: deviation, rows, .. } = posted;
     check_rows(rows.as_deref().unwrap_or_default(), z.len(), &mut faults);
-    limits.check("/tolerance_limits", &mut faults);
-    limits.check_for_surface("/tolerance_limits", &mut faults);
+    for found in [limits.check(), limits.check_for_surface()] {
+        faults.append(Faults::of_engine("/tolerance_limits", &found));
+    }
     faults.into_result(()).map_err(Problem::invalid)?;
     let implausible = (!accept_units).then(|| implausible_flank(axis, &profile, &z, &deviation, &gear)).flatten();
-    let profile: Vec<f64> = profile.into_iter().map(|x| axis.value(x)).collect();
-    let profile_range = profile_range.map(|range: [f64; 2]| range.map(|x| axis.value(x)));
-    let nodes = FlankNodes {
-        axis: axis.into(),
-        profile: &profile,
-        z: &z,
-        deviation: &deviation,
-        valid: None,
-        grid: rows.is_some(),
-    };
+    let profile: Vec<f64> = profile.into_iter().map(|x| axis.requested(x)).collect();
+    let profile_range = profile_range.map(|range: [f64; 2]| range.map(|x| axis.requested(x)));
+    let nodes = FlankNodes { axis, profile: &profile, z: &z, deviation: &deviation, valid: None, grid: rows.is_some() };
     let terms = figure_terms(direction, reference);
     let settings = SurfaceSettings {
         side,
         profile_range,
         helix_range,
-        border: Border { root: border.root, tip: border.tip, toe: border.toe, heel: border.heel },
+        border,
         given: given.map_or(DeviationSign::Material, Into::into),
         direction: terms.direction,
         terms,
@@ -213,7 +146,11 @@ pub fn build(text: &[u8], own: Option<&Gear>) -> Result<Built, Problem> {
         spec,
     };
     let found = flank_surface(&gear, &nodes, &settings).map_err(refused)?;
-    let body = FlankSurfaceBody::new(&found, implausible, terms.direction, canonical::request_sha256(text));
+    let body = FlankSurfaceBody {
+        surface: &found,
+        warnings: found.warnings.iter().map(NoticeBody::from).chain(implausible).collect(),
+        result: FitResultBody::new(&found.result, None, canonical::request_sha256(text)),
+    };
     let result = whole(&body).map(gathered).map_err(Problem::not_finite)?;
     Ok(Built { method: "second_order_surface".to_owned(), result })
 }
@@ -231,31 +168,4 @@ fn refused(error: FitError) -> Problem {
         _ if is_within(path, &["nodes", "model"]) => "/deviation_um".to_owned(),
         _ => pointer_of(path),
     })
-}
-
-impl<'a> FlankSurfaceBody<'a> {
-    fn new(found: &'a FlankSurface, implausible: Option<NoticeBody>, direction: Direction, digest: String) -> Self {
-        let [profile_reference_length_mm, helix_reference_length_mm] = found.references;
-        FlankSurfaceBody {
-            figures: FiguresBody::from(found),
-            direction,
-            profile_reference_length_mm,
-            helix_reference_length_mm,
-            form: FlankFormBody {
-                peak_to_valley_um: found.remainder.peak_to_valley,
-                rms_um: found.remainder.rms,
-                max_abs_um: found.remainder.max_abs,
-            },
-            roll_length_range_mm: found.roll_lengths,
-            z_range_mm: found.z,
-            nodes: FlankNodesBody {
-                posted: found.nodes.posted,
-                missing: found.nodes.missing,
-                trimmed: found.nodes.trimmed,
-                used: found.nodes.used,
-            },
-            warnings: found.warnings.iter().map(NoticeBody::from).chain(implausible).collect(),
-            result: FitResultBody::new(&found.result, None, digest),
-        }
-    }
 }

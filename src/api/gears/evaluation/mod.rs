@@ -3,16 +3,11 @@
 pub mod against;
 pub mod answer;
 pub mod band;
-pub mod conformity;
 pub mod design_lines;
 pub mod evaluate;
-pub mod figures;
 pub mod flank_surface;
 pub mod pitch;
-pub mod pitch_limits;
 pub mod request;
-pub mod runout;
-pub mod thickness;
 pub mod tooth_shift;
 
 pub use self::evaluate::build;

@@ -1,16 +1,12 @@
 //! Pitch deviations of both flanks, and run-out.
 
+use std::ops::Deref;
+
 use serde::{Deserialize, Serialize};
 use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
-use super::{
-    conformity::ConformityBody,
-    pitch_limits::{HeldBody, PitchLimitsBody, PitchUncertaintyBody},
-    request::RoundingName,
-    runout::RunoutBody,
-    thickness::ToothThicknessBody,
-};
+use super::request::RoundingName;
 use crate::{
     api::{
         built::Built,
@@ -23,20 +19,21 @@ use crate::{
             requirements::RequirementsBody,
         },
         json::{gather::gathered, value::read_json, writer},
-        measurand::side::SideName,
         problem::Problem,
     },
     jobs::Measurand,
 };
 pub use flankfit_engine::gear::evaluation::runout::Counting as CountingName;
 use flankfit_engine::{
+    formats::klingelnberg::Thickness,
     gear::{
         Gear, Side,
         evaluation::{
-            pitch::{Extreme, Pitch, PitchMeasured, PitchSettings, pitch, thickness_variation},
+            pitch::{Pitch, PitchClasses, PitchMeasured, PitchSettings, pitch, thickness_variation},
+            pitch_limits::{PitchLimits, PitchUncertainty},
             runout::{Runout, from_pitches, from_readings},
         },
-        tolerance::{Class, OutOfScope, Rounding, Tolerances},
+        tolerance::{OutOfScope, Rounding, Tolerances},
     },
     numerics::check,
 };
@@ -71,9 +68,9 @@ pub struct PitchRequestBody {
     pub tolerances: Option<RoundingName>,
     /// What the figures must lie within. In a job those of its `requirements` take its place where
     /// it is left out.
-    pub pitch_limits: Option<PitchLimitsBody>,
+    pub pitch_limits: Option<PitchLimits>,
     /// How sure the figures are, for a decision by ISO 14253-1.
-    pub standard_uncertainty_um: Option<PitchUncertaintyBody>,
+    pub standard_uncertainty_um: Option<PitchUncertainty>,
     /// Whether deviations far below or above those of any gear are given in µm all the same. Until
     /// then `implausible_unit` warns of them, and the flank has no class and is held against no
     /// limits. Default false.
@@ -110,94 +107,40 @@ pub struct PitchEvaluationBody {
     pub tooth_thickness_variation_um: Option<f64>,
     /// W_k and M_dK from the places of contact of an imported file. There where it has those of
     /// both flanks of all teeth of an external gear, and the number of teeth of the span.
-    pub tooth_thickness: Option<ToothThicknessBody>,
+    pub tooth_thickness: Option<Thickness>,
     pub runout: Option<RunoutBody>,
     /// About all of them; each part has its own.
     pub warnings: Vec<NoticeBody>,
 }
 
 /// Pitch deviations of a flank.
-#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = FlankPitch)]
 pub struct PitchBody {
-    pub flank: SideName,
-    /// Of the measuring circle.
-    pub diameter_mm: f64,
-    /// About the first tooth that was measured.
-    pub index_deviation_um: Vec<Option<f64>>,
-    /// f_pi, the deviation of the pitch that ends at each flank; `null` where undefined.
-    pub single_pitch_deviation_um: Vec<Option<f64>>,
-    /// f_p: the single pitch deviation of greatest amount, with its sign.
-    pub single_pitch: Option<ExtremeBody>,
-    /// R_p: the greatest single pitch deviation less the least.
-    pub single_pitch_range_um: Option<f64>,
-    /// F_p: total cumulative pitch deviation, the range of the index deviations.
-    pub cumulative_pitch_um: Option<f64>,
-    /// Pitches of a sector.
-    pub k: Option<usize>,
-    /// F_pk of ISO 1328-1:2013, Annex D: the greatest range of the index deviations within any k
-    /// pitches (k + 1 flanks), at the tooth where the sector ends.
-    pub sector_pitch_2013: Option<ExtremeBody>,
-    /// F_pSk of ISO 1328-1:2013, Annex D: of the consecutive sectors of k pitches that begin at
-    /// tooth 1, the sum of greatest amount, at the tooth where the sector ends. Pitches behind the
-    /// last whole sector are left out.
-    pub sector_sum_2013: Option<ExtremeBody>,
-    /// F_pk of ISO 1328-1:1995: the sum of any k pitches of greatest amount, at the tooth where the
-    /// sector ends. Testers print its amount as F_pz/8.
-    pub sector_pitch_1995: Option<ExtremeBody>,
-    /// f_u: the greatest difference of neighbouring pitches, at the later of the two.
-    pub adjacent_pitch_difference: Option<ExtremeBody>,
-    /// What the single pitches add up to, as they were posted.
-    pub closure_um: Option<f64>,
-    /// Teeth that were not measured.
-    pub missing: usize,
-    pub class: PitchClassesBody,
-    /// What each single pitch deviation was held against.
-    #[schema(min_items = 2, max_items = 2)]
-    pub single_pitch_limits_um: Option<[f64; 2]>,
-    /// Whether every single pitch deviation lies within, as it was measured. There where there are
-    /// limits; where teeth were not measured it is false or left out.
-    pub single_pitch_within: Option<bool>,
-    /// Of the single pitch with the least room. A gear with a pitch at its limit is found to
-    /// conform in at most one measurement of twenty, and not to conform more often, the more
-    /// pitches lie at theirs (docs/explanation/intervals.md). There where there are limits and an
-    /// uncertainty, and no tooth is missing.
-    pub single_pitch_conformity: Option<ConformityBody>,
-    /// What F_p was held against.
-    #[schema(min_items = 2, max_items = 2)]
-    pub cumulative_pitch_limits_um: Option<[f64; 2]>,
-    /// Whether F_p lies within, likewise.
-    pub cumulative_pitch_within: Option<bool>,
-    /// Of F_p, likewise.
-    pub cumulative_pitch_conformity: Option<ConformityBody>,
-    /// What to know about the answer; empty where there is nothing to say.
+    #[serde(flatten)]
+    #[schema(inline)]
+    pub result: Pitch,
+    /// Warnings.
     pub warnings: Vec<NoticeBody>,
 }
 
-/// A value and the tooth, counted from 1, where it was found.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[schema(as = ToothExtreme)]
-pub struct ExtremeBody {
-    /// With its sign.
-    pub value_um: f64,
-    /// From 1, in the order of counting.
-    pub tooth: usize,
+impl Deref for PitchBody {
+    type Target = Pitch;
+
+    fn deref(&self) -> &Pitch {
+        &self.result
+    }
 }
 
-/// Classes 1 to 11 of ISO 1328-1:2013; left out is what has none, or exceeds even class 11 (then
-/// `beyond` names it).
-#[skip_serializing_none]
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[schema(as = PitchClasses)]
-pub struct PitchClassesBody {
-    /// Of f_p.
-    pub single_pitch: Option<u8>,
-    /// Of F_p.
-    pub cumulative_pitch: Option<u8>,
-    /// Names of the two above that exceed even class 11.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub beyond: Vec<String>,
+/// Run-out.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = GearRunout)]
+pub struct RunoutBody {
+    #[serde(flatten)]
+    #[schema(inline)]
+    pub result: Runout,
+    /// Warnings.
+    pub warnings: Vec<NoticeBody>,
 }
 
 /// Evaluates the pitches of a request; `own` is the gear of the job and `of` what the iteration
@@ -240,7 +183,7 @@ impl PitchRequestBody {
         let mut faults = Faults::default();
         let all = Tolerances::new(gear);
         let (limits, uncertainty) = (self.limits(&all, &mut faults), self.standard_uncertainty_um.unwrap_or_default());
-        uncertainty.check("/standard_uncertainty_um", &mut faults);
+        faults.append(Faults::of_engine("/standard_uncertainty_um", &uncertainty.check()));
         let all = all.as_ref().ok();
         let mut evaluated = |measured: &Option<PitchMeasuredBody>, side: Side, at: &str| {
             let (name, measured) = measured.as_ref()?.measured(at, &mut faults)?;
@@ -287,39 +230,42 @@ impl PitchRequestBody {
         }
         let told = |(mut found, deviations): (Pitch, String)| {
             let asked = self.accept_units != Some(true);
-            let implausible = asked.then(|| implausible_pitches(&found.index, gear)).flatten();
-            let limits = if implausible.is_some() { PitchLimitsBody::default() } else { limits }.of(found.side);
+            let implausible = asked.then(|| implausible_pitches(&found.index_deviation_um, gear)).flatten();
+            let limits = if implausible.is_some() { PitchLimits::default() } else { limits };
             if implausible.is_some() {
-                (found.single_class, found.cumulative_class) = (None, None);
+                found.class = PitchClasses::default();
             }
             let single = limits.single_pitches(&found, all, rounding, uncertainty.single_pitch);
             let cumulative = limits.cumulative_pitch(&found, all, rounding, uncertainty.cumulative_pitch);
-            let mut body = PitchBody::new(found, &deviations, single.into(), cumulative.into());
-            body.warnings.extend(implausible);
-            body
+            found.hold(single, cumulative);
+            let warnings = found.warnings.iter().map(|warning| NoticeBody::of_pitch(warning, &deviations));
+            PitchBody { warnings: warnings.chain(implausible).collect(), result: found }
         };
-        // it is of both flanks alike
-        let of_runout = |found: &Runout| limits.of(Side::Left).runout(found, all, rounding, uncertainty.runout);
+        let of_runout = |found: Runout| {
+            let held = limits.runout(&found, all, rounding, uncertainty.runout);
+            let warnings = found.warnings.iter().map(NoticeBody::from).collect();
+            RunoutBody { result: Runout { held, ..found }, warnings }
+        };
         let answer = PitchEvaluationBody {
             counting: self.counting,
             left: left.map(told),
             right: right.map(told),
             tooth_thickness_variation_um,
             tooth_thickness: None,
-            runout: runout.map(|found| RunoutBody::new(of_runout(&found).into(), found)),
+            runout: runout.map(of_runout),
             warnings,
         };
         faults.into_result(answer)
     }
 
     /// The limits that hold; a class that gives none on the gear is a fault.
-    fn limits(&self, tolerances: &Result<Tolerances, OutOfScope>, faults: &mut Faults) -> PitchLimitsBody {
+    fn limits(&self, tolerances: &Result<Tolerances, OutOfScope>, faults: &mut Faults) -> PitchLimits {
         let limits = self.pitch_limits.unwrap_or_default();
-        let before = faults.count();
-        limits.check(LIMITS, faults);
-        if let Some(why) = limits.of(Side::Left).class_refused(tolerances).filter(|_| faults.count() == before) {
+        let found = limits.check();
+        if let Some(why) = limits.class_refused(tolerances).filter(|_| found.is_empty()) {
             faults.push(format!("{LIMITS}/class"), why);
         }
+        faults.append(Faults::of_engine(LIMITS, &found));
         limits
     }
 }
@@ -342,53 +288,6 @@ impl PitchMeasuredBody {
                 faults.push(at, "give one of `index_deviation_um`, `angle_deg` and `single_pitch_um`");
                 None
             }
-        }
-    }
-}
-
-impl From<Extreme> for ExtremeBody {
-    fn from(extreme: Extreme) -> Self {
-        ExtremeBody { value_um: extreme.value, tooth: extreme.tooth }
-    }
-}
-
-impl PitchBody {
-    /// Of deviations that stand at this place in the request.
-    fn new(pitch: Pitch, deviations: &str, single: HeldBody, cumulative: HeldBody) -> Self {
-        let mut class = PitchClassesBody::default();
-        for (name, found, place) in [
-            ("single_pitch", pitch.single_class, &mut class.single_pitch),
-            ("cumulative_pitch", pitch.cumulative_class, &mut class.cumulative_pitch),
-        ] {
-            match found {
-                Some(Class::Within(found)) => *place = Some(found),
-                Some(Class::Beyond) => class.beyond.push(name.to_owned()),
-                None => {}
-            }
-        }
-        PitchBody {
-            flank: pitch.side,
-            diameter_mm: pitch.diameter,
-            index_deviation_um: pitch.index,
-            single_pitch_deviation_um: pitch.single,
-            single_pitch: pitch.single_pitch.map(ExtremeBody::from),
-            single_pitch_range_um: pitch.single_range,
-            cumulative_pitch_um: pitch.cumulative,
-            k: pitch.sector,
-            sector_pitch_2013: pitch.sector_pitch_2013.map(ExtremeBody::from),
-            sector_sum_2013: pitch.sector_sum_2013.map(ExtremeBody::from),
-            sector_pitch_1995: pitch.sector_pitch_1995.map(ExtremeBody::from),
-            adjacent_pitch_difference: pitch.adjacent.map(ExtremeBody::from),
-            closure_um: pitch.closure,
-            missing: pitch.missing,
-            class,
-            single_pitch_limits_um: single.limits,
-            single_pitch_within: single.within,
-            single_pitch_conformity: single.conformity,
-            cumulative_pitch_limits_um: cumulative.limits,
-            cumulative_pitch_within: cumulative.within,
-            cumulative_pitch_conformity: cumulative.conformity,
-            warnings: pitch.warnings.iter().map(|warning| NoticeBody::of_pitch(warning, deviations)).collect(),
         }
     }
 }

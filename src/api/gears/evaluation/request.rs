@@ -7,7 +7,6 @@ use utoipa::ToSchema;
 use super::{
     against::{self, AgainstName},
     band::{self, KBandBody},
-    conformity::ToleranceLimitsBody,
 };
 use crate::api::{
     faults::{Faults, pointer_of},
@@ -26,14 +25,13 @@ pub use flankfit_engine::gear::trace::Direction as DirectionName;
 use flankfit_engine::gear::{
     Gear, Trace,
     evaluation::{
-        self, Against, Evaluation,
+        self, Against, Evaluation, SidedLimits,
         flank_surface::FigureTerms,
         settings::{
             HelixReference, HelixSettings, MeanCurve, Outliers, PlusMaterial, ProfileReference, ProfileSettings,
             Settings,
         },
     },
-    tolerance::Rounding,
     trace::Direction,
 };
 use flankfit_engine::numerics::check;
@@ -77,9 +75,9 @@ pub struct EvaluationSettingsBody {
     /// The length that helix slopes are extended to; takes the place of `helix_reference`.
     pub helix_reference_length_mm: Option<f64>,
     /// Default `evaluation_range`, L_α.
-    pub profile_reference: Option<ProfileReferenceName>,
+    pub profile_reference: Option<ProfileReference>,
     /// Default `face_width`.
-    pub helix_reference: Option<HelixReferenceName>,
+    pub helix_reference: Option<HelixReference>,
     /// The sign of the answered slopes. Default `din`.
     pub sign: Option<SignName>,
     /// The sign of the posted deviations. By default that of `sign`: `din` for `din`, else
@@ -92,17 +90,17 @@ pub struct EvaluationSettingsBody {
     /// the flank, are not compared.
     pub against: Option<AgainstName>,
     /// About what the form deviation of profiles is taken. Default `line`.
-    pub profile_mean: Option<MeanName>,
+    pub profile_mean: Option<MeanCurve>,
     /// About what the form deviation of helices is taken. Default `line`.
-    pub helix_mean: Option<MeanName>,
+    pub helix_mean: Option<MeanCurve>,
     /// Whether material that stands out beyond the evaluation range counts. Default `ignored`.
-    pub profile_plus_material: Option<PlusMaterialName>,
-    pub helix_plus_material: Option<PlusMaterialName>,
+    pub profile_plus_material: Option<PlusMaterial>,
+    pub helix_plus_material: Option<PlusMaterial>,
     /// Which tolerances decide the class. Default `rounded`.
     pub tolerances: Option<RoundingName>,
     /// What becomes of samples that stand far out of their neighbours, as dust does. Default
     /// `keep`.
-    pub outliers: Option<OutliersName>,
+    pub outliers: Option<Outliers>,
     /// Whether the deviations of all traces of a flank count from one zero. Measuring machines zero
     /// each profile and each helix by itself; then the levels of traces say nothing, and surfaces
     /// tell only what follows from slopes and shapes. Set it where traces were cut out of one
@@ -115,94 +113,17 @@ pub struct EvaluationSettingsBody {
     /// Level of confidence intervals, above 0.5 and below 1. Default 0.95.
     #[schema(exclusive_minimum = 0.5, exclusive_maximum = 1)]
     pub level: Option<f64>,
-    pub tolerance_limits: Option<ToleranceLimitsBody>,
+    pub tolerance_limits: Option<SidedLimits>,
     /// Bands that traces must lie in; at most 20, of at most 4,000 points together.
     #[schema(max_items = 20)]
     pub k_bands: Option<Vec<KBandBody>>,
-}
-
-/// Declares an enum of the wire that stands for one of the domain.
-macro_rules! names {
-    ($(#[$doc:meta])* $name:ident as $schema:ident for $domain:ty {
-        $($(#[$variant_doc:meta])* $variant:ident => $path:path,)+
-    }) => {
-        $(#[$doc])*
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-        #[serde(rename_all = "snake_case")]
-        #[schema(as = $schema)]
-        pub enum $name {
-            $($(#[$variant_doc])* $variant,)+
-        }
-
-        impl From<$name> for $domain {
-            fn from(name: $name) -> Self {
-                match name {
-                    $($name::$variant => $path,)+
-                }
-            }
-        }
-    };
-}
-
-names! {
-    /// The length that profile slopes are extended to.
-    ProfileReferenceName as ProfileReference for ProfileReference {
-        /// L_α, the roll length of the evaluation range.
-        EvaluationRange => ProfileReference::EvaluationRange,
-        /// From the start of the evaluation range up to the tip circle.
-        ToTip => ProfileReference::ToTip,
-    }
-}
-
-names! {
-    /// The length that helix slopes are extended to.
-    HelixReferenceName as HelixReference for HelixReference {
-        FaceWidth => HelixReference::FaceWidth,
-        /// L_β, the length of the evaluation range.
-        EvaluationRange => HelixReference::EvaluationRange,
-    }
 }
 
 /// Returns the direction and the reference lengths of figures; by default along the normal, over
 /// the reference lengths.
 pub fn figure_terms(direction: Option<DirectionName>, reference: Option<ReferenceName>) -> FigureTerms {
     let terms = FigureTerms::default();
-    FigureTerms {
-        direction: direction.map_or(terms.direction, Into::into),
-        reference: reference.map_or(terms.reference, Into::into),
-    }
-}
-
-names! {
-    /// About what form is taken.
-    MeanName as MeanCurve for MeanCurve {
-        /// The least-squares line.
-        Line => MeanCurve::Line,
-        /// The least-squares parabola, for crowned designs; the slope is that of its chord.
-        Parabola => MeanCurve::Parabola,
-    }
-}
-
-names! {
-    /// Where material counts that stands out beyond the evaluation range (up to the tip, up to the
-    /// ends of a helix) more than all within.
-    PlusMaterialName as PlusMaterial for PlusMaterial {
-        Ignored => PlusMaterial::Ignored,
-        FormAndTotal => PlusMaterial::FormAndTotal,
-        /// In the form deviation only, as some instruments do; F can then be smaller than f_f.
-        Form => PlusMaterial::Form,
-        Total => PlusMaterial::Total,
-    }
-}
-
-names! {
-    /// What becomes of samples that stand far out of their neighbours.
-    OutliersName as TraceOutlierRule for Outliers {
-        /// They count, as the standard has it; a warning says what the figures are without them.
-        Keep => Outliers::Keep,
-        /// They count as undefined; a warning says where they are.
-        Exclude => Outliers::Exclude,
-    }
+    FigureTerms { direction: direction.unwrap_or(terms.direction), reference: reference.unwrap_or(terms.reference) }
 }
 
 /// Returns the sign of deviations that goes with a sign of slopes.
@@ -224,12 +145,12 @@ impl EvaluationSettingsBody {
             sign: Some(sign),
             deviation_sign: Some(self.deviation_sign.unwrap_or(deviation_sign(sign))),
             direction: Some(self.direction.unwrap_or(DirectionName::Transverse)),
-            profile_mean: profile.then(|| self.profile_mean.unwrap_or(MeanName::Line)),
-            helix_mean: helix.then(|| self.helix_mean.unwrap_or(MeanName::Line)),
-            profile_plus_material: profile.then(|| self.profile_plus_material.unwrap_or(PlusMaterialName::Ignored)),
-            helix_plus_material: helix.then(|| self.helix_plus_material.unwrap_or(PlusMaterialName::Ignored)),
+            profile_mean: profile.then(|| self.profile_mean.unwrap_or(MeanCurve::Line)),
+            helix_mean: helix.then(|| self.helix_mean.unwrap_or(MeanCurve::Line)),
+            profile_plus_material: profile.then(|| self.profile_plus_material.unwrap_or(PlusMaterial::Ignored)),
+            helix_plus_material: helix.then(|| self.helix_plus_material.unwrap_or(PlusMaterial::Ignored)),
             tolerances: Some(self.tolerances.unwrap_or(RoundingName::Rounded)),
-            outliers: Some(self.outliers.unwrap_or(OutliersName::Keep)),
+            outliers: Some(self.outliers.unwrap_or(Outliers::Keep)),
             traces_share_zero: Some(self.traces_share_zero()),
             level: Some(self.level.unwrap_or(DEFAULT_LEVEL)),
             ..self.clone()
@@ -239,7 +160,7 @@ impl EvaluationSettingsBody {
     /// Refuses limits and bands that are none on any gear.
     fn check(&self, faults: &mut Faults) {
         if let Some(limits) = &self.tolerance_limits {
-            limits.check("/evaluation/tolerance_limits", faults);
+            faults.append(Faults::of_engine("/evaluation/tolerance_limits", &limits.check()));
         }
         band::check_all(self.k_bands.as_deref().unwrap_or_default(), "/evaluation/k_bands", faults);
     }
@@ -249,36 +170,32 @@ impl EvaluationSettingsBody {
         let sign = self.sign.unwrap_or(SignName::Din);
         let given = self.deviation_sign.unwrap_or(deviation_sign(sign));
         let profile = self.profile_diameter_range_mm.map(|range| ProfileSettings {
-            reference: match self.profile_reference_length_mm {
-                Some(length) => ProfileReference::Given(length),
-                None => self.profile_reference.map_or(ProfileReference::EvaluationRange, Into::into),
-            },
-            mean: self.profile_mean.map_or(MeanCurve::Line, Into::into),
-            plus_material: self.profile_plus_material.map_or(PlusMaterial::Ignored, Into::into),
+            reference: self.profile_reference.unwrap_or_default(),
+            reference_length: self.profile_reference_length_mm,
+            mean: self.profile_mean.unwrap_or_default(),
+            plus_material: self.profile_plus_material.unwrap_or_default(),
             tip_relief: self.tip_relief_diameter_range_mm,
             ..ProfileSettings::on(range)
         });
         let helix = self.helix_range_mm.map(|range| HelixSettings {
-            reference: match self.helix_reference_length_mm {
-                Some(length) => HelixReference::Given(length),
-                None => self.helix_reference.map_or(HelixReference::FaceWidth, Into::into),
-            },
-            mean: self.helix_mean.map_or(MeanCurve::Line, Into::into),
-            plus_material: self.helix_plus_material.map_or(PlusMaterial::Ignored, Into::into),
+            reference: self.helix_reference.unwrap_or_default(),
+            reference_length: self.helix_reference_length_mm,
+            mean: self.helix_mean.unwrap_or_default(),
+            plus_material: self.helix_plus_material.unwrap_or_default(),
             ..HelixSettings::on(range)
         });
         Settings {
             profile,
             helix,
             given,
-            direction: self.direction.map_or(Direction::Transverse, Into::into),
-            against: self.against.map_or(Against::Design, Into::into),
+            direction: self.direction.unwrap_or(Direction::Transverse),
+            against: self.against.unwrap_or(Against::Design),
             sign,
-            rounding: self.tolerances.map_or(Rounding::Rounded, Into::into),
-            outliers: self.outliers.map_or(Outliers::Keep, Into::into),
+            rounding: self.tolerances.unwrap_or_default(),
+            outliers: self.outliers.unwrap_or_default(),
             traces_share_zero: self.traces_share_zero(),
             level: self.level.unwrap_or(DEFAULT_LEVEL),
-            limits: self.tolerance_limits.unwrap_or_default().sided(),
+            limits: self.tolerance_limits.unwrap_or_default(),
             bands: Vec::new(),
         }
     }

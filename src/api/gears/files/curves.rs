@@ -14,9 +14,7 @@ use crate::api::{
             against::AgainstName,
             answer::EvaluationBody,
             design_lines, evaluate,
-            request::{
-                DeviationSignName, DirectionName, EvaluateBody, EvaluationSettingsBody, PlusMaterialName, SignName,
-            },
+            request::{DeviationSignName, DirectionName, EvaluateBody, EvaluationSettingsBody, SignName},
         },
         gear::GearBody,
         notice::NoticeBody,
@@ -29,7 +27,7 @@ use flankfit_engine::{
     formats::klingelnberg::{Curves, ProfileAxis, Range, SectionPlane, SignConvention},
     gear::{
         Gear, Kind, Trace,
-        evaluation::{self, FlankTraces, Levelled, Position, Posted},
+        evaluation::{self, FlankTraces, Levelled, Position, Posted, settings::PlusMaterial},
     },
 };
 
@@ -170,10 +168,10 @@ fn settings(
         let Some(rule) = of_file.rule.filter(|rule| *rule != 0 && place.is_none()) else { continue };
         let counts = |setting: Option<i64>| setting.is_some_and(|setting| setting != 0);
         let taken = match [of_file.total, of_file.form].map(counts) {
-            [true, true] => PlusMaterialName::FormAndTotal,
-            [true, false] => PlusMaterialName::Total,
-            [false, true] => PlusMaterialName::Form,
-            [false, false] => PlusMaterialName::Ignored,
+            [true, true] => PlusMaterial::FormAndTotal,
+            [true, false] => PlusMaterial::Total,
+            [false, true] => PlusMaterial::Form,
+            [false, false] => PlusMaterial::Ignored,
         };
         *place = Some(taken);
         let message = format!(

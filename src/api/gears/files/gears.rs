@@ -11,7 +11,7 @@ use super::{
 use crate::api::{
     faults::Faults,
     gears::{
-        gear::{GearBody, GearToolBody, HandName},
+        gear::{GearBody, GearToolBody},
         notice::NoticeBody,
     },
     json::writer,
@@ -94,7 +94,7 @@ pub struct GearFactsBody {
     /// Helix angle β, without its sign.
     pub helix_angle_deg: Option<f64>,
     /// Hand of a helical gear.
-    pub hand: Option<HandName>,
+    pub hand: Option<Hand>,
     /// Profile shift coefficient x.
     pub profile_shift_coefficient: Option<f64>,
     /// Face width b.
@@ -114,20 +114,13 @@ impl From<&GearFacts> for GearFactsBody {
             normal_module_mm: facts.normal_module,
             normal_pressure_angle_deg: facts.pressure_angle.map(degrees),
             helix_angle_deg: facts.helix_angle.map(degrees),
-            hand: facts.hand.map(hand),
+            hand: facts.hand,
             profile_shift_coefficient: facts.profile_shift,
             face_width_mm: facts.face_width,
             tip_diameter_mm: facts.tip_diameter,
             root_diameter_mm: facts.root_diameter,
             internal: facts.internal,
         }
-    }
-}
-
-fn hand(hand: Hand) -> HandName {
-    match hand {
-        Hand::Right => HandName::Right,
-        Hand::Left => HandName::Left,
     }
 }
 
@@ -222,7 +215,7 @@ impl From<&GearData> for GearBody {
             normal_module_mm: data.normal_module,
             normal_pressure_angle_deg: Some(degrees(data.pressure_angle)),
             helix_angle_deg: Some(degrees(data.helix_angle)),
-            hand: (data.helix_angle > 0.0).then_some(hand(data.hand)),
+            hand: (data.helix_angle > 0.0).then_some(data.hand),
             profile_shift_coefficient: Some(data.profile_shift + 0.0),
             face_width_mm: data.face_width,
             tip_diameter_mm: data.tip_diameter,

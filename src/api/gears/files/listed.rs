@@ -48,8 +48,8 @@ pub struct FileValueBody {
     pub name: String,
     /// Its symbol, such as `f_Halpha`; left out where the code is not known.
     pub characteristic: Option<String>,
-    pub position: FilePositionName,
-    pub statistic: FileStatisticName,
+    pub position: MeasuringPosition,
+    pub statistic: Statistic,
     /// Left out where it is of no flank.
     pub flank: Option<SideName>,
     /// Of a value of one tooth, where its label names it.
@@ -61,37 +61,6 @@ pub struct FileValueBody {
     pub state: FileValueStateName,
     /// Where it stands in the file, from 1.
     pub line: usize,
-}
-
-/// Where on the flank a value was measured.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-#[schema(as = FilePosition)]
-pub enum FilePositionName {
-    Middle,
-    /// Helices near the root, profiles at the lower end.
-    First,
-    /// Helices near the tip, profiles at the upper end.
-    Second,
-}
-
-/// Of which teeth a value is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-#[schema(as = FileStatistic)]
-pub enum FileStatisticName {
-    /// Of one tooth.
-    Tooth,
-    /// Over the measured teeth, like the next three.
-    Mean,
-    /// Greatest minus least.
-    Variation,
-    Max,
-    Min,
-    /// Of the gear as a whole.
-    Gear,
-    /// The code is not known.
-    Unknown,
 }
 
 /// Whether there is a value.
@@ -150,20 +119,8 @@ impl From<&ResultLine> for FileValueBody {
             code: result.code,
             name: result.name.clone(),
             characteristic: result.characteristic.map(|of| of.symbol().to_owned()),
-            position: match result.place {
-                MeasuringPosition::Middle => FilePositionName::Middle,
-                MeasuringPosition::First => FilePositionName::First,
-                MeasuringPosition::Second => FilePositionName::Second,
-            },
-            statistic: match result.statistic {
-                Statistic::Tooth => FileStatisticName::Tooth,
-                Statistic::Mean => FileStatisticName::Mean,
-                Statistic::Variation => FileStatisticName::Variation,
-                Statistic::Max => FileStatisticName::Max,
-                Statistic::Min => FileStatisticName::Min,
-                Statistic::Gear => FileStatisticName::Gear,
-                Statistic::Unknown => FileStatisticName::Unknown,
-            },
+            position: result.place,
+            statistic: result.statistic,
             flank: result.side,
             tooth: result.tooth.clone(),
             value: result.reading.value(),

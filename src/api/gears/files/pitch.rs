@@ -62,7 +62,7 @@ pub(super) fn read(
     match request.evaluated(gear) {
         Ok(mut found) => {
             found.warnings.extend(notices);
-            found.tooth_thickness = curves.thickness(gear).map(Into::into);
+            found.tooth_thickness = curves.thickness(gear);
             Some(FilePitch { request, found })
         }
         Err(faults) => {

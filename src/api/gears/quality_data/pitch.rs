@@ -1,8 +1,11 @@
 //! Pitches and run-out as characteristics.
 
 use super::list::{List, flank};
-use crate::api::gears::evaluation::pitch::{ExtremeBody, PitchEvaluationBody};
-use flankfit_engine::{formats::qdas::Characteristic, gear::tolerance};
+use crate::api::gears::evaluation::pitch::{PitchEvaluationBody, RunoutBody};
+use flankfit_engine::{
+    formats::qdas::Characteristic,
+    gear::{evaluation::pitch::Extreme, tolerance},
+};
 
 /// Returns f_p, F_p, F_pk, F_pSk, R_p and f_u of both flanks, and R_s, F_r and f_e of the gear.
 pub fn characteristics(found: &PitchEvaluationBody) -> Vec<Characteristic> {
@@ -11,7 +14,7 @@ pub fn characteristics(found: &PitchEvaluationBody) -> Vec<Characteristic> {
         let (letter, side) = flank(pitch.flank);
         let single = tolerance::Characteristic::SinglePitch.symbol();
         let cumulative = tolerance::Characteristic::CumulativePitch.symbol();
-        let value = |found: Option<ExtremeBody>| found.map(|found| found.value_um);
+        let value = |found: Option<Extreme>| found.map(|found| found.value_um);
         for (symbol, words, value, limits) in [
             (single, "single pitch deviation", value(pitch.single_pitch), pitch.single_pitch_limits_um),
             (
@@ -32,9 +35,14 @@ pub fn characteristics(found: &PitchEvaluationBody) -> Vec<Characteristic> {
     if let Some(variation) = found.tooth_thickness_variation_um {
         list.push("R_s", "R_s, variation of tooth thickness".to_owned(), Some(variation), [None; 2]);
     }
-    if let Some(runout) = &found.runout {
+    if let Some(RunoutBody { result: runout, .. }) = &found.runout {
         let symbol = tolerance::Characteristic::Runout.symbol();
-        list.push(symbol, format!("{symbol}, run-out"), Some(runout.runout_um), ends(runout.limits_um));
+        list.push(
+            symbol,
+            format!("{symbol}, run-out"),
+            Some(runout.runout_um),
+            ends(runout.held.map(|held| held.limits_um)),
+        );
         let eccentricity = runout.eccentricity.map(|found| found.amount_um);
         list.push("f_e", "f_e, eccentricity".to_owned(), eccentricity, [None; 2]);
     }

@@ -2,17 +2,15 @@
 
 use super::list::{List, flank};
 use crate::api::gears::{
-    evaluation::{
-        answer::{EvaluatedTraceBody, EvaluationBody, MeanBody, TraceSurfaceBody, TwistBody},
-        conformity::{ConformityBody, ToleranceLimitsBody},
-        request::RoundingName,
-    },
+    evaluation::{answer::EvaluationBody, request::RoundingName},
     trace::KindName,
 };
 use flankfit_engine::{
+    estimation::inference::Conformity,
     formats::qdas,
     gear::{
         Gear,
+        evaluation::{Evaluated, SidedLimits, Summary, TraceSurface, Twist},
         tolerance::{Characteristic, Tolerances},
     },
 };
@@ -23,32 +21,33 @@ pub fn characteristics(found: &EvaluationBody, gear: Option<&Gear>) -> Vec<qdas:
     let limits = Limits::new(found, gear);
     let mut list = List::default();
     found.traces.iter().for_each(|trace| of_trace(trace, &limits, &mut list));
-    found.means.iter().for_each(|mean| of_mean(mean, &mut list));
+    found.summaries.iter().for_each(|mean| of_mean(mean, &mut list));
     found.twists.iter().for_each(|twist| of_twist(twist, &mut list));
     found.surfaces.iter().for_each(|surface| of_surface(surface, &mut list));
     list.into_vec()
 }
 
-fn of_trace(trace: &EvaluatedTraceBody, limits: &Limits, list: &mut List) {
+fn of_trace(trace: &Evaluated, limits: &Limits, list: &mut List) {
     let (letter, side) = flank(trace.flank);
-    let tooth = &trace.tooth;
+    let (tooth, values) = (&trace.tooth, trace.values);
     let symbols = Symbols::of(trace.kind);
     let [slope, form, total, crowning] = limits.of_trace(trace);
     for (symbol, value, limits) in [
-        (symbols.slope.symbol(), trace.slope_um, slope),
-        (symbols.form.symbol(), trace.form_um, form),
-        (symbols.total.symbol(), trace.total_um, total),
-        (symbols.crowning, trace.crowning_um, crowning),
+        (symbols.slope.symbol(), values.map(|values| values.slope_um), slope),
+        (symbols.form.symbol(), values.map(|values| values.form_um), form),
+        (symbols.total.symbol(), values.map(|values| values.total_um), total),
+        (symbols.crowning, values.map(|values| values.crowning_um), crowning),
     ] {
         list.push(&format!("{tooth}{letter}-{symbol}"), format!("{symbol}, {side} of tooth {tooth}"), value, limits);
     }
-    if trace.tip_relief_um.is_some() {
+    let tip_relief = values.and_then(|values| values.tip_relief_um);
+    if tip_relief.is_some() {
         let name = format!("f_Ko, tip relief, {side} of tooth {tooth}");
-        list.push(&format!("{tooth}{letter}-f_Ko"), name, trace.tip_relief_um, [None; 2]);
+        list.push(&format!("{tooth}{letter}-f_Ko"), name, tip_relief, [None; 2]);
     }
 }
 
-fn of_mean(mean: &MeanBody, list: &mut List) {
+fn of_mean(mean: &Summary, list: &mut List) {
     let (letter, side) = flank(mean.flank);
     let symbols = Symbols::of(mean.kind);
     let figures = [
@@ -66,7 +65,7 @@ fn of_mean(mean: &MeanBody, list: &mut List) {
     }
 }
 
-fn of_twist(twist: &TwistBody, list: &mut List) {
+fn of_twist(twist: &Twist, list: &mut List) {
     let (letter, side) = flank(twist.flank);
     let tooth = &twist.tooth;
     let (between, words) = match twist.kind {
@@ -77,21 +76,21 @@ fn of_twist(twist: &TwistBody, list: &mut List) {
     list.push(&format!("{tooth}{letter}-twist_{between}"), name, Some(twist.twist_um), [None; 2]);
 }
 
-fn of_surface(surface: &TraceSurfaceBody, list: &mut List) {
+fn of_surface(surface: &TraceSurface, list: &mut List) {
     let (letter, side) = flank(surface.flank);
     let tooth = &surface.tooth;
     let [profile, helix] = [KindName::Profile, KindName::Helix].map(Symbols::of);
     let figures = &surface.figures;
     for (symbol, figure) in [
-        (profile.slope.symbol(), figures.profile_slope_um),
-        (helix.slope.symbol(), figures.helix_slope_um),
-        (profile.crowning, figures.profile_crowning_um),
-        (helix.crowning, figures.helix_crowning_um),
-        ("twist", figures.twist_um),
+        (profile.slope.symbol(), figures.profile_slope),
+        (helix.slope.symbol(), figures.helix_slope),
+        (profile.crowning, figures.profile_crowning),
+        (helix.crowning, figures.helix_crowning),
+        ("twist", figures.twist),
     ] {
         let Some(figure) = figure else { continue };
         let name = format!("{symbol} of the surface, {side} of tooth {tooth}");
-        let limits = bounds(figure.conformity.map(|conformity| conformity.limits_um));
+        let limits = bounds(figure.inference.and_then(|one| one.conformity).map(|conformity| conformity.limits));
         list.push(&format!("{tooth}{letter}-S-{symbol}"), name, Some(figure.value), limits);
     }
 }
@@ -117,7 +116,7 @@ impl Symbols {
 
 /// What the figures of traces must lie within, as far as it is known.
 struct Limits {
-    told: ToleranceLimitsBody,
+    told: SidedLimits,
     /// Of the class asked for.
     tolerances: Option<Tolerances>,
     rounded: bool,
@@ -143,14 +142,16 @@ impl Limits {
 
     /// Of slope, form, total and crowning: what was compared with, else what is told of the flank,
     /// else the class.
-    fn of_trace(&self, trace: &EvaluatedTraceBody) -> [[Option<f64>; 2]; 4] {
+    fn of_trace(&self, trace: &Evaluated) -> [[Option<f64>; 2]; 4] {
         let told = self.told.of(trace.flank);
         let [slope, form, total, crowning] = match trace.kind {
-            KindName::Profile => [told.profile_slope, told.profile_form, told.profile_total, told.profile_crowning],
-            KindName::Helix => [told.helix_slope, told.helix_form, told.helix_total, told.helix_crowning],
+            KindName::Profile => {
+                [told.profile_slope_um, told.profile_form_um, told.profile_total_um, told.profile_crowning_um]
+            }
+            KindName::Helix => [told.helix_slope_um, told.helix_form_um, told.helix_total_um, told.helix_crowning_um],
         };
         let symbols = Symbols::of(trace.kind);
-        let compared = |conformity: Option<ConformityBody>| conformity.map(|conformity| conformity.limits_um);
+        let compared = |conformity: Option<Conformity>| conformity.map(|conformity| conformity.limits);
         let most = |told: Option<[f64; 2]>, of| told.map_or([None, self.of_class(of)], |limits| limits.map(Some));
         let of_class = || self.of_class(symbols.slope).map(|tolerance| [-tolerance, tolerance]);
         [

@@ -17,16 +17,27 @@ use flankfit_numerics::distribution::{Student, fisher::student_two_sided};
 /// Figures in µm, slopes over their reference lengths, the others over the trimmed range, signs as
 /// asked for; `None` where the nodes do not determine one.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "contract",
+    serde_with_macros::skip_serializing_none,
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema)
+)]
 pub struct FlankFigures<T = f64> {
-    /// Profile slope: 2 c_u.
+    /// f_Hα, 2 c_u: positive where material grows from root to tip.
+    #[cfg_attr(feature = "contract", serde(rename = "profile_slope_um"))]
     pub profile_slope: Option<T>,
-    /// Helix slope: 2 c_v.
+    /// f_Hβ, 2 c_v: by DIN positive where the helix deviates towards the right hand.
+    #[cfg_attr(feature = "contract", serde(rename = "helix_slope_um"))]
     pub helix_slope: Option<T>,
-    /// Profile crowning: −c_uu.
+    /// C_α, −c_uu: positive where material stands out half-way between root and tip.
+    #[cfg_attr(feature = "contract", serde(rename = "profile_crowning_um"))]
     pub profile_crowning: Option<T>,
-    /// Lengthwise crowning: −c_vv.
+    /// C_β, −c_vv: positive where material stands out half-way between the ends.
+    #[cfg_attr(feature = "contract", serde(rename = "helix_crowning_um"))]
     pub helix_crowning: Option<T>,
-    /// Twist: 4 c_uv.
+    /// Twist, 4 c_uv: profile slope at the end of great z minus that at the end of small z, with the
+    /// sign of helix slopes.
+    #[cfg_attr(feature = "contract", serde(rename = "twist_um"))]
     pub twist: Option<T>,
 }
 
@@ -52,6 +63,18 @@ impl<T> FlankFigures<T> {
             profile_crowning: self.profile_crowning.map(&f),
             helix_crowning: self.helix_crowning.map(&f),
             twist: self.twist.map(&f),
+        }
+    }
+
+    /// Returns these figures, each that is missing from `other`.
+    #[must_use]
+    pub fn or(self, other: Self) -> Self {
+        FlankFigures {
+            profile_slope: self.profile_slope.or(other.profile_slope),
+            helix_slope: self.helix_slope.or(other.helix_slope),
+            profile_crowning: self.profile_crowning.or(other.profile_crowning),
+            helix_crowning: self.helix_crowning.or(other.helix_crowning),
+            twist: self.twist.or(other.twist),
         }
     }
 

@@ -27,8 +27,11 @@ mod projected;
 mod roll_lengths;
 mod settings;
 
-use super::{limits::Inference, warning::SurfaceWarning};
-use crate::{Gear, tolerance::Tolerances};
+use super::{
+    limits::{Inference, within},
+    warning::SurfaceWarning,
+};
+use crate::{Gear, tolerance::Tolerances, trace::Direction};
 pub use figures::{EstimatedFigure, FlankFigures, estimated_figures, flank_figures};
 use flankfit_estimation::{
     self, FitError, FitSpec, Unconverged,
@@ -43,65 +46,98 @@ pub use roll_lengths::{NoRollLengths, over_roll_lengths};
 pub(crate) use settings::Slopes;
 pub use settings::{Border, FigureTerms, Reference, SurfaceSettings, covers};
 
-/// A figure in µm, in the direction of its [`FigureTerms`].
+/// A gear figure with what is known of its error.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "contract",
+    serde_with_macros::skip_serializing_none,
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    schema(as = FlankFigure)
+)]
 pub struct Figure {
-    /// Estimate.
+    /// The figure itself, in the unit that the name of its field ends in.
     pub value: f64,
-    /// Valid standard error, as that of a coefficient; `None` without degrees of freedom.
+    /// Standard error, by the noise that the residuals show or that was given; absent if neither
+    /// determines it.
     pub std_error: Option<f64>,
-    /// Standard error conditional on a λ* that was selected from the heights.
+    /// Standard error that takes a λ* for given which the nodes chose; too small.
     pub conditional_std_error: Option<f64>,
-    /// Most by which regularisation can have moved the figure, given the limit of the coefficients.
+    /// Greatest mean displacement by regularisation, for coefficients within the norm limit of the
+    /// fit (`bias.coefficient_norm_limit`).
     pub bias_bound: f64,
-    /// Without regularisation.
+    /// The figure without regularisation.
     pub least_squares: f64,
-    /// What it must lie within, where there are limits and the nodes cover enough of the range to
-    /// be held against them.
+    /// Limits, if there are some and the nodes cover enough of the range.
+    #[cfg_attr(feature = "contract", serde(skip))]
     pub limits: Option<[f64; 2]>,
-    /// Its interval and conformity; `None` where the noise is not known.
+    /// True if the estimate lies within its limits (`tolerance_limits`); if the figure has some and
+    /// is not extrapolated (`range_not_covered`).
+    pub within: Option<bool>,
+    /// Interval and conformity; `None` if the noise is not known.
+    #[cfg_attr(feature = "contract", serde(flatten), schema(inline))]
     pub inference: Option<Inference>,
 }
 
-/// What the surface leaves over, µm.
+/// Residuals of the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    schema(as = FlankForm)
+)]
 pub struct Remainder {
-    /// Greatest residual minus least.
-    pub peak_to_valley: f64,
-    /// Root mean square of the residuals.
-    pub rms: f64,
-    /// Largest absolute residual.
-    pub max_abs: f64,
+    /// Greatest minus least of the remainder.
+    pub peak_to_valley_um: f64,
+    /// Root mean square of the remainder.
+    pub rms_um: f64,
+    /// Largest amount of the remainder.
+    pub max_abs_um: f64,
 }
 
-/// The second-order surface of a flank.
+/// Figures of the second-order surface of a flank, in µm, and what the surface leaves over. Slopes
+/// are over their reference lengths, the other figures over the trimmed range.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize, utoipa::ToSchema))]
 pub struct FlankSurface {
     /// Deviation of the surface in the middle of the flank: c₁.
+    #[cfg_attr(feature = "contract", serde(rename = "mean_um"))]
     pub mean: Figure,
-    /// Profile slope: 2 c_u.
+    /// Profile slope, 2 c_u, from root to tip; positive where material grows towards the tip.
+    #[cfg_attr(feature = "contract", serde(rename = "profile_slope_um"))]
     pub profile_slope: Figure,
-    /// Helix slope: 2 c_v.
+    /// Helix slope, 2 c_v, over the width, by the sign asked for.
+    #[cfg_attr(feature = "contract", serde(rename = "helix_slope_um"))]
     pub helix_slope: Figure,
-    /// Profile crowning: −c_uu.
+    /// Profile crowning, −c_uu; positive where material stands out half-way between root and tip.
+    #[cfg_attr(feature = "contract", serde(rename = "profile_crowning_um"))]
     pub profile_crowning: Figure,
-    /// Lengthwise crowning: −c_vv.
+    /// Helix crowning, −c_vv; positive where material stands out half-way between the ends.
+    #[cfg_attr(feature = "contract", serde(rename = "helix_crowning_um"))]
     pub helix_crowning: Figure,
-    /// Twist: 4 c_uv.
+    /// Twist, 4 c_uv: profile slope at the end of great z minus that at the end of small z, over the
+    /// whole evaluation ranges, by the sign asked for. On traces `twists` hold another figure of
+    /// that name, between the sections that were measured.
+    #[cfg_attr(feature = "contract", serde(rename = "twist_um"))]
     pub twist: Figure,
-    /// What the surface leaves over.
-    pub remainder: Remainder,
-    /// Roll lengths and z that u = v = ∓1 stand for, mm, after trimming.
-    pub roll_lengths: [f64; 2],
-    /// Places on the face width, likewise.
-    pub z: [f64; 2],
-    /// Lengths that the slopes of profile and helix refer to, mm.
-    pub references: [f64; 2],
-    /// How many nodes there were, and what became of them.
+    /// Direction in which figures and form count.
+    pub direction: Direction,
+    /// Length that the profile slope refers to.
+    pub profile_reference_length_mm: f64,
+    /// Length that the helix slope refers to.
+    pub helix_reference_length_mm: f64,
+    /// Residuals of the surface.
+    pub form: Remainder,
+    /// Roll lengths at u = ∓1, after trimming.
+    pub roll_length_range_mm: [f64; 2],
+    /// Values of z at v = ∓1, after trimming.
+    pub z_range_mm: [f64; 2],
+    /// Numbers of nodes.
     pub nodes: NodeCounts,
-    /// What is to be known of them.
+    /// Warnings about the nodes.
+    #[cfg_attr(feature = "contract", serde(skip))]
     pub warnings: Vec<SurfaceWarning>,
-    /// The fit itself: spectrum, collinearity, regularisation, warnings.
+    /// The fit: spectrum, collinearity, regularisation, warnings.
+    #[cfg_attr(feature = "contract", serde(skip))]
     pub result: FitResult,
 }
 
@@ -117,10 +153,10 @@ pub fn flank_surface(gear: &Gear, nodes: &FlankNodes, settings: &SurfaceSettings
     let (lowest, highest) =
         residuals.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &r| (a.min(r), b.max(r)));
     let scale = settings.terms.factor(gear, settings.direction);
-    let remainder = Remainder {
-        peak_to_valley: scale * (highest - lowest),
-        rms: scale * result.residuals.rms,
-        max_abs: scale * highest.max(-lowest),
+    let form = Remainder {
+        peak_to_valley_um: scale * (highest - lowest),
+        rms_um: scale * result.residuals.rms,
+        max_abs_um: scale * highest.max(-lowest),
     };
     if asked.include.residuals {
         result.residuals.values = Some(residuals);
@@ -144,13 +180,15 @@ pub fn flank_surface(gear: &Gear, nodes: &FlankNodes, settings: &SurfaceSettings
         mean: figure([0, 0], 1.0, None)?,
         profile_slope: figure([1, 0], 2.0 * profile * slopes.factors[0], slope_of_profile.filter(|_| profile_told))?,
         helix_slope: figure([0, 1], 2.0 * helix * slopes.factors[1], slope_of_helix.filter(|_| helix_told))?,
-        profile_crowning: figure([2, 0], -1.0, limits.profile_crowning.filter(|_| profile_told))?,
-        helix_crowning: figure([0, 2], -1.0, limits.helix_crowning.filter(|_| helix_told))?,
-        twist: figure([1, 1], 4.0 * helix, limits.twist.filter(|_| profile_told && helix_told))?,
-        remainder,
-        roll_lengths: trimmed.roll,
-        z: trimmed.z,
-        references: slopes.references,
+        profile_crowning: figure([2, 0], -1.0, limits.profile_crowning_um.filter(|_| profile_told))?,
+        helix_crowning: figure([0, 2], -1.0, limits.helix_crowning_um.filter(|_| helix_told))?,
+        twist: figure([1, 1], 4.0 * helix, limits.twist_um.filter(|_| profile_told && helix_told))?,
+        direction: settings.terms.direction,
+        profile_reference_length_mm: slopes.references[0],
+        helix_reference_length_mm: slopes.references[1],
+        form,
+        roll_length_range_mm: trimmed.roll,
+        z_range_mm: trimmed.z,
         nodes: counts,
         warnings: trimmed.warnings,
         result,
@@ -163,12 +201,7 @@ impl Figure {
         let inference = estimate.interval.map(|interval| {
             let [a, b] = interval.ends.map(|end| factor * end);
             let about = interval.about.scaled(factor);
-            Inference {
-                interval: [a.min(b), a.max(b)],
-                kind: interval.kind,
-                about,
-                conformity: limits.map(|limits| about.conformity(limits)),
-            }
+            Inference::with([a.min(b), a.max(b)], interval.kind, about, limits)
         });
         Figure {
             value: factor * estimate.value,
@@ -177,6 +210,7 @@ impl Figure {
             bias_bound: estimate.bias_bound * factor.abs(),
             least_squares: factor * estimate.least_squares,
             limits,
+            within: within(factor * estimate.value, limits),
             inference,
         }
     }

@@ -1,7 +1,7 @@
 //! Nodes of a flank: checked, trimmed to the evaluation range and mapped to [-1, 1]².
 
 use super::{
-    super::warning::SurfaceWarning,
+    super::warning::{SurfaceWarning, share},
     settings::{Border, FigureTerms, Slopes, SurfaceSettings, covers},
 };
 use crate::{Gear, Kind, ProfileAxis, data::MOST_LENGTH, evaluation::EDGE};
@@ -34,16 +34,21 @@ pub struct FlankNodes<'a> {
     pub grid: bool,
 }
 
-/// Nodes by what became of them.
+/// Nodes by their use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    schema(as = FlankNodeCounts)
+)]
 pub struct NodeCounts {
-    /// Nodes given.
+    /// All nodes that were posted.
     pub posted: usize,
-    /// Missing or invalid.
+    /// Nodes without a deviation.
     pub missing: usize,
-    /// There, but outside the trimmed range.
+    /// Nodes outside the evaluation ranges.
     pub trimmed: usize,
-    /// Handed to the fit (filters may still remove some).
+    /// Nodes that the surface was fitted to (filters may remove some).
     pub used: usize,
 }
 
@@ -120,7 +125,12 @@ impl Trimmed {
             let (path, reached, range) = (asked[axis], reached[axis], ranges[axis]);
             trimmed.covered[axis] = covers(reached, range);
             if !trimmed.covered[axis] {
-                trimmed.warnings.push(SurfaceWarning::RangeNotCovered { path, reached, range });
+                trimmed.warnings.push(SurfaceWarning::RangeNotCovered {
+                    path,
+                    reached_mm: reached,
+                    range_mm: range,
+                    covered: share(reached, range),
+                });
             }
         }
         let fitted = match nodes.grid {
@@ -185,7 +195,8 @@ const OVERRUN: f64 = 0.05;
 fn beyond_face(gear: &Gear, [low, high]: [f64; 2]) -> Option<SurfaceWarning> {
     let face_width = gear.data().face_width?;
     let span = high - low;
-    (span > (1.0 + OVERRUN) * face_width).then_some(SurfaceWarning::BeyondFace { span, face_width })
+    (span > (1.0 + OVERRUN) * face_width)
+        .then_some(SurfaceWarning::BeyondFace { span_mm: span, face_width_mm: face_width })
 }
 
 /// Nodes on the end of a range belong to it, but for rounding.

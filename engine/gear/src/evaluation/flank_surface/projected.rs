@@ -117,9 +117,9 @@ pub fn figure_limits(
     FlankFigures {
         profile_slope,
         helix_slope,
-        profile_crowning: limits.profile_crowning,
-        helix_crowning: limits.helix_crowning,
-        twist: limits.twist,
+        profile_crowning: limits.profile_crowning_um,
+        helix_crowning: limits.helix_crowning_um,
+        twist: limits.twist_um,
     }
 }
 

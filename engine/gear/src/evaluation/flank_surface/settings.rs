@@ -107,16 +107,24 @@ pub fn covers(reached: [f64; 2], range: [f64; 2]) -> bool {
     share(reached, range) >= LEAST_COVERED
 }
 
-/// Shares of the evaluation range that are cut off, in %: 0 to below 100 together on each axis.
+/// Shares of the evaluation range that are cut off at each edge, in percent: 0 to below 100 together
+/// on each axis. Default 0.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    schema(as = BorderPercent),
+    serde(deny_unknown_fields, default)
+)]
 pub struct Border {
-    /// At the root end of the profile.
+    /// Share at the end of small diameters (of internal gears: of great ones), in percent of the
+    /// profile's roll length.
     pub root: f64,
-    /// At the tip end of the profile.
+    /// Share at the tip end, in percent of the profile's roll length.
     pub tip: f64,
-    /// At the end of small z.
+    /// Share at the end of small z.
     pub toe: f64,
-    /// At the end of great z.
+    /// Share at the end of great z.
     pub heel: f64,
 }
 

@@ -16,6 +16,7 @@ use flankfit_numerics::words::{Shown, counted, listed};
 /// Something that the reader of an evaluation of traces must know. Lengths are mm.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
+#[cfg_attr(feature = "contract", derive(serde::Serialize), serde(untagged))]
 pub enum Warning {
     /// A gear outside the scope of ISO 1328-1.
     #[error("no classes: {0}")]
@@ -26,67 +27,71 @@ pub enum Warning {
     /// Slopes extended to a length that the gear has not got: tolerances say nothing about them.
     #[error(
         "slopes are extended to {} mm, more than the {} mm of the gear: no classes",
-        Shown(*.reference), Shown(*.longest)
+        Shown(*.reference_mm), Shown(*.longest_mm)
     )]
     ForeignReferenceLength {
         /// Of the slopes.
         kind: Kind,
         /// What they are extended to.
-        reference: f64,
+        reference_mm: f64,
         /// The longest that the gear has.
-        longest: f64,
+        longest_mm: f64,
     },
-    /// A range that begins near the base circle; its roll angle there, rad.
+    /// A range that begins near the base circle.
     #[error(
         "the evaluation range begins at {}° of roll, close to the base circle: there a small error of diameter is a \
          large one of roll length, and the involute itself ends",
-        hundredth(.0.to_degrees())
+        hundredth(*.roll_deg)
     )]
-    NearBaseCircle(f64),
+    NearBaseCircle {
+        /// Roll angle at its begin.
+        roll_deg: f64,
+    },
     /// Something about one trace.
     #[error("{warning}")]
     Trace {
         /// Of the traces, from 0.
         trace: usize,
         /// What it is.
+        #[cfg_attr(feature = "contract", serde(flatten))]
         warning: TraceWarning,
     },
     /// Figures of surfaces that the traces of these flanks do not determine.
-    #[error("{}", undetermined(.figures, zeros(*.share_zero), .flanks))]
+    #[error("{}", undetermined(.figures, *.traces_share_zero, .flanks))]
     FiguresUndetermined {
         /// Which ones.
         figures: Vec<SurfaceFigure>,
         /// Whether all traces share one zero.
-        share_zero: bool,
+        traces_share_zero: bool,
         /// Of which flanks.
         flanks: Vec<FlankName>,
     },
     /// Traces that contradict any surface of second order, rms in µm.
     #[error(
-        "{flank}: the traces contradict a common surface of second order by {apart:.2} µm rms, while each leaves \
-         {own:.2} µm of a parabola of its own; look at signs, sections and teeth of the traces before its figures are \
+        "{flank}: the traces contradict a common surface of second order by {rms_together_um:.2} µm rms, while \
+         each leaves {rms_own_um:.2} µm of a parabola of its own; look at signs, sections and teeth of the traces before its figures are \
          used"
     )]
     SurfaceMisfit {
         /// Of these traces.
         flank: FlankName,
         /// What they leave together.
-        apart: f64,
+        rms_together_um: f64,
         /// What each leaves of a parabola of its own.
-        own: f64,
+        rms_own_um: f64,
     },
     /// Traces that contradict each other less with the helices turned, rms in µm.
     #[error(
-        "{}; check what a positive deviation of a helix means",
-        helices_turned(.flank, *.apart, *.turned)
+        "{flank}: with the helices turned the contradiction falls from {rms_um:.2} to {rms_turned_um:.2} µm rms; check \
+         `deviation_sign`, which says what a positive deviation of a helix means"
     )]
     HelixSignDoubtful {
         /// Of these traces.
         flank: FlankName,
         /// The contradiction as they are.
-        apart: f64,
+        rms_um: f64,
         /// With the helices turned.
-        turned: f64,
+        rms_turned_um: f64,
     },
 }
 
@@ -97,7 +102,7 @@ impl Warning {
             Warning::OutsideTheStandard(_) => OUTSIDE_THE_STANDARD,
             Warning::NoFaceWidth => "no_face_width",
             Warning::ForeignReferenceLength { .. } => "foreign_reference_length",
-            Warning::NearBaseCircle(_) => "near_base_circle",
+            Warning::NearBaseCircle { .. } => "near_base_circle",
             Warning::Trace { warning, .. } => warning.code(),
             Warning::FiguresUndetermined { .. } => "figures_not_determined",
             Warning::SurfaceMisfit { .. } => "surface_misfit",
@@ -110,7 +115,7 @@ impl Warning {
         match self {
             Warning::NoFaceWidth => Some("gear.face_width_mm".to_owned()),
             Warning::ForeignReferenceLength { kind, .. } => Some(format!("evaluation.{}", reference_length(*kind))),
-            Warning::NearBaseCircle(_) => Some("evaluation.profile_diameter_range_mm".to_owned()),
+            Warning::NearBaseCircle { .. } => Some("evaluation.profile_diameter_range_mm".to_owned()),
             Warning::Trace { trace, .. } => Some(format!("traces[{trace}].deviation_um")),
             Warning::HelixSignDoubtful { .. } => Some("evaluation.deviation_sign".to_owned()),
             Warning::OutsideTheStandard(_) | Warning::FiguresUndetermined { .. } | Warning::SurfaceMisfit { .. } => {
@@ -123,13 +128,17 @@ impl Warning {
 /// Something that the reader of pitch deviations must know.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
+#[cfg_attr(feature = "contract", derive(serde::Serialize), serde(untagged))]
 pub enum PitchWarning {
     /// Single pitches whose sum is not 0, µm.
     #[error(
         "the single pitch deviations add up to {} µm around the gear instead of 0; that was taken off evenly",
-        Shown(*.0)
+        Shown(*.sum_um)
     )]
-    PitchesDoNotClose(f64),
+    PitchesDoNotClose {
+        /// Their sum.
+        sum_um: f64,
+    },
     /// Teeth that were not measured.
     #[error(
         "{} of {teeth} missing: the values are those of the others and can only be greater on the whole gear; no class \
@@ -151,7 +160,7 @@ impl PitchWarning {
     /// The stable code.
     pub fn code(&self) -> &'static str {
         match self {
-            PitchWarning::PitchesDoNotClose(_) => "pitches_do_not_close",
+            PitchWarning::PitchesDoNotClose { .. } => "pitches_do_not_close",
             PitchWarning::MissingTeeth { .. } => MISSING_TEETH,
             PitchWarning::OutsideTheStandard(_) => OUTSIDE_THE_STANDARD,
         }
@@ -160,7 +169,7 @@ impl PitchWarning {
     /// Says that it speaks of the list of what was measured, not of the gear.
     pub fn is_of_measured(&self) -> bool {
         match self {
-            PitchWarning::PitchesDoNotClose(_) | PitchWarning::MissingTeeth { .. } => true,
+            PitchWarning::PitchesDoNotClose { .. } | PitchWarning::MissingTeeth { .. } => true,
             PitchWarning::OutsideTheStandard(_) => false,
         }
     }
@@ -169,6 +178,7 @@ impl PitchWarning {
 /// Something that the reader of a run-out must know.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
+#[cfg_attr(feature = "contract", derive(serde::Serialize), serde(untagged))]
 pub enum RunoutWarning {
     /// Tooth spaces without a reading.
     #[error(
@@ -187,6 +197,7 @@ pub enum RunoutWarning {
     OutsideTheStandard(OutOfScope),
     /// Readings without a first harmonic, and why.
     #[error("no eccentricity: {}", reason(.0))]
+    #[cfg_attr(feature = "contract", serde(skip))]
     NoEccentricity(FitError),
 }
 
@@ -206,40 +217,49 @@ const MISSING_TEETH: &str = "missing_teeth";
 
 /// A figure of the second-order surface of a flank. Their order is that in which warnings stand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize))]
 pub enum SurfaceFigure {
     /// −c_vv.
+    #[cfg_attr(feature = "contract", serde(rename = "helix_crowning_um"))]
     HelixCrowning,
     /// 2 c_v.
+    #[cfg_attr(feature = "contract", serde(rename = "helix_slope_um"))]
     HelixSlope,
     /// c.
+    #[cfg_attr(feature = "contract", serde(rename = "mean_um"))]
     Mean,
     /// −c_uu.
+    #[cfg_attr(feature = "contract", serde(rename = "profile_crowning_um"))]
     ProfileCrowning,
     /// 2 c_u.
+    #[cfg_attr(feature = "contract", serde(rename = "profile_slope_um"))]
     ProfileSlope,
     /// 4 c_uv.
+    #[cfg_attr(feature = "contract", serde(rename = "twist_um"))]
     Twist,
 }
 
 impl fmt::Display for SurfaceFigure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            SurfaceFigure::HelixCrowning => "helix crowning",
-            SurfaceFigure::HelixSlope => "helix slope",
-            SurfaceFigure::Mean => "mean",
-            SurfaceFigure::ProfileCrowning => "profile crowning",
-            SurfaceFigure::ProfileSlope => "profile slope",
-            SurfaceFigure::Twist => "twist",
+            SurfaceFigure::HelixCrowning => "helix_crowning_um",
+            SurfaceFigure::HelixSlope => "helix_slope_um",
+            SurfaceFigure::Mean => "mean_um",
+            SurfaceFigure::ProfileCrowning => "profile_crowning_um",
+            SurfaceFigure::ProfileSlope => "profile_slope_um",
+            SurfaceFigure::Twist => "twist_um",
         })
     }
 }
 
 /// A flank of a tooth.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize))]
 pub struct FlankName {
     /// The tooth as its traces name it.
     pub tooth: String,
     /// Flank of the tooth.
+    #[cfg_attr(feature = "contract", serde(rename = "flank"))]
     pub side: Side,
 }
 
@@ -252,15 +272,17 @@ impl fmt::Display for FlankName {
     }
 }
 
-/// The sentence about figures that are not determined, by names of figures and a reason.
-pub fn undetermined<N: fmt::Display>(
-    figures: impl IntoIterator<Item = N> + Clone,
-    why: &str,
-    flanks: &[FlankName],
-) -> impl fmt::Display {
+/// The sentence about figures that are not determined.
+fn undetermined(figures: &[SurfaceFigure], share_zero: bool, flanks: &[FlankName]) -> impl fmt::Display {
     const NAMED: usize = 5;
+    let why = match share_zero {
+        true => "too few traces, or all along one line",
+        false => {
+            "each trace has a zero of its own (`traces_share_zero` is false), so that only its slope and shape count"
+        }
+    };
     fmt::from_fn(move |f| {
-        let (figures, first) = (listed(figures.clone()), listed(&flanks[..flanks.len().min(NAMED)]));
+        let (figures, first) = (listed(figures), listed(&flanks[..flanks.len().min(NAMED)]));
         write!(
             f,
             "the traces do not tell {figures} of the surface: {why}; slopes without a twist are those in the sections \
@@ -270,21 +292,6 @@ pub fn undetermined<N: fmt::Display>(
             0 => f.write_str(")"),
             more => write!(f, ", {more} more)"),
         }
-    })
-}
-
-/// Why traces with one zero, or with a zero each, leave figures open.
-fn zeros(shared: bool) -> &'static str {
-    if shared { TOO_FEW } else { "each trace has a zero of its own, so that only its slope and shape count" }
-}
-
-/// Why traces that share one zero leave figures open.
-pub const TOO_FEW: &str = "too few traces, or all along one line";
-
-/// What turning the helices changes, rms in µm.
-pub fn helices_turned(flank: &FlankName, apart: f64, turned: f64) -> impl fmt::Display {
-    fmt::from_fn(move |f| {
-        write!(f, "{flank}: with the helices turned the contradiction falls from {apart:.2} to {turned:.2} µm rms")
     })
 }
 
@@ -305,22 +312,26 @@ mod tests {
         let flank = |tooth: &str| FlankName { tooth: tooth.to_owned(), side: Side::Left };
         let flanks: Vec<FlankName> = (1..=7).map(|tooth: u32| flank(&tooth.to_string())).collect();
         let figures = vec![SurfaceFigure::Mean, SurfaceFigure::Twist];
-        let open = Warning::FiguresUndetermined { figures, share_zero: true, flanks };
+        let open = Warning::FiguresUndetermined { figures, traces_share_zero: true, flanks };
         assert_eq!(
             open.to_string(),
-            "the traces do not tell mean, twist of the surface: too few traces, or all along one line; slopes without \
+            "the traces do not tell mean_um, twist_um of the surface: too few traces, or all along one line; slopes without \
              a twist are those in the sections of the traces (tooth 1 left, tooth 2 left, tooth 3 left, tooth 4 left, \
              tooth 5 left, 2 more)"
         );
         assert_eq!((open.code(), open.path()), ("figures_not_determined", None));
         assert_eq!(flank(&"é".repeat(30)).to_string(), format!("tooth {} left", "é".repeat(20)));
-        let turned = Warning::HelixSignDoubtful { flank: flank("3"), apart: 2.346, turned: 0.1 };
+        let turned = Warning::HelixSignDoubtful { flank: flank("3"), rms_um: 2.346, rms_turned_um: 0.1 };
         assert!(
             turned.to_string().starts_with("tooth 3 left: with the helices turned the contradiction falls from 2.35")
         );
-        let near = Warning::NearBaseCircle(0.05);
+        let near = Warning::NearBaseCircle { roll_deg: 0.05_f64.to_degrees() };
         assert!(near.to_string().contains("2.86° of roll"), "{near}");
-        let hole = TraceWarning::HoleInTrace { count: 1, longest: [1.00004, 2.0], effect: Effect::Bridged(0.91234) };
+        let hole = TraceWarning::HoleInTrace {
+            count: 1,
+            longest_mm: [1.00004, 2.0],
+            effect: Effect::Bridged { covered: 0.91234 },
+        };
         assert_eq!(
             hole.to_string(),
             "1 stretch without samples within the evaluation range, the longest from 1 to 2 mm: form and total \

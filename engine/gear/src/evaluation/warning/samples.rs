@@ -5,7 +5,7 @@ use std::fmt;
 use super::{
     super::{
         spacing::{LEAST_COVERED, LONGEST_DISTANCE},
-        values::{FEWEST_SAMPLES, Suspect, Values},
+        values::{FEWEST_SAMPLES, Suspect, WithoutSuspects},
     },
     hundredth,
 };
@@ -16,58 +16,73 @@ use flankfit_numerics::words::{Shown, counted, listed};
 /// shares are of the evaluation range.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
+#[cfg_attr(feature = "contract", derive(serde::Serialize), serde(untagged))]
 pub enum TraceWarning {
     /// So many samples of the range without a deviation.
     #[error(
-        "{} within the evaluation range left out", counted(*.0, "undefined sample", "undefined samples")
+        "{} within the evaluation range left out", counted(*.count, "undefined sample", "undefined samples")
     )]
-    UndefinedSamples(usize),
+    UndefinedSamples {
+        /// Number of samples.
+        count: usize,
+    },
     /// Fewer samples than a trace is evaluated from.
     #[error(
         "{} within the evaluation range; a trace is evaluated from {FEWEST_SAMPLES} on",
-        counted(*.0, "defined sample", "defined samples")
+        counted(*.count, "defined sample", "defined samples")
     )]
-    TooFewSamples(usize),
+    TooFewSamples {
+        /// Number of samples.
+        count: usize,
+    },
     /// Samples at so few places.
-    #[error("no mean curve: the samples lie at {} only", counted(*.0, "place", "places"))]
-    NoMeanCurve(usize),
+    #[error("no mean curve: the samples lie at {} only", counted(*.count, "place", "places"))]
+    NoMeanCurve {
+        /// Number of places.
+        count: usize,
+    },
     /// Samples that do not reach both ends of the range.
     #[error(
         "defined samples from {} to {} mm do not cover the evaluation range from {} to {} mm: {effect}",
-        place(.samples[0]), place(.samples[1]), Shown(.range[0]), Shown(.range[1])
+        place(.samples_mm[0]), place(.samples_mm[1]), Shown(.range_mm[0]), Shown(.range_mm[1])
     )]
     RangeNotCovered {
         /// The first and the last.
-        samples: [f64; 2],
+        samples_mm: [f64; 2],
         /// The evaluation range.
-        range: [f64; 2],
-        /// What becomes of the figures.
+        range_mm: [f64; 2],
+        /// Effect on the results.
+        #[cfg_attr(feature = "contract", serde(flatten))]
         effect: Effect,
     },
     /// Samples too far apart to show the form; their usual distance.
     #[error(
         "samples are {} mm apart, more than {} % of the evaluation range: form and total deviation may be greater than \
          what they show",
-        place(*.0), percent(LONGEST_DISTANCE)
+        place(*.distance_mm), percent(LONGEST_DISTANCE)
     )]
-    SparseSamples(f64),
+    SparseSamples {
+        /// Usual distance.
+        distance_mm: f64,
+    },
     /// Holes within the range.
     #[error(
         "{} without samples within the evaluation range, the longest from {} to {} mm: {effect}",
-        counted(*.count, "stretch", "stretches"), place(.longest[0]), place(.longest[1])
+        counted(*.count, "stretch", "stretches"), place(.longest_mm[0]), place(.longest_mm[1])
     )]
     HoleInTrace {
         /// How many.
         count: usize,
         /// From and to of the longest.
-        longest: [f64; 2],
-        /// What becomes of the figures.
+        longest_mm: [f64; 2],
+        /// Effect on the results.
+        #[cfg_attr(feature = "contract", serde(flatten))]
         effect: Effect,
     },
     /// Shorter stretches with missing samples.
     #[error(
         "{} % of the evaluation range lie in {} where samples are missing, the longest from {} to {} mm: {effect}",
-        percent(*.share), counted(*.count, "stretch", "stretches"), place(.longest[0]), place(.longest[1])
+        percent(*.share), counted(*.count, "stretch", "stretches"), place(.longest_mm[0]), place(.longest_mm[1])
     )]
     SamplesMissing {
         /// Share of the range in them.
@@ -75,35 +90,38 @@ pub enum TraceWarning {
         /// How many.
         count: usize,
         /// From and to of the longest.
-        longest: [f64; 2],
-        /// What becomes of the figures.
+        longest_mm: [f64; 2],
+        /// Effect on the results.
+        #[cfg_attr(feature = "contract", serde(flatten))]
         effect: Effect,
     },
     /// Samples that stand far out of their neighbours.
     #[error("{}", outliers(.first, *.more, *.excluded, .without.as_ref()))]
     OutliersSuspected {
         /// The first places of them.
+        #[cfg_attr(feature = "contract", serde(rename = "places"))]
         first: Vec<Suspect>,
         /// Whether there are more.
         more: bool,
         /// Whether they are left out.
         excluded: bool,
         /// The figures without them, where they count and the samples that are left tell them.
-        without: Option<Values>,
+        #[cfg_attr(feature = "contract", serde(skip))]
+        without: Option<WithoutSuspects>,
     },
     /// A slope over a hole, whose standard error is not known.
     #[error("the slope has no class: the samples are too few to tell what the hole may hide")]
     SlopeClassUnknown,
     /// A slope over a hole, whose standard error covers several classes, µm.
     #[error(
-        "the slope has no class: what the hole hides leaves it open ({} ± {} µm)", hundredth(*.slope),
-        hundredth(*.std_error)
+        "the slope has no class: what the hole hides leaves it open ({} ± {} µm)", hundredth(*.slope_um),
+        hundredth(*.std_error_um)
     )]
     SlopeClassOpen {
         /// f_H.
-        slope: f64,
+        slope_um: f64,
         /// Its standard error.
-        std_error: f64,
+        std_error_um: f64,
     },
 }
 
@@ -114,11 +132,11 @@ impl TraceWarning {
     /// The stable code.
     pub fn code(&self) -> &'static str {
         match self {
-            TraceWarning::UndefinedSamples(_) => "undefined_samples",
-            TraceWarning::TooFewSamples(_) => "too_few_samples",
-            TraceWarning::NoMeanCurve(_) => "no_mean_curve",
+            TraceWarning::UndefinedSamples { .. } => "undefined_samples",
+            TraceWarning::TooFewSamples { .. } => "too_few_samples",
+            TraceWarning::NoMeanCurve { .. } => "no_mean_curve",
             TraceWarning::RangeNotCovered { .. } => "range_not_covered",
-            TraceWarning::SparseSamples(_) => "sparse_samples",
+            TraceWarning::SparseSamples { .. } => "sparse_samples",
             TraceWarning::HoleInTrace { .. } => "hole_in_trace",
             TraceWarning::SamplesMissing { .. } => "samples_missing",
             TraceWarning::OutliersSuspected { .. } => "outliers_suspected",
@@ -129,11 +147,15 @@ impl TraceWarning {
 
 /// What becomes of figures and classes where samples are missing.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize), serde(tag = "effect", rename_all = "snake_case"))]
 pub enum Effect {
     /// Neither is given.
     Nothing,
     /// Neither is given: too small a share of the range is covered.
-    TooLittleCovered(f64),
+    TooLittleCovered {
+        /// Share of the range.
+        covered: f64,
+    },
     /// Neither is given: an end is too far from the samples.
     TooFarToExtend,
     /// There are figures, but no class.
@@ -142,7 +164,10 @@ pub enum Effect {
     Extended,
     /// Slope and crowning go on across a hole, of a range of which this share is covered; form and
     /// total deviation have no class.
-    Bridged(f64),
+    Bridged {
+        /// Share of the range.
+        covered: f64,
+    },
     /// Form and total deviation may be greater.
     LowerBound,
 }
@@ -151,10 +176,10 @@ impl fmt::Display for Effect {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Effect::Nothing => f.write_str("no figures and no class are given"),
-            Effect::TooLittleCovered(share) => write!(
+            Effect::TooLittleCovered { covered } => write!(
                 f,
                 "no figures and no class are given: {} % of the range are covered, less than {} %",
-                percent(*share),
+                percent(*covered),
                 percent(LEAST_COVERED)
             ),
             Effect::TooFarToExtend => write!(
@@ -166,21 +191,21 @@ impl fmt::Display for Effect {
             Effect::Extended => {
                 f.write_str("slope and crowning are by how the flank most likely goes on, and no class is given")
             }
-            Effect::Bridged(share) => write!(
+            Effect::Bridged { covered } => write!(
                 f,
                 "form and total deviation have no class; slope and crowning are by how the flank most likely goes on \
                  between ({} % of the range are covered)",
-                percent(*share)
+                percent(*covered)
             ),
             Effect::LowerBound => f.write_str("form and total deviation may be greater than what the samples show"),
         }
     }
 }
 
-fn outliers(first: &[Suspect], more: bool, excluded: bool, without: Option<&Values>) -> impl fmt::Display {
+fn outliers(first: &[Suspect], more: bool, excluded: bool, without: Option<&WithoutSuspects>) -> impl fmt::Display {
     let along = |x: f64| Shown((x * 1e3).round() / 1e3);
     let one = move |place: &Suspect| {
-        let (from, to, height) = (along(place.from), along(place.to), tenth(place.height));
+        let (from, to, height) = (along(place.from_mm), along(place.to_mm), tenth(place.height_um));
         match (place.samples, place.burr) {
             (1, false) => format!("at {from} mm ({height} µm)"),
             (_, false) => format!("from {from} to {to} mm ({height} µm)"),
@@ -196,7 +221,7 @@ fn outliers(first: &[Suspect], more: bool, excluded: bool, without: Option<&Valu
         match (excluded, without) {
             (true, _) => f.write_str("they are left out"),
             (false, Some(values)) => {
-                let [slope, form, total] = [values.slope, values.form, values.total].map(tenth);
+                let [slope, form, total] = [values.slope_um, values.form_um, values.total_um].map(tenth);
                 write!(f, "they count. Without them slope {slope}, form {form}, total {total} µm")
             }
             (false, None) => f.write_str("they count"),

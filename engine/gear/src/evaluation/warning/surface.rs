@@ -6,30 +6,34 @@ use flankfit_numerics::words::Shown;
 /// Something that the reader of a flank's surface must know. Lengths are mm.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
+#[cfg_attr(feature = "contract", derive(serde::Serialize), serde(untagged))]
 pub enum SurfaceWarning {
     /// Nodes that cover too little of the trimmed range along one axis.
     #[error(
         "the nodes that count reach from {} to {} mm, {} % of the range from {} to {} mm: less than {} %, so that slope, \
          crowning and twist over it are extrapolated and held against no limits; cut less off its ends, or measure \
          more densely",
-        Shown(.reached[0]), Shown(.reached[1]), percent(share(*.reached, *.range)), Shown(.range[0]),
-        Shown(.range[1]), percent(LEAST_COVERED)
+        Shown(.reached_mm[0]), Shown(.reached_mm[1]), percent(*.covered), Shown(.range_mm[0]),
+        Shown(.range_mm[1]), percent(LEAST_COVERED)
     )]
     RangeNotCovered {
         /// Path to what the range was asked for by.
+        #[cfg_attr(feature = "contract", serde(skip))]
         path: &'static str,
         /// The least and the greatest roll length or z of a node.
-        reached: [f64; 2],
+        reached_mm: [f64; 2],
         /// The trimmed range.
-        range: [f64; 2],
+        range_mm: [f64; 2],
+        /// Share of the range that the nodes reach over.
+        covered: f64,
     },
     /// Nodes over more than the face.
-    #[error("the nodes span {} mm of z, the face is {} mm wide: check the unit", Shown(*.span), Shown(*.face_width))]
+    #[error("the nodes span {} mm of z, the face is {} mm wide: check the unit", Shown(*.span_mm), Shown(*.face_width_mm))]
     BeyondFace {
         /// Distance of the outermost nodes.
-        span: f64,
+        span_mm: f64,
         /// Face width of the gear.
-        face_width: f64,
+        face_width_mm: f64,
     },
 }
 
