@@ -35,7 +35,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         println!("{:22} {:9.3} ± {error} {}", setting.name, setting.change, setting.unit);
     }
     let predicted = &solution.predicted;
-    println!("rms {:.2} µm before, {:.2} µm predicted", predicted.rms_before, predicted.rms);
+    println!("rms {:.2} µm before, {:.2} µm predicted", predicted.rms_before_um, predicted.rms_um);
     for group in &solution.indistinguishable {
         println!("{}", group.sentence);
     }

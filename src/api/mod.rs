@@ -17,6 +17,7 @@ pub mod gears;
 pub mod jobs;
 pub mod json;
 pub mod measurand;
+pub mod page;
 pub mod params;
 pub mod problem;
 pub mod progress;

@@ -10,7 +10,8 @@ use super::{caller_state::CallerState, extract::QueryOf, paging::PageQuery, stat
 use crate::{
     api::{
         faults::Faults,
-        jobs::audit::{AuditPageBody, SealPageBody, VerdictBody},
+        jobs::audit::{EntryBody, SealBody, VerdictBody},
+        page::PageBody,
         problem::Problem,
     },
     jobs::List,
@@ -56,11 +57,14 @@ fn read_job(job: Option<String>) -> Result<Option<Uuid>, Problem> {
 #[utoipa::path(
     get, path = "/v1/audit", operation_id = "list_audit", tag = "audit",
     params(AuditQuery),
-    responses((status = 200, description = "Some entries, and where the next page begins.", body = AuditPageBody))
+    responses((status = 200, description = "Some entries, and where the next page begins.", body = PageBody<EntryBody>))
 )]
-async fn list_audit(state: CallerState, QueryOf(query): QueryOf<AuditQuery>) -> Result<Json<AuditPageBody>, Problem> {
+async fn list_audit(
+    state: CallerState,
+    QueryOf(query): QueryOf<AuditQuery>,
+) -> Result<Json<PageBody<EntryBody>>, Problem> {
     let page = PageQuery { limit: query.limit, cursor: query.cursor }.check(List::Audit)?;
-    Ok(Json(state.jobs.audit(read_job(query.job)?, page).await?.into()))
+    Ok(Json(PageBody::new(state.jobs.audit(read_job(query.job)?, page).await?, List::Audit)))
 }
 
 /// Verify the audit of a job, or of the whole tenant.
@@ -85,11 +89,11 @@ async fn verify_audit(state: CallerState, QueryOf(query): QueryOf<JobQuery>) -> 
 #[utoipa::path(
     get, path = "/v1/audit/seals", operation_id = "list_audit_seals", tag = "audit",
     params(PageQuery),
-    responses((status = 200, description = "Some seals, and where the next page begins.", body = SealPageBody))
+    responses((status = 200, description = "Some seals, and where the next page begins.", body = PageBody<SealBody>))
 )]
 async fn list_audit_seals(
     state: CallerState,
     QueryOf(query): QueryOf<PageQuery>,
-) -> Result<Json<SealPageBody>, Problem> {
-    Ok(Json(state.jobs.seals(query.check(List::Seals)?).await?.into()))
+) -> Result<Json<PageBody<SealBody>>, Problem> {
+    Ok(Json(PageBody::new(state.jobs.seals(query.check(List::Seals)?).await?, List::Seals)))
 }

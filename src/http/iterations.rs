@@ -28,10 +28,11 @@ use crate::{
         gears::design_at_nodes::{self, DesignAtNodesBody},
         jobs::{
             iteration_requests::{IterationForm, IterationPatchBody, IterationRequest, Measurement},
-            iterations::{self, IterationBody, NewIterationBody},
-            listed_iterations::{self, IterationPageBody},
+            iterations::{IterationBody, NewIterationBody},
+            listed_iterations::ListedIterationBody,
         },
         json::writer,
+        page::PageBody,
         problem::Problem,
     },
     jobs::{Answer, Iteration, List, NewIteration, Stored},
@@ -95,7 +96,7 @@ pub fn created(iteration: &NewIteration, stored: Stored) -> Answer {
         status: 201,
         location: Some(format!("/v1/jobs/{}/iterations/{}", iteration.job_id, stored.number)),
         etag: Some(etag(stored.version)),
-        body: iterations::created_iteration(iteration, stored),
+        body: NewIterationBody::text(iteration, stored),
     }
 }
 
@@ -107,15 +108,16 @@ pub fn created(iteration: &NewIteration, stored: Stored) -> Answer {
     get, path = "/v1/jobs/{job_id}/iterations", operation_id = "list_iterations", tag = "iterations",
     params(("job_id" = Uuid, Path), PageQuery),
     responses(
-        (status = 200, description = "Some iterations, and where the next page begins.", body = IterationPageBody)
+        (status = 200, description = "Some iterations, and where the next page begins.", body = PageBody<ListedIterationBody>)
     )
 )]
 async fn list_iterations(
     state: CallerState,
     PathOf(job): PathOf<Uuid>,
     QueryOf(query): QueryOf<PageQuery>,
-) -> Result<Response, Problem> {
-    Ok(json(listed_iterations::page(&state.jobs.iterations(job, query.check(List::Iterations)?).await?)))
+) -> Result<axum::Json<PageBody<ListedIterationBody>>, Problem> {
+    let page = state.jobs.iterations(job, query.check(List::Iterations)?).await?;
+    Ok(axum::Json(PageBody::new(page, List::Iterations)))
 }
 
 /// An iteration with the figures of its fits.
@@ -164,7 +166,7 @@ async fn update_iteration(
 
 /// An iteration as it is answered.
 pub fn present(iteration: &Iteration) -> Response {
-    let mut response = json(iterations::iteration(iteration));
+    let mut response = json(IterationBody::text(iteration));
     set_etag(response.headers_mut(), iteration.version);
     response
 }

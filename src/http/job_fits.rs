@@ -26,8 +26,9 @@ use crate::{
         jobs::{
             fits::{ReplayBody, ReplayRequest},
             iteration_requests::{ChosenFitBody, RefitRequest},
-            iterations::{self, FitPageBody, IterationBody, IterationFitBody},
+            iterations::{FitSummaryBody, IterationBody, IterationFitBody},
         },
+        page::PageBody,
         problem::Problem,
     },
     jobs::{Answer, List, NewFit, Stored},
@@ -85,7 +86,7 @@ fn created(place: &str, fit: &NewFit, stored: Stored) -> Answer {
         status: 201,
         location: Some(format!("{place}/fits/{}", fit.id)),
         etag: Some(etag(stored.version)),
-        body: iterations::created_fit(fit),
+        body: IterationFitBody::of(fit, false).text(),
     }
 }
 
@@ -96,15 +97,16 @@ fn created(place: &str, fit: &NewFit, stored: Stored) -> Answer {
     get, path = "/v1/jobs/{job_id}/iterations/{number}/fits", operation_id = "list_iteration_fits", tag = "iterations",
     params(("job_id" = Uuid, Path), ("number" = u32, Path), PageQuery),
     responses(
-        (status = 200, description = "Some fits, and where the next page begins.", body = FitPageBody)
+        (status = 200, description = "Some fits, and where the next page begins.", body = PageBody<FitSummaryBody>)
     )
 )]
 async fn list_iteration_fits(
     state: CallerState,
     PathOf((job, number)): PathOf<(Uuid, u32)>,
     QueryOf(query): QueryOf<PageQuery>,
-) -> Result<Response, Problem> {
-    Ok(json(iterations::fits(&state.jobs.fits(job, number, query.check(List::Fits)?).await?)))
+) -> Result<axum::Json<PageBody<FitSummaryBody>>, Problem> {
+    let page = state.jobs.fits(job, number, query.check(List::Fits)?).await?;
+    Ok(axum::Json(PageBody::new(page, List::Fits)))
 }
 
 /// A fit in full, as it was answered when it was made.
@@ -138,7 +140,7 @@ async fn get_iteration_fit(
     let names: Vec<IncludeName> = query.names()?;
     let stored = state.jobs.fit(job, number, fit).await?;
     if names.is_empty() {
-        let mut response = json(iterations::stored_fit(&stored, &stored.result));
+        let mut response = json(IterationFitBody::stored(&stored, &stored.result).text());
         // nothing else of it can change
         let tag = if stored.chosen { "\"chosen\"" } else { "\"not-chosen\"" };
         response.headers_mut().insert(header::ETAG, HeaderValue::from_static(tag));

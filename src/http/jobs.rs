@@ -21,12 +21,13 @@ use crate::{
     api::{
         jobs::{
             job::{JobBody, JobPatchBody, NewJobBody},
-            job_list::{JobPageBody, JobSummaryBody},
+            job_list::ListedJobBody,
         },
         json::{value::read_json, writer::text_of},
+        page::PageBody,
         problem::Problem,
     },
-    jobs::{Answer, Job, Stored},
+    jobs::{Answer, Job, JobSummary, Stored},
 };
 
 pub fn group() -> OpenApiRouter<AppState> {
@@ -81,10 +82,13 @@ fn created(job: &Job, stored: Stored) -> Answer {
     get, path = "/v1/jobs", operation_id = "list_jobs", tag = "jobs",
     params(JobsQuery),
     responses(
-        (status = 200, description = "Some jobs, and where the next page begins.", body = JobPageBody)
+        (status = 200, description = "Some jobs, and where the next page begins.", body = PageBody<ListedJobBody>)
     )
 )]
-async fn list_jobs(state: CallerState, QueryOf(query): QueryOf<JobsQuery>) -> Result<axum::Json<JobPageBody>, Problem> {
+async fn list_jobs(
+    state: CallerState,
+    QueryOf(query): QueryOf<JobsQuery>,
+) -> Result<axum::Json<PageBody<ListedJobBody>>, Problem> {
     let page = state.jobs.jobs(query.check()?).await?;
     Ok(axum::Json(page.into()))
 }
@@ -94,10 +98,10 @@ async fn list_jobs(state: CallerState, QueryOf(query): QueryOf<JobsQuery>) -> Re
 /// Weeks are those of ISO 8601 in UTC.
 #[utoipa::path(
     get, path = "/v1/jobs/summary", operation_id = "summarize_jobs", tag = "jobs",
-    responses((status = 200, description = "Numbers of jobs.", body = JobSummaryBody))
+    responses((status = 200, description = "Numbers of jobs.", body = JobSummary))
 )]
-async fn summarize_jobs(state: CallerState) -> Result<axum::Json<JobSummaryBody>, Problem> {
-    Ok(axum::Json(state.jobs.summary().await?.into()))
+async fn summarize_jobs(state: CallerState) -> Result<axum::Json<JobSummary>, Problem> {
+    Ok(axum::Json(state.jobs.summary().await?))
 }
 
 /// A job.

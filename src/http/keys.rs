@@ -21,10 +21,11 @@ use super::{
 use crate::{
     api::{
         callers::{
-            key::{KeyBody, KeyPageBody, KeyPatchBody, NewKeyBody, RotationBody},
+            key::{KeyBody, KeyPatchBody, NewKeyBody, RotationBody},
             whoami::{ProofName, WhoamiBody},
         },
         json::{value::read_json, writer::text_of},
+        page::PageBody,
         problem::{Problem, ProblemCode},
         warning::WarningBody,
     },
@@ -126,11 +127,14 @@ fn check_grant(maker: &Principal, wanted: Scopes) -> Result<(), Problem> {
 #[utoipa::path(
     get, path = "/v1/keys", operation_id = "list_keys", tag = "keys",
     params(PageQuery),
-    responses((status = 200, description = "Some keys, and where the next page begins.", body = KeyPageBody))
+    responses((status = 200, description = "Some keys, and where the next page begins.", body = PageBody<KeyBody>))
 )]
-async fn list_keys(state: CallerState, QueryOf(query): QueryOf<PageQuery>) -> Result<axum::Json<KeyPageBody>, Problem> {
+async fn list_keys(
+    state: CallerState,
+    QueryOf(query): QueryOf<PageQuery>,
+) -> Result<axum::Json<PageBody<KeyBody>>, Problem> {
     let page = state.tenant_keys().list(query.check(List::Keys)?).await?;
-    Ok(axum::Json(page.into()))
+    Ok(axum::Json(PageBody::new(page, List::Keys)))
 }
 
 /// A key, without its secret.

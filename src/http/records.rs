@@ -27,10 +27,14 @@ use crate::{
     api::{
         built::Built,
         gears::{
-            correction::include::{CorrectionInclude, StoredIncludeName},
+            correction::{
+                include::{CorrectionInclude, StoredIncludeName},
+                result::CorrectionBody,
+            },
             quality_data::{self, Kept},
         },
-        jobs::records::{self, RecordBody, RecordPageBody},
+        jobs::records::{self, RecordBody, RecordSummaryBody},
+        page::PageBody,
         problem::{Problem, Room},
     },
     jobs::{Answer, Job, List, Measurand, Record, RecordDraft, RecordKind, Stored},
@@ -241,16 +245,16 @@ fn created(iteration: &str, record: &Record, body: Vec<u8>) -> Answer {
     tag = "iterations",
     params(("job_id" = Uuid, Path), ("number" = u32, Path), PageQuery),
     responses(
-        (status = 200, description = "Some records, and where the next page begins.", body = RecordPageBody)
+        (status = 200, description = "Some records, and where the next page begins.", body = PageBody<RecordSummaryBody>)
     )
 )]
 async fn list_iteration_records(
     state: CallerState,
     PathOf((job, number)): PathOf<(Uuid, u32)>,
     QueryOf(query): QueryOf<PageQuery>,
-) -> Result<axum::Json<RecordPageBody>, Problem> {
+) -> Result<axum::Json<PageBody<RecordSummaryBody>>, Problem> {
     let page = state.jobs.records(job, number, query.check(List::Records)?).await?;
-    Ok(axum::Json(page.into()))
+    Ok(axum::Json(PageBody::new(page, List::Records)))
 }
 
 /// A record of an iteration: the request and the result.
@@ -296,7 +300,8 @@ async fn get_iteration_record(
         _ => {}
     }
     if matches!(record.draft.kind, RecordKind::Correction | RecordKind::GearCorrection) {
-        record.draft.result = CorrectionInclude::of_stored(&names).of_result(&record.draft.result)?.into();
+        let reduced = CorrectionInclude::of_stored(&names).of_result(CorrectionBody::of(&record)?);
+        record.draft.result = String::from_utf8_lossy(&reduced.text()?).into();
     }
     let mut response = Format::Json.response(records::record(&record));
     // it is kept as it is

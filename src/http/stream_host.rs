@@ -38,7 +38,7 @@ impl StreamHost for AppState {
 
     fn answer(stream: &Stream, estimate: &Recursive) -> Result<Answer, Problem> {
         let estimate = stream::estimate_text(estimate, &stream.input_sha256)?;
-        let body = stream::answer(stream.sequence, stream.node_count, &estimate);
+        let body = stream::answer(stream.sequence, stream.node_count, estimate);
         Ok(Answer { status: 200, location: None, etag: Some(etag(stream.version)), body })
     }
 }

@@ -27,9 +27,10 @@ use crate::{
         faults::Faults,
         gears::fit_figures::OfFlank,
         jobs::{fits, iteration_requests::MeasurementDetailsBody, iterations::NewIterationBody, problem::of_measured},
+        page::PageBody,
         problem::Problem,
         streams::{
-            listed::{self, StreamNodesBody, StreamPageBody},
+            listed::{self, ListedStreamBody, StreamNodesBody},
             stream::{self, BlockBody, EstimateBody, NewStreamBody, StreamBody},
         },
     },
@@ -98,14 +99,15 @@ fn opened(stream: &NewStream, stored: Stored) -> Answer {
 #[utoipa::path(
     get, path = "/v1/jobs/{job_id}/streams", operation_id = "list_streams", tag = "streams",
     params(("job_id" = Uuid, Path), PageQuery),
-    responses((status = 200, description = "Some streams, and where the next page begins.", body = StreamPageBody))
+    responses((status = 200, description = "Some streams, and where the next page begins.", body = PageBody<ListedStreamBody>))
 )]
 async fn list_streams(
     state: CallerState,
     PathOf(job): PathOf<Uuid>,
     QueryOf(query): QueryOf<PageQuery>,
-) -> Result<Response, Problem> {
-    Ok(json(listed::page(&state.jobs.streams(job, query.check(List::Streams)?).await?)))
+) -> Result<axum::Json<PageBody<ListedStreamBody>>, Problem> {
+    let page = state.jobs.streams(job, query.check(List::Streams)?).await?;
+    Ok(axum::Json(PageBody::new(page, List::Streams)))
 }
 
 /// Which blocks are wanted.
@@ -163,7 +165,7 @@ async fn get_stream(state: CallerState, PathOf(id): PathOf<Uuid>) -> Result<Resp
         Some(estimate) => Some(state.pool.run(move || stream::estimate_text(&estimate, &input_sha256)).await??),
         None => None,
     };
-    let mut response = json(stream::stream(&stream, estimate.as_ref()));
+    let mut response = json(stream::stream(&stream, estimate));
     set_etag(response.headers_mut(), stream.version);
     Ok(response)
 }

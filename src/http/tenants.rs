@@ -19,8 +19,9 @@ use super::{
 };
 use crate::{
     api::{
-        callers::tenant::{NewTenantBody, TenantBody, TenantPageBody, TenantPatchBody},
+        callers::tenant::{NewTenantBody, TenantBody, TenantPatchBody},
         json::{value::read_json, writer::text_of},
+        page::PageBody,
         problem::{Problem, ProblemCode},
     },
     jobs::{Answer, ApiKey, KeyDraft, List, Plant, PlantDraft, Role, Secret, Tenant},
@@ -87,14 +88,14 @@ fn created(made: &(Plant, ApiKey), secret: Option<&Secret>) -> Answer {
 #[utoipa::path(
     get, path = "/v1/tenants", operation_id = "list_tenants", tag = "tenants",
     params(PageQuery),
-    responses((status = 200, description = "Some tenants, and where the next page begins.", body = TenantPageBody))
+    responses((status = 200, description = "Some tenants, and where the next page begins.", body = PageBody<TenantBody>))
 )]
 async fn list_tenants(
     state: CallerState,
     QueryOf(query): QueryOf<PageQuery>,
-) -> Result<axum::Json<TenantPageBody>, Problem> {
+) -> Result<axum::Json<PageBody<TenantBody>>, Problem> {
     let page = state.tenant_keys().plants(query.check(List::Tenants)?).await?;
-    Ok(axum::Json(page.into()))
+    Ok(axum::Json(PageBody::new(page, List::Tenants)))
 }
 
 /// A tenant.

@@ -1,21 +1,16 @@
 //! `GET /v1/jobs/{job_id}/trace`: the whole story of a job.
 
-use axum::response::Response;
 use utoipa_axum::{router::OpenApiRouter, routes};
 use uuid::Uuid;
 
 use super::{
     caller_state::CallerState,
     extract::{PathOf, QueryOf},
-    fits::json,
     paging::PageQuery,
     state::AppState,
 };
 use crate::{
-    api::{
-        jobs::trace::{self, TraceBody},
-        problem::Problem,
-    },
+    api::{jobs::trace::TraceBody, problem::Problem},
     jobs::List,
 };
 
@@ -39,6 +34,6 @@ async fn get_trace(
     state: CallerState,
     PathOf(job): PathOf<Uuid>,
     QueryOf(query): QueryOf<PageQuery>,
-) -> Result<Response, Problem> {
-    Ok(json(trace::trace(state.jobs.trace(job, query.check(List::Iterations)?).await?)))
+) -> Result<axum::Json<TraceBody>, Problem> {
+    Ok(axum::Json(state.jobs.trace(job, query.check(List::Iterations)?).await?.into()))
 }

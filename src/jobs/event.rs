@@ -69,14 +69,14 @@ pub enum EventKind {
     },
 }
 
-/// What happened to a job itself.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Change of a job itself. `created` and `deleted` are sent only to those who listen to all jobs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize, utoipa::ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[schema(as = JobEventState)]
 pub enum JobChange {
-    /// No event of the job: told to those who listen to all.
     Created,
-    /// Its own data were.
+    /// Its name, gear, requirements or other data of its own were changed.
     Changed,
-    /// As with `Created`.
     Deleted,
 }
 
@@ -111,7 +111,9 @@ pub struct ToldEvent {
 }
 
 /// Change of the stream's state.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize, utoipa::ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[schema(as = StreamEventName)]
 pub enum StreamEvent {
     Open,
     Block,

@@ -94,5 +94,5 @@ pub use service::{JobService, Jobs};
 pub use streams::{
     Block, FinishedStream, NewBlock, NewStream, PostedBlock, Stream, StreamError, StreamHost, StreamState, is_state,
 };
-pub use summary::{JobCounts, JobSummary, MOST_MACHINES, MOST_WEEKS, monday};
+pub use summary::{JobCounts, JobSummary, MOST_MACHINES, MOST_WEEKS};
 pub use wake::Wake;

@@ -6,6 +6,10 @@ use jiff::{
     tz::TimeZone,
 };
 
+use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
+use utoipa::ToSchema;
+
 use super::listing::JobStatus;
 
 /// Machines that are counted apart, those with most jobs first.
@@ -28,18 +32,63 @@ pub struct JobCounts {
 }
 
 /// Numbers of jobs.
-#[derive(Clone, Debug, PartialEq)]
+#[skip_serializing_none]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 pub struct JobSummary {
+    /// All jobs.
     pub total: u64,
-    pub by_status: Vec<(JobStatus, u64)>,
-    pub by_machine: Vec<(String, u64)>,
-    /// Machines that are not listed, and their jobs.
-    pub other_machines: (u64, u64),
+    /// Every status, also those that no job has.
+    pub by_status: Vec<StatusCount>,
+    /// Machines by their jobs, those with most first, at most 100.
+    pub by_machine: Vec<MachineCount>,
+    /// Machines in addition to those; absent where all are listed.
+    pub other_machines: Option<OtherMachines>,
+    /// Jobs without a machine.
     pub without_machine: u64,
-    /// Weeks in which some job was changed last, oldest first.
-    pub by_week: Vec<(ISOWeekDate, u64)>,
-    /// Jobs changed last before those weeks.
+    /// Weeks in which jobs were changed last, oldest first: of the last 53, this one included,
+    /// those with jobs.
+    pub by_week: Vec<WeekCount>,
+    /// Jobs changed last before those 53 weeks.
     pub earlier: u64,
+}
+
+/// Jobs of one status.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+pub struct StatusCount {
+    pub status: JobStatus,
+    /// Number of jobs with this status.
+    pub count: u64,
+}
+
+/// Jobs on one machine.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+pub struct MachineCount {
+    /// Name of the machine in the jobs.
+    pub machine: String,
+    /// Number of jobs on it.
+    pub count: u64,
+}
+
+/// Machines that are not listed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+pub struct OtherMachines {
+    /// Number of these machines.
+    pub machines: u64,
+    /// Number of jobs on them.
+    pub count: u64,
+}
+
+/// Jobs changed last in one week.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+pub struct WeekCount {
+    /// Year and week of ISO 8601, in UTC.
+    #[schema(example = "2026-W47")]
+    pub week: String,
+    /// Date of its Monday.
+    #[schema(value_type = String, format = Date, example = "2026-11-16")]
+    pub begins: String,
+    /// Number of jobs that were last changed in it.
+    pub count: u64,
 }
 
 /// When the first of the weeks that are counted apart begins.
@@ -50,38 +99,39 @@ pub fn first_week(now: Timestamp) -> Timestamp {
     first.to_zoned(TimeZone::UTC).map_or(Timestamp::MIN, |first| first.timestamp())
 }
 
-/// The first day of a week.
-pub fn monday(week: ISOWeekDate) -> Date {
+/// Returns the first day of a week.
+fn monday(week: ISOWeekDate) -> Date {
     ISOWeekDate::new(week.year(), week.week(), Weekday::Monday).map_or(Date::MIN, |monday| monday.date())
 }
 
 impl JobCounts {
-    /// What is told of them.
+    /// Returns their summary.
     pub fn summary(self) -> JobSummary {
         let of = |status| self.statuses.iter().filter(|(found, _)| *found == status).map(|(_, count)| count).sum();
-        let by_status: Vec<(JobStatus, u64)> = JobStatus::ALL.into_iter().map(|status| (status, of(status))).collect();
-        let total = by_status.iter().map(|(_, count)| count).sum::<u64>();
+        let by_status: Vec<StatusCount> =
+            JobStatus::ALL.into_iter().map(|status| StatusCount { status, count: of(status) }).collect();
+        let total = by_status.iter().map(|one| one.count).sum::<u64>();
         let listed = self.machines.iter().map(|(_, count)| count).sum::<u64>();
-        let mut by_week: Vec<(ISOWeekDate, u64)> = Vec::new();
+        let mut by_week: Vec<WeekCount> = Vec::new();
         for (day, count) in &self.days {
-            let week = day.iso_week_date();
-            match by_week.last_mut().filter(|(last, _)| (last.year(), last.week()) == (week.year(), week.week())) {
-                Some((_, jobs)) => *jobs += count,
-                None => by_week.push((week, *count)),
+            let date = day.iso_week_date();
+            let week = format!("{:04}-W{:02}", date.year(), date.week());
+            match by_week.last_mut().filter(|last| last.week == week) {
+                Some(last) => last.count += count,
+                None => by_week.push(WeekCount { week, begins: monday(date).to_string(), count: *count }),
             }
         }
-        let told = by_week.iter().map(|(_, count)| count).sum::<u64>();
+        let counted = by_week.iter().map(|week| week.count).sum::<u64>();
+        let machines = self.machine_count.saturating_sub(self.machines.len() as u64);
         JobSummary {
             total,
             by_status,
-            other_machines: (
-                self.machine_count.saturating_sub(self.machines.len() as u64),
-                self.with_machine.saturating_sub(listed),
-            ),
-            by_machine: self.machines,
+            other_machines: (machines > 0)
+                .then(|| OtherMachines { machines, count: self.with_machine.saturating_sub(listed) }),
+            by_machine: self.machines.into_iter().map(|(machine, count)| MachineCount { machine, count }).collect(),
             without_machine: total.saturating_sub(self.with_machine),
             by_week,
-            earlier: total.saturating_sub(told),
+            earlier: total.saturating_sub(counted),
         }
     }
 }
@@ -103,13 +153,15 @@ mod tests {
             days: vec![(date(2026, 12, 27), 1), (date(2026, 12, 28), 2), (date(2027, 1, 3), 3), (date(2027, 1, 4), 1)],
         };
         let summary = counts.summary();
-        let weeks: Vec<_> = summary.by_week.iter().map(|(week, n)| (week.year(), week.week(), *n)).collect();
-        assert_eq!(weeks, [(2026, 52, 1), (2026, 53, 5), (2027, 1, 1)]);
-        assert_eq!(monday(summary.by_week[1].0), date(2026, 12, 28));
+        let weeks: Vec<_> = summary.by_week.iter().map(|week| (&*week.week, &*week.begins, week.count)).collect();
+        assert_eq!(
+            weeks,
+            [("2026-W52", "2026-12-21", 1), ("2026-W53", "2026-12-28", 5), ("2027-W01", "2027-01-04", 1)]
+        );
         assert_eq!((summary.total, summary.earlier, summary.without_machine), (11, 4, 1));
-        assert_eq!(summary.other_machines, (3, 3));
-        assert_eq!(summary.by_status[0], (JobStatus::New, 2));
-        assert_eq!(summary.by_status[4], (JobStatus::Rejected, 0));
+        assert_eq!(summary.other_machines, Some(OtherMachines { machines: 3, count: 3 }));
+        assert_eq!(summary.by_status[0], StatusCount { status: JobStatus::New, count: 2 });
+        assert_eq!(summary.by_status[4], StatusCount { status: JobStatus::Rejected, count: 0 });
     }
 
     #[test]

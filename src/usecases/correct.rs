@@ -93,10 +93,8 @@ impl Basis {
             gear: gear.as_ref(),
             requirements: required.as_ref(),
         };
-        let (built, include) = correction::build(text, &subject)?;
-        let draft = records::of_gear(&self.job, self.kind, text, built)?;
-        let answer = include.of_result(&draft.result)?.into_bytes();
-        Ok((draft, answer))
+        let (built, answer) = correction::build(text, &subject)?;
+        Ok((records::of_gear(&self.job, self.kind, text, built)?, answer))
     }
 }
 

@@ -21,7 +21,7 @@ use crate::{
         jobs::{
             fits::{self, ReplayBody},
             iteration_requests::Why,
-            iterations,
+            iterations::IterationFitBody,
         },
         problem::Problem,
     },
@@ -105,7 +105,7 @@ pub async fn with_include(
     let plans = context.plans.clone();
     let work = move || {
         let result = fits::with_include(&nodes, &stored, earlier(&gathered), include::include(&names), &plans)?;
-        Ok(iterations::stored_fit(&stored, &result))
+        Ok(IterationFitBody::stored(&stored, &result).text())
     };
     context.pool.run(work).await?
 }

@@ -29,6 +29,7 @@ use crate::{
 };
 use flankfit_engine::estimation::{
     FitSpec, Nodes, Plans,
+    result::{PriorReport, UsedCorrection},
     spec::{Chain, Corrected, Earlier, Prior, Which},
 };
 
@@ -180,24 +181,10 @@ async fn not_found(
     Ok(Problem::invalid(Faults::one(format!("/prior/iterations/{k}"), detail)))
 }
 
-/// What a stored answer says that it stood on.
+/// The part of a stored result that names its prior.
 #[derive(Deserialize)]
 struct StoodOn {
-    prior: Option<StoredPrior>,
-}
-
-#[derive(Deserialize)]
-struct StoredPrior {
-    iterations: Option<Vec<u32>>,
-    fit_ids: Option<Vec<String>>,
-    corrections: Vec<StoredCorrection>,
-}
-
-#[derive(Deserialize)]
-struct StoredCorrection {
-    iteration: u32,
-    record_id: Uuid,
-    entered: Option<Vec<f64>>,
+    prior: Option<PriorReport>,
 }
 
 /// The iterations that a stored fit stood on; `None` for a fit that stood on none.
@@ -207,12 +194,13 @@ pub async fn gather_again(context: Context<'_>, job: Uuid, stored: &FitRecord) -
     }
     let result = stored.result.clone();
     let stood = context.pool.run(move || serde_json::from_str::<StoodOn>(&result)).await?.map_err(Problem::internal)?;
-    let Some(StoredPrior { iterations: Some(numbers), fit_ids: Some(ids), corrections }) = stood.prior else {
+    let Some(PriorReport { iterations: Some(numbers), fit_ids: Some(ids), corrections, .. }) = stood.prior else {
         return Err(Problem::internal("the stored answer does not say what it stood on"));
     };
     let mut links: Vec<Link> =
         numbers.into_iter().zip(ids).map(|(number, fit_id)| Link { number, fit_id, corrections: Vec::new() }).collect();
-    for StoredCorrection { iteration, record_id, entered } in corrections {
+    for UsedCorrection { iteration, record_id, entered } in corrections {
+        let record_id = record_id.parse().map_err(Problem::internal)?;
         let record = context.jobs.record(job, iteration, record_id).await?;
         if let Some(link) = links.iter_mut().rfind(|link| link.number <= iteration) {
             link.corrections.push(Made { iteration, record, entered });

@@ -109,6 +109,12 @@ macro_rules! tagged {
     };
 }
 
+/// Reads a list of numbers in which `null` is no number.
+pub fn with_gaps<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<Vec<f64>, D::Error> {
+    let list: Vec<Option<f64>> = serde::Deserialize::deserialize(deserializer)?;
+    Ok(list.into_iter().map(|x| x.unwrap_or(f64::NAN)).collect())
+}
+
 /// Returns the schema of one name.
 pub fn name(name: &str) -> ObjectBuilder {
     names([name])

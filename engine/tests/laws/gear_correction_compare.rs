@@ -51,7 +51,7 @@ fn a_correction_that_may_do_anything_is_never_answered_as_predicted() {
     for seed in 0..60 {
         let run = run(&case::ill_conditioned(seed), &Strategy::least_squares(), 0.02, 2).unwrap();
         for answer in run.rounds.iter().filter_map(|round| round.answer.as_ref()) {
-            if answer.measured_rms > answer.before_rms {
+            if answer.rms_measured_um > answer.rms_before_um {
                 worse += 1;
                 assert_ne!(answer.verdict, Verdict::AsPredicted, "{seed}: {}", answer.sentence);
             }
@@ -175,7 +175,7 @@ fn the_ratio_is_how_much_of_the_change_came() {
         let told = answer(seed, 0.7, |_| 0.0);
         let (ratio, error) = (told.response_ratio.unwrap(), told.response_ratio_std_error.unwrap());
         assert!((ratio - 0.7).abs() < 5.0 * error.hypot(0.01), "{ratio} ± {error}");
-        assert!(told.measured_rms > told.predicted_rms && told.nodes >= 36);
+        assert!(told.rms_measured_um > told.rms_predicted_um && told.nodes >= 36);
     }
 }
 
@@ -197,12 +197,12 @@ fn numbers_are_those_of_their_definitions() {
     .unwrap();
     let close = |got: f64, want: f64| assert!((got - want).abs() < 1e-9, "{got} is not {want}");
     assert_eq!((told.nodes, told.verdict), (3, Verdict::AsPredicted));
-    close(told.before_rms, 12f64.sqrt());
-    close(told.predicted_rms, (2.0f64 / 3.0).sqrt());
-    close(told.measured_rms, 2f64.sqrt());
+    close(told.rms_before_um, 12f64.sqrt());
+    close(told.rms_predicted_um, (2.0f64 / 3.0).sqrt());
+    close(told.rms_measured_um, 2f64.sqrt());
     close(told.predicted_change_rms, (22.0f64 / 3.0).sqrt());
-    close(told.difference_rms, (2.0f64 / 3.0).sqrt());
-    close(told.expected_difference_rms, 2f64.sqrt());
+    close(told.rms_difference_um, (2.0f64 / 3.0).sqrt());
+    close(told.rms_expected_difference_um, 2f64.sqrt());
     close(told.chi_squared, 1.0);
     // c = (−3, 3, −2), came (−3, 2, −1)
     close(told.response_ratio.unwrap(), 17.0 / 22.0);
@@ -280,6 +280,6 @@ fn without_a_datum_means_do_not_matter() {
         let (one, other) = (of(0.0, 0.0, factor), of(30.0, -70.0, factor));
         assert_eq!((one.verdict, other.verdict == Verdict::AsPredicted), (other.verdict, factor == 1.0));
         assert!((one.response_ratio.unwrap() - other.response_ratio.unwrap()).abs() < 1e-9);
-        assert!((one.difference_rms - other.difference_rms).abs() < 1e-9);
+        assert!((one.rms_difference_um - other.rms_difference_um).abs() < 1e-9);
     }
 }

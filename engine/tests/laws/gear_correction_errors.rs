@@ -16,8 +16,8 @@ const BASE: Plant = Plant { grid: [5, 9], settings: 6, apart: 1.0, off: 10.0, si
 /// `free` settings, the others being changed as they were.
 fn wanted(machine: &Machine, form: &[f64], solution: &Solution) -> Vec<Option<f64>> {
     let n = machine.off.len();
-    let free: Vec<usize> = (0..n).filter(|&j| solution.settings[j].limited.is_none()).collect();
-    let fixed: Vec<f64> = solution.settings.iter().map(|s| if s.limited.is_some() { s.change } else { 0.0 }).collect();
+    let free: Vec<usize> = (0..n).filter(|&j| !solution.settings[j].limited).collect();
+    let fixed: Vec<f64> = solution.settings.iter().map(|s| if s.limited { s.change } else { 0.0 }).collect();
     let flank: Vec<f64> =
         machine.flank().iter().zip(times(&machine.response, &fixed)).zip(form).map(|((a, b), c)| a + b + c).collect();
     let g = DMatrix::from_fn(flank.len(), free.len(), |k, i| machine.response[k * n + free[i]]);
@@ -170,7 +170,7 @@ fn bounds_capped_by_limits_cover_what_is_wanted() {
             }
             let solution = solve(asked);
             // with settings at their limits the others make up for them, and want something else
-            let whole = solution.limited_fit.is_none() && solution.settings.iter().all(|s| s.limited.is_none());
+            let whole = solution.limited_fit.is_none() && solution.settings.iter().all(|s| !s.limited);
             let each = solution.settings.iter().zip(&solution.fit.coefficients).zip(&machine.off);
             let of = |((s, sharp), off): ((&Change, &Coefficient), &f64)| {
                 let (bound, missed) = (s.bias_bound.unwrap(), (s.change + off).abs());

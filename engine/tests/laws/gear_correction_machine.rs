@@ -315,7 +315,7 @@ fn one_flank_cannot_tell_offset_from_thickness() {
             ["tooth_thickness", "tool_axis_offset"].iter().all(|name| group.names.iter().any(|n| n == name))
         });
         assert!(together, "{:?}", one.indistinguishable);
-        assert!(one.predicted.rms < 1e-6);
+        assert!(one.predicted.rms_um < 1e-6);
         let both = solve(&nodes);
         let change = |name: &str| both.settings.iter().find(|s| s.name == name).unwrap().change;
         assert!((change("tooth_thickness") + 6.0).abs() < 0.2 && change("tool_axis_offset").abs() < 1e-6);

@@ -3,7 +3,7 @@
 use flankfit_engine::gear::{
     Gear, GearData, Hand, Side,
     correction::{
-        Correction, CorrectionSpec, DEFAULT_KEEP_WITHIN, Flank, LeftAlone, Setting, SettingsUsed, Solution,
+        Correction, CorrectionSpec, Flank, LeftAlone, Setting, SettingsUsed, Solution,
         machine::{FlankNode, Machine, Ranges},
     },
     evaluation::flank_surface::{FigureTerms, FlankFigures, Reference},
@@ -14,7 +14,7 @@ use crate::oracle::random::Random;
 
 pub const ROWS: usize = 5;
 pub const COLUMNS: usize = 9;
-pub const NEEDED: SettingsUsed = SettingsUsed::Needed { keep_within: DEFAULT_KEEP_WITHIN };
+pub const NEEDED: SettingsUsed = SettingsUsed::Needed;
 
 pub fn helical() -> Gear {
     let data = GearData { helix_angle: 20f64.to_radians(), hand: Hand::Right, ..GearData::spur(37, 2.0) };
@@ -194,7 +194,7 @@ fn a_crowning_that_conforms_is_left_alone_and_says_why() {
             _ => assert!((after - before).abs() < 0.3, "{}: {before} {after}", figure.name),
         }
         // predictions linear in the settings equal the figures of the predicted flank
-        let predicted = flank.figures(&solution.predicted.deviation, None).unwrap();
+        let predicted = flank.figures(&solution.predicted.deviation_um, None).unwrap();
         let again = predicted.named().into_iter().find(|(name, _)| *name == figure.name).unwrap().1.unwrap();
         assert!((after - again).abs() < 1e-9, "{}: {after} {again}", figure.name);
     }
@@ -212,7 +212,7 @@ fn all_settings_may_be_left_alone() {
         CorrectionSpec { used: NEEDED, ..CorrectionSpec::new(measured.clone(), matrix.clone(), settings.clone()) };
     let found = solve(asked.clone());
     assert!(found.settings.iter().all(|setting| setting.left == Some(LeftAlone::NotDistinguishable)));
-    assert_eq!(found.predicted.deviation, measured);
+    assert_eq!(found.predicted.deviation_um, measured);
     assert!(found.noise.is_some() && found.leverage.iter().all(|h| *h == 0.0) && found.warnings.is_empty());
     settings[2].min = Some(1.0);
     let found = solve(CorrectionSpec { settings, ..asked });

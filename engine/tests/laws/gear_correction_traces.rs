@@ -62,10 +62,12 @@ fn centring_each_trace_is_a_constant_for_each() {
     }
     assert_eq!(one.noise.unwrap().freedom, whole.noise.unwrap().freedom);
     assert!((one.noise.unwrap().sigma / whole.noise.unwrap().sigma - 1.0).abs() < 1e-9);
-    for (a, b) in [(one.predicted.rms, other.predicted.rms), (one.predicted.rms_before, other.predicted.rms_before)] {
+    for (a, b) in
+        [(one.predicted.rms_um, other.predicted.rms_um), (one.predicted.rms_before_um, other.predicted.rms_before_um)]
+    {
         assert!((a - b).abs() < 1e-9);
     }
-    assert!((one.predicted.rms - whole.predicted.rms).abs() < 1e-9);
+    assert!((one.predicted.rms_um - whole.predicted.rms_um).abs() < 1e-9);
 }
 
 /// Profile and helix coordinate of a node, each over [-1, 1], and its trace.
@@ -160,7 +162,7 @@ fn zeros_of_traces_are_no_answer_of_the_machine() {
     assert_eq!(still.verdict, Verdict::AsPredicted, "{}", still.sentence);
     assert!((still.chi_squared - moved.chi_squared).abs() < 1e-6 * still.chi_squared);
     assert!((still.response_ratio.unwrap() - moved.response_ratio.unwrap()).abs() < 1e-9);
-    let rms = |a: &Answer| [a.before_rms, a.predicted_rms, a.measured_rms, a.difference_rms];
+    let rms = |a: &Answer| [a.rms_before_um, a.rms_predicted_um, a.rms_measured_um, a.rms_difference_um];
     assert!(rms(&still).iter().zip(rms(&moved)).all(|(a, b)| (a - b).abs() < 1e-9), "{still:?} {moved:?}");
 }
 

@@ -15,7 +15,7 @@ use crate::{
         json::text::{Moment, ShortText},
         warning::WarningBody,
     },
-    jobs::{ApiKey, KeyDraft, KeyPatch, List, Page, San, Scope, Scopes, Secret},
+    jobs::{ApiKey, KeyDraft, KeyPatch, San, Scope, Scopes, Secret},
 };
 
 /// A key to make.
@@ -111,17 +111,6 @@ pub struct KeyBody {
     pub warnings: Vec<WarningBody>,
 }
 
-/// Some keys, newest first.
-#[skip_serializing_none]
-#[derive(Clone, Serialize, Deserialize, ToSchema)]
-#[schema(as = KeyPage)]
-pub struct KeyPageBody {
-    /// The keys of this page.
-    pub items: Vec<KeyBody>,
-    /// Cursor of the next page; absent on the last one.
-    pub next_cursor: Option<String>,
-}
-
 /// What is said of an end that is over.
 const IN_THE_FUTURE: &str = "the end must be later than now";
 
@@ -209,12 +198,9 @@ impl KeyBody {
     }
 }
 
-impl From<Page<ApiKey>> for KeyPageBody {
-    fn from(page: Page<ApiKey>) -> Self {
-        KeyPageBody {
-            items: page.items.iter().map(|key| KeyBody::of(key, None)).collect(),
-            next_cursor: page.next.map(|next| next.encode(List::Keys)),
-        }
+impl From<ApiKey> for KeyBody {
+    fn from(key: ApiKey) -> Self {
+        KeyBody::of(&key, None)
     }
 }
 

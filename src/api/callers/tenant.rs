@@ -10,7 +10,7 @@ use crate::{
         faults::Faults,
         json::text::{LongText, Moment},
     },
-    jobs::{ApiKey, List, Page, Plant, PlantDraft, PlantPatch, Secret, Tenant},
+    jobs::{ApiKey, Plant, PlantDraft, PlantPatch, Secret, Tenant},
 };
 
 /// A tenant to create.
@@ -61,17 +61,6 @@ pub struct TenantBody {
     pub admin_key: Option<KeyBody>,
 }
 
-/// Some tenants, newest first.
-#[skip_serializing_none]
-#[derive(Clone, Serialize, Deserialize, ToSchema)]
-#[schema(as = TenantPage)]
-pub struct TenantPageBody {
-    /// The tenants of this page.
-    pub items: Vec<TenantBody>,
-    /// Cursor of the next page; absent on the last one.
-    pub next_cursor: Option<String>,
-}
-
 impl TryFrom<NewTenantBody> for PlantDraft {
     type Error = Faults;
 
@@ -96,6 +85,12 @@ impl TenantBody {
     }
 }
 
+impl From<Plant> for TenantBody {
+    fn from(plant: Plant) -> Self {
+        TenantBody::from(&plant)
+    }
+}
+
 impl From<&Plant> for TenantBody {
     fn from(plant: &Plant) -> Self {
         TenantBody {
@@ -105,15 +100,6 @@ impl From<&Plant> for TenantBody {
             created_at: Moment(plant.created_at),
             updated_at: Moment(plant.updated_at),
             admin_key: None,
-        }
-    }
-}
-
-impl From<Page<Plant>> for TenantPageBody {
-    fn from(page: Page<Plant>) -> Self {
-        TenantPageBody {
-            items: page.items.iter().map(TenantBody::from).collect(),
-            next_cursor: page.next.map(|next| next.encode(List::Tenants)),
         }
     }
 }

@@ -50,12 +50,19 @@ impl MeasurandChangeBody {
 
 impl KnownMeasurandBody {
     fn of(measurand: &Measurand) -> Result<Self, String> {
-        Ok(KnownMeasurandBody {
+        AxesBody::of(measurand).map(|_| measurand.into())
+    }
+}
+
+/// Axes that cannot be read are left out.
+impl From<&Measurand> for KnownMeasurandBody {
+    fn from(measurand: &Measurand) -> Self {
+        KnownMeasurandBody {
             flank: measurand.flank,
             tooth: measurand.tooth.as_deref().and_then(ShortText::new),
-            axes: measurand.axes.as_ref().map(|_| AxesBody::of(measurand)).transpose()?,
+            axes: measurand.axes.as_ref().and_then(|_| AxesBody::of(measurand).ok()),
             accept_units: measurand.units_accepted.then_some(true),
-        })
+        }
     }
 }
 

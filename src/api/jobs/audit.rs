@@ -8,7 +8,6 @@ use utoipa::ToSchema;
 use uuid::Uuid;
 
 use crate::jobs::{
-    List, Page,
     audit::{Entry, Fault, Link, ListedEntry, Seal, Verdict, What, time_text},
     rows::to_hex,
 };
@@ -25,7 +24,6 @@ pub struct EntryBody {
     /// UUIDv7.
     pub id: Uuid,
     /// The job that was changed; absent for a change of a key or of the tenant.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub job_id: Option<Uuid>,
     /// Time of the request, always with six decimals.
     #[schema(value_type = String, format = DateTime)]
@@ -43,29 +41,15 @@ pub struct EntryBody {
     /// SHA-256 of the salt and each stored row, by the name of the row, such as `decisions/3/1`.
     pub contents: BTreeMap<String, String>,
     /// Random bytes that these digests begin with. Absent after a purge of the job.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub salt: Option<String>,
     /// SHA-256 of salt and actor.
     pub who: String,
     /// Place in the chain of the tenant: 1, 2, 3 … without gaps. Absent before it is sealed.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 1)]
     pub number: Option<u64>,
     /// SHA-256 of this digest of the entry before it, the number and the entry. Absent before it is
     /// sealed.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sha256: Option<String>,
-}
-
-/// Some entries, oldest first.
-#[skip_serializing_none]
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[schema(as = AuditPage)]
-pub struct AuditPageBody {
-    /// The entries of this page.
-    pub items: Vec<EntryBody>,
-    /// Cursor of the next page; absent on the last one.
-    pub next_cursor: Option<String>,
 }
 
 /// The end of a tenant's chain at some time. Digits are lower-case hexadecimal.
@@ -96,17 +80,6 @@ pub struct SealBody {
     pub public_key: Option<String>,
 }
 
-/// Some seals, oldest first.
-#[skip_serializing_none]
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[schema(as = AuditSealPage)]
-pub struct SealPageBody {
-    /// The seals of this page.
-    pub items: Vec<SealBody>,
-    /// Cursor of the next page; absent on the last one.
-    pub next_cursor: Option<String>,
-}
-
 /// Kind of fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
@@ -127,11 +100,11 @@ pub enum WhatName {
 }
 
 /// Something that is not as it was written.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = AuditFault)]
 pub struct FaultBody {
     /// The job, if it is of one.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub job_id: Option<Uuid>,
     /// The name of the row, such as `decisions/3/1`; `entry` or `seal` and its number in the chain.
     pub place: String,
@@ -175,15 +148,6 @@ impl From<ListedEntry> for EntryBody {
     }
 }
 
-impl From<Page<ListedEntry>> for AuditPageBody {
-    fn from(page: Page<ListedEntry>) -> Self {
-        AuditPageBody {
-            items: page.items.into_iter().map(Into::into).collect(),
-            next_cursor: page.next.map(|next| next.encode(List::Audit)),
-        }
-    }
-}
-
 impl From<&Seal> for SealBody {
     fn from(seal: &Seal) -> Self {
         SealBody {
@@ -200,12 +164,9 @@ impl From<&Seal> for SealBody {
     }
 }
 
-impl From<Page<Seal>> for SealPageBody {
-    fn from(page: Page<Seal>) -> Self {
-        SealPageBody {
-            items: page.items.iter().map(Into::into).collect(),
-            next_cursor: page.next.map(|next| next.encode(List::Seals)),
-        }
+impl From<Seal> for SealBody {
+    fn from(seal: Seal) -> Self {
+        SealBody::from(&seal)
     }
 }
 

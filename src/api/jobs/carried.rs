@@ -3,16 +3,14 @@
 
 use std::collections::BTreeMap;
 
-use serde::{
-    Deserialize,
-    de::{DeserializeOwned, IgnoredAny},
-};
+use serde::de::{DeserializeOwned, IgnoredAny};
 
 use crate::{
     api::{
         fits::reader::read_stored,
         gears::{gear, requirements::RequirementsBody},
-        measurand::{axes::AxesBody, side::SideName},
+        jobs::amendments::KnownMeasurandBody,
+        measurand::axes::AxesBody,
         problem::Problem,
     },
     jobs::{
@@ -28,19 +26,6 @@ const LARGEST: i64 = (1 << 53) - 1;
 
 /// A JSON object of any members.
 type Object = BTreeMap<String, IgnoredAny>;
-
-/// The members of a changed measurand that queries read.
-#[derive(Deserialize)]
-struct MeasurandColumn {
-    #[serde(rename = "flank")]
-    _flank: Option<SideName>,
-    #[serde(rename = "tooth")]
-    _tooth: Option<String>,
-    #[serde(rename = "axes")]
-    _axes: Option<AxesBody>,
-    #[serde(rename = "accept_units")]
-    _accept_units: Option<bool>,
-}
 
 /// Checks every column; the error names the first unreadable one and the cause.
 pub fn check(row: &Row) -> Result<(), String> {
@@ -71,7 +56,7 @@ fn check_value(row: &Row, column: &str, value: &Value<'_>) -> Result<(), String>
         ("fits", "scheme") => known(Figures::scheme_named(text)),
         ("fits", "result") => check_result(row, text),
         ("fits", "flank_figures") | ("records", "request" | "result") => read::<Object>(text),
-        ("records", "measurand") => read::<MeasurandColumn>(text),
+        ("records", "measurand") => read::<KnownMeasurandBody>(text),
         _ => Ok(()),
     }
 }

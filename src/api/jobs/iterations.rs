@@ -1,49 +1,36 @@
-//! Iterations of a job and their fits as they are answered.
-//!
-//! Answers hold the stored answer of a fit byte for byte, so they are written by [`Object`]; the
-//! structs say what is written, for the OpenAPI document and for whoever reads it back.
+//! Iterations of a job and their fits. Stored results are returned byte for byte.
 
 use jiff::Timestamp;
-use serde::{Deserialize, Serialize};
+use serde::{
+    Deserialize, Serialize,
+    de::{DeserializeOwned, IntoDeserializer, value::Error},
+};
 use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 use uuid::Uuid;
 
-use super::iteration_requests::DecisionName;
+use super::{amendments::KnownMeasurandBody, iteration_requests::DecisionName};
 use crate::{
     api::{
         fits::{answer::FitResultBody, spec::request::FitSpecBody},
         gears::{fit_figures::FitFiguresBody, notice::NoticeBody},
-        json::{
-            gather::gathered,
-            raw::Raw,
-            text::Moment,
-            writer::{Json, Object},
-        },
-        measurand::axes::MeasurandBody,
+        json::{gather::gathered, raw::Raw, text::Moment, writer::text_of},
     },
-    jobs::{
-        Computed, Event, FitRecord, FitSummary, Iteration, List, Measurand, MeasurementDetails, NewFit, NewIteration,
-        Page, Stored,
-    },
+    jobs::{Event, FitRecord, FitSummary, Iteration, Measurand, MeasurementDetails, NewFit, NewIteration, Stored},
 };
 use flankfit_engine::estimation::spec::{ChosenBy, Scheme};
 
-/// What was posted of an iteration, and what it was given.
+/// Number and measurement of an iteration.
 #[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct PostedIterationBody {
+pub struct MeasuredIterationBody {
     /// 1, 2, 3 … within the job.
     pub number: u32,
     /// UUIDv7.
     pub id: Uuid,
-    /// The job that it belongs to.
-    pub job_id: Uuid,
     #[serde(flatten)]
     #[schema(inline)]
-    pub measurand: MeasurandBody,
-    /// True if the units were confirmed although the values are implausible; absent otherwise.
-    pub accept_units: Option<bool>,
+    pub measurand: KnownMeasurandBody,
     /// When the nodes were measured, as it was posted.
     #[schema(value_type = Option<String>, format = DateTime)]
     pub measured_at: Option<Moment>,
@@ -51,11 +38,22 @@ pub struct PostedIterationBody {
     pub instrument: Option<String>,
     /// Operator who measured the nodes.
     pub operator: Option<String>,
-    /// Note on the measurement.
-    pub note: Option<String>,
     /// When it was stored.
     #[schema(value_type = String, format = DateTime)]
     pub created_at: Moment,
+}
+
+/// A stored measurement of a job.
+#[skip_serializing_none]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct PostedIterationBody {
+    #[serde(flatten)]
+    #[schema(inline)]
+    pub measured: MeasuredIterationBody,
+    /// The job that it belongs to.
+    pub job_id: Uuid,
+    /// Note on the measurement.
+    pub note: Option<String>,
     /// Nodes posted, missing ones included.
     pub node_count: u64,
 }
@@ -116,11 +114,13 @@ pub struct IterationFitBody {
     /// The fit request without nodes, with every default filled in. It can be sent as a refit, or
     /// with nodes as a new fit.
     #[schema(value_type = FitSpecBody)]
-    pub spec: serde_json::Value,
+    pub spec: Raw<FitSpecBody>,
     /// Slopes, crownings and twist, or why there are none; absent of curves and matrices, of jobs
     /// without gear and requirements, and of fits from before there were any.
-    pub figures: Option<FitFiguresBody>,
-    pub result: FitResultBody<'static>,
+    #[schema(value_type = Option<FitFiguresBody>)]
+    pub figures: Option<Raw<FitFiguresBody>>,
+    #[schema(value_type = FitResultBody<'static>)]
+    pub result: Raw<FitResultBody<'static>>,
     /// Warnings of result and figures, each with `at`; in the answer for a single fit.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<NoticeBody>,
@@ -168,150 +168,134 @@ pub struct FitSummaryBody {
     pub reason: Option<String>,
 }
 
-/// Some fits of an iteration, in the order in which they were made.
-#[skip_serializing_none]
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[schema(as = FitPage)]
-pub struct FitPageBody {
-    /// The fits of this page.
-    pub items: Vec<FitSummaryBody>,
-    /// Cursor of the next page; absent on the last one.
-    pub next_cursor: Option<String>,
-}
-
-/// A new iteration, once it has its number.
-pub fn created_iteration(new: &NewIteration, stored: Stored) -> Vec<u8> {
-    let mut json = Json::with_capacity(1024 + new.fit.computed.spec.len() + new.fit.computed.result.len());
-    let mut object = json.object();
-    object.field("number", &stored.number).field("id", &new.id).field("job_id", &new.job_id);
-    measurand(&mut object, &new.measurand);
-    details(&mut object, &new.details);
-    object
-        .field("created_at", &Moment(new.created_at))
-        .field("node_count", &new.nodes.posted())
-        .list("fits", [&new.fit], |object, fit| new_fit(object, fit, true))
-        .field("warnings", &[(); 0])
-        .end();
-    gathered(json.into_bytes())
-}
-
-/// A stored iteration.
-pub fn iteration(iteration: &Iteration) -> Vec<u8> {
-    let mut json = Json::with_capacity(512 * (2 + iteration.fits.len()));
-    let mut object = json.object();
-    object.field("number", &iteration.number).field("id", &iteration.id).field("job_id", &iteration.job_id);
-    measurand(&mut object, &iteration.measurand);
-    details(&mut object, &iteration.details);
-    object
-        .field("created_at", &Moment(iteration.created_at))
-        .field("node_count", &iteration.node_count)
-        .maybe("decision", iteration.decision.as_ref().map(|decision| decision.decision.name()))
-        .maybe("decided_by", iteration.decision.as_ref().and_then(|decision| decision.event.by.as_deref()))
-        .list("fits", &iteration.fits, fit_summary)
-        .maybe("earlier_fits", Some(iteration.earlier_fits).filter(|count| *count > 0))
-        .maybe("purged_at", iteration.purged_at.map(Moment))
-        .field("warnings", &[(); 0])
-        .end();
-    gathered(json.into_bytes())
-}
-
-fn details(object: &mut Object<'_>, of: &MeasurementDetails) {
-    measured(object, of.measured_at, of.instrument.as_deref(), of.operator.as_deref());
-    object.maybe("note", of.note.as_deref());
-}
-
-/// When nodes were measured, with what and by whom, as an iteration, a list and the trace tell it.
-pub(super) fn measured(
-    object: &mut Object<'_>,
-    at: Option<Timestamp>,
-    instrument: Option<&str>,
-    operator: Option<&str>,
-) {
-    object.maybe("measured_at", at.map(Moment)).maybe("instrument", instrument).maybe("operator", operator);
-}
-
-/// What nodes are of, as an iteration, a stream and the trace tell it.
-pub(in crate::api) fn measurand(object: &mut Object<'_>, of: &Measurand) {
-    object.maybe("flank", of.flank_name()).maybe("tooth", of.tooth.as_deref());
-    if let Some(axes) = &of.axes {
-        object.raw("axes", axes);
+impl MeasuredIterationBody {
+    pub fn new(
+        (number, id): (u32, Uuid),
+        measurand: &Measurand,
+        (measured_at, instrument, operator): (Option<Timestamp>, &Option<String>, &Option<String>),
+        created_at: Timestamp,
+    ) -> Self {
+        MeasuredIterationBody {
+            number,
+            id,
+            measurand: measurand.into(),
+            measured_at: measured_at.map(Moment),
+            instrument: instrument.clone(),
+            operator: operator.clone(),
+            created_at: Moment(created_at),
+        }
     }
-    object.maybe("accept_units", Some(of.units_accepted).filter(|accepted| *accepted));
+
+    fn with_details(key: (u32, Uuid), of: &Measurand, details: &MeasurementDetails, created_at: Timestamp) -> Self {
+        let MeasurementDetails { measured_at, instrument, operator, .. } = details;
+        Self::new(key, of, (*measured_at, instrument, operator), created_at)
+    }
 }
 
-/// A new fit of stored nodes. It is not chosen yet.
-pub fn created_fit(fit: &NewFit) -> Vec<u8> {
-    let mut json = Json::with_capacity(512 + fit.computed.spec.len() + fit.computed.result.len());
-    let mut object = json.object();
-    new_fit(&mut object, fit, false);
-    object.end();
-    gathered(json.into_bytes())
+impl NewIterationBody {
+    /// Returns a new iteration as JSON.
+    pub fn text(new: &NewIteration, stored: Stored) -> Vec<u8> {
+        let key = (stored.number, new.id);
+        let posted = PostedIterationBody {
+            measured: MeasuredIterationBody::with_details(key, &new.measurand, &new.details, new.created_at),
+            job_id: new.job_id,
+            note: new.details.note.clone(),
+            node_count: new.nodes.posted() as u64,
+        };
+        let body = NewIterationBody { posted, fits: vec![IterationFitBody::of(&new.fit, true)], warnings: Vec::new() };
+        gathered(text_of(&body).into_bytes())
+    }
 }
 
-fn new_fit(object: &mut Object<'_>, fit: &NewFit, chosen: bool) {
-    let Computed { spec, result, flank, .. } = &fit.computed;
-    fit_in_full(object, fit.id, chosen, &fit.event, spec, flank.as_deref(), result);
+impl IterationBody {
+    /// Returns a stored iteration as JSON.
+    pub fn text(stored: &Iteration) -> Vec<u8> {
+        let Iteration { number, id, measurand, details, created_at, .. } = stored;
+        let posted = PostedIterationBody {
+            measured: MeasuredIterationBody::with_details((*number, *id), measurand, details, *created_at),
+            job_id: stored.job_id,
+            note: details.note.clone(),
+            node_count: stored.node_count,
+        };
+        let decision = stored.decision.as_ref();
+        let body = IterationBody {
+            posted,
+            decision: decision.map(|decision| decision.decision),
+            decided_by: decision.and_then(|decision| decision.event.by.as_deref()).map(str::to_owned),
+            fits: stored.fits.iter().map(FitSummaryBody::from).collect(),
+            earlier_fits: Some(stored.earlier_fits).filter(|count| *count > 0),
+            purged_at: stored.purged_at.map(Moment),
+            warnings: Vec::new(),
+        };
+        gathered(text_of(&body).into_bytes())
+    }
 }
 
-/// A stored fit in full; `result` is its answer, perhaps with more than was asked for at first.
-pub fn stored_fit(fit: &FitRecord, result: &str) -> Vec<u8> {
-    let mut json = Json::with_capacity(512 + fit.spec.len() + result.len());
-    let mut object = json.object();
-    fit_in_full(&mut object, fit.id, fit.chosen, &fit.event, &fit.spec, fit.flank.as_deref(), result);
-    object.end();
-    gathered(json.into_bytes())
+impl IterationFitBody {
+    /// Creates a new fit of stored nodes.
+    pub fn of(new: &NewFit, chosen: bool) -> Self {
+        let computed = &new.computed;
+        let texts = (&*computed.spec, computed.flank.as_deref(), &**computed.result);
+        Self::new((new.id, chosen), &new.event, texts)
+    }
+
+    /// Creates a stored fit with its result, which may have more than was requested at first.
+    pub fn stored(fit: &FitRecord, result: &str) -> Self {
+        Self::new((fit.id, fit.chosen), &fit.event, (&fit.spec, fit.flank.as_deref(), result))
+    }
+
+    fn new((id, chosen): (Uuid, bool), event: &Event, (spec, figures, result): (&str, Option<&str>, &str)) -> Self {
+        IterationFitBody {
+            id,
+            chosen,
+            created_at: Moment(event.created_at),
+            by: event.by.as_deref().map(str::to_owned),
+            reason: event.reason.clone(),
+            spec: spec.into(),
+            figures: figures.map(Raw::from),
+            result: result.into(),
+            warnings: Vec::new(),
+        }
+    }
+
+    /// Returns the JSON text.
+    pub fn text(&self) -> Vec<u8> {
+        gathered(text_of(self).into_bytes())
+    }
 }
 
-/// The fields of [`IterationFitBody`].
-fn fit_in_full(
-    object: &mut Object<'_>,
-    id: Uuid,
-    chosen: bool,
-    event: &Event,
-    spec: &str,
-    flank: Option<&str>,
-    result: &str,
-) {
-    object
-        .field("id", &id)
-        .field("chosen", &chosen)
-        .field("created_at", &Moment(event.created_at))
-        .maybe("by", event.by.as_deref())
-        .maybe("reason", event.reason.as_deref())
-        .raw("spec", spec)
-        .maybe("figures", flank.map(Raw::<FitFiguresBody>::from))
-        .raw("result", result);
+/// Returns the value of a name.
+fn named<T: DeserializeOwned>(name: &str) -> Option<T> {
+    T::deserialize(IntoDeserializer::<Error>::into_deserializer(name)).ok()
 }
 
-/// Some fits of an iteration.
-pub fn fits(page: &Page<FitSummary>) -> Vec<u8> {
-    let mut json = Json::with_capacity(64 + 512 * page.items.len());
-    json.object()
-        .list("items", &page.items, fit_summary)
-        .maybe("next_cursor", page.next.map(|next| next.encode(List::Fits)))
-        .end();
-    json.into_bytes()
+impl From<&FitSummary> for FitSummaryBody {
+    fn from(fit: &FitSummary) -> Self {
+        let (figures, event) = (&fit.figures, &fit.event);
+        FitSummaryBody {
+            id: fit.id,
+            chosen: fit.chosen,
+            chosen_by: fit.chosen_by.as_deref().map(str::to_owned),
+            lambda_star: figures.lambda_star,
+            criterion: figures.criterion.and_then(named),
+            scheme: figures.scheme.and_then(named),
+            count: figures.count,
+            condition: figures.condition,
+            regularized_condition: figures.regularized_condition,
+            bias_norm: figures.bias_norm,
+            bias_sharp_bound: figures.bias_sharp_bound,
+            rms: figures.rms,
+            max_abs: figures.max_abs,
+            figures: fit.flank.as_deref().filter(|_| fit.chosen).and_then(|text| serde_json::from_str(text).ok()),
+            created_at: Moment(event.created_at),
+            by: event.by.as_deref().map(str::to_owned),
+            reason: event.reason.clone(),
+        }
+    }
 }
 
-/// The fields of [`FitSummaryBody`].
-pub(in crate::api) fn fit_summary(object: &mut Object<'_>, fit: &FitSummary) {
-    let figures = &fit.figures;
-    object
-        .field("id", &fit.id)
-        .field("chosen", &fit.chosen)
-        .maybe("chosen_by", fit.chosen_by.as_deref())
-        .maybe("lambda_star", figures.lambda_star)
-        .maybe("criterion", figures.criterion)
-        .maybe("scheme", figures.scheme)
-        .maybe("count", figures.count)
-        .maybe("condition", figures.condition)
-        .maybe("regularized_condition", figures.regularized_condition)
-        .maybe("bias_norm", figures.bias_norm)
-        .maybe("bias_sharp_bound", figures.bias_sharp_bound)
-        .maybe("rms", figures.rms)
-        .maybe("max_abs", figures.max_abs)
-        .maybe("figures", fit.flank.as_deref().filter(|_| fit.chosen).map(Raw::<FitFiguresBody>::from))
-        .field("created_at", &Moment(fit.event.created_at))
-        .maybe("by", fit.event.by.as_deref())
-        .maybe("reason", fit.event.reason.as_deref());
+impl From<FitSummary> for FitSummaryBody {
+    fn from(fit: FitSummary) -> Self {
+        (&fit).into()
+    }
 }

@@ -18,6 +18,7 @@ use crate::{
 };
 
 /// A job to create.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = NewJob, example = json!({
@@ -31,22 +32,17 @@ pub struct NewJobBody {
     #[schema(value_type = String, min_length = 1, max_length = 200)]
     pub name: ShortText,
     /// Part number on the drawing.
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
     pub part_number: Option<ShortText>,
     /// Serial number of this gear.
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
     pub serial_number: Option<ShortText>,
     /// The machine that it is made on.
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
     pub machine: Option<ShortText>,
     /// The gear that corrections and evaluations of the job's iterations refer to.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub gear: Option<GearBody>,
     /// Limits and design of its flanks.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub requirements: Option<RequirementsBody>,
     /// At most 50, for finding the job again.
     #[serde(default)]

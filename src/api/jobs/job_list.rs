@@ -1,4 +1,4 @@
-//! Jobs as they are listed, and how many there are.
+//! Jobs in a list.
 
 use serde::{Deserialize, Serialize};
 use serde_with_macros::skip_serializing_none;
@@ -8,8 +8,8 @@ use super::{iteration_requests::DecisionName, job::JobBody};
 pub use crate::jobs::JobSort as JobSortName;
 pub use crate::jobs::JobStatus as JobStatusName;
 use crate::{
-    api::{gears::fit_figures::FitFiguresBody, json::text::Moment, measurand::side::SideName},
-    jobs::{JobPage, JobStatus, JobSummary, ListedJob, monday},
+    api::{gears::fit_figures::FitFiguresBody, json::text::Moment, measurand::side::SideName, page::PageBody},
+    jobs::{JobPage, ListedJob},
 };
 use flankfit_engine::gear::{
     evaluation::flank_surface::FlankFigures,
@@ -88,82 +88,6 @@ impl ShortFiguresBody {
     }
 }
 
-/// A page of jobs in the requested order.
-#[skip_serializing_none]
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[schema(as = JobPage)]
-pub struct JobPageBody {
-    /// The jobs of this page.
-    pub items: Vec<ListedJobBody>,
-    /// Cursor of the next page; absent on the last one.
-    pub next_cursor: Option<String>,
-}
-
-/// Numbers of jobs.
-#[skip_serializing_none]
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[schema(as = JobSummary)]
-pub struct JobSummaryBody {
-    /// All jobs.
-    pub total: u64,
-    /// Every status, also those that no job has.
-    pub by_status: Vec<StatusCountBody>,
-    /// Machines by their jobs, those with most first, at most 100.
-    pub by_machine: Vec<MachineCountBody>,
-    /// Machines beyond those; absent where all are listed.
-    pub other_machines: Option<OtherMachinesBody>,
-    /// Jobs without a machine.
-    pub without_machine: u64,
-    /// Weeks in which jobs were changed last, oldest first: of the last 53, this one included,
-    /// those with jobs.
-    pub by_week: Vec<WeekCountBody>,
-    /// Jobs changed last before those 53 weeks.
-    pub earlier: u64,
-}
-
-/// Jobs of one status.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[schema(as = StatusCount)]
-pub struct StatusCountBody {
-    pub status: JobStatusName,
-    /// Number of jobs with this status.
-    pub count: u64,
-}
-
-/// Jobs on one machine.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[schema(as = MachineCount)]
-pub struct MachineCountBody {
-    /// Name of the machine in the jobs.
-    pub machine: String,
-    /// Number of jobs on it.
-    pub count: u64,
-}
-
-/// Machines that are not listed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[schema(as = OtherMachines)]
-pub struct OtherMachinesBody {
-    /// Number of these machines.
-    pub machines: u64,
-    /// Number of jobs on them.
-    pub count: u64,
-}
-
-/// Jobs changed last in one week.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[schema(as = WeekCount)]
-pub struct WeekCountBody {
-    /// Year and week of ISO 8601, in UTC.
-    #[schema(example = "2026-W47")]
-    pub week: String,
-    /// Date of its Monday.
-    #[schema(value_type = String, format = Date, example = "2026-11-16")]
-    pub begins: String,
-    /// Number of jobs that were last changed in it.
-    pub count: u64,
-}
-
 impl From<ListedJob> for ListedJobBody {
     fn from(listed: ListedJob) -> Self {
         ListedJobBody {
@@ -184,39 +108,11 @@ impl From<ListedJob> for ListedJobBody {
     }
 }
 
-impl From<JobPage> for JobPageBody {
+impl From<JobPage> for PageBody<ListedJobBody> {
     fn from(page: JobPage) -> Self {
-        JobPageBody {
+        PageBody {
             items: page.items.into_iter().map(ListedJobBody::from).collect(),
             next_cursor: page.next.and_then(|next| next.encode()),
-        }
-    }
-}
-
-impl From<JobSummary> for JobSummaryBody {
-    fn from(summary: JobSummary) -> Self {
-        let status = |(status, count): (JobStatus, u64)| StatusCountBody { status, count };
-        let (machines, count) = summary.other_machines;
-        JobSummaryBody {
-            total: summary.total,
-            by_status: summary.by_status.into_iter().map(status).collect(),
-            by_machine: summary
-                .by_machine
-                .into_iter()
-                .map(|(machine, count)| MachineCountBody { machine, count })
-                .collect(),
-            other_machines: (machines > 0).then_some(OtherMachinesBody { machines, count }),
-            without_machine: summary.without_machine,
-            by_week: summary
-                .by_week
-                .into_iter()
-                .map(|(week, count)| WeekCountBody {
-                    week: format!("{:04}-W{:02}", week.year(), week.week()),
-                    begins: monday(week).to_string(),
-                    count,
-                })
-                .collect(),
-            earlier: summary.earlier,
         }
     }
 }

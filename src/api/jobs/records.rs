@@ -1,5 +1,7 @@
 //! Wire types of the records of an iteration.
 
+use std::sync::Arc;
+
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use serde_with_macros::skip_serializing_none;
@@ -12,10 +14,10 @@ use crate::{
     api::{
         built::Built,
         gears::{gear::GearBody, notice::NoticeBody},
-        json::{gather::gathered, text::Moment, writer::Json},
+        json::{gather::gathered, raw::Raw, text::Moment, writer::text_of},
         problem::Problem,
     },
-    jobs::{Job, List, Page, Record, RecordDraft, RecordKind, RecordSummary},
+    jobs::{Job, Record, RecordDraft, RecordKind, RecordSummary},
 };
 
 /// A record of an iteration: a curve, a surface, deviations, an evaluation, pitches, a correction,
@@ -36,18 +38,19 @@ pub struct RecordBody {
     pub by: Option<String>,
     /// For deviations, evaluations, pitches and corrections: the job's gear at that time. It may
     /// have changed since; a `gear` in the request has precedence.
-    pub gear: Option<GearBody>,
+    #[schema(value_type = Option<GearBody>)]
+    pub gear: Option<Raw<GearBody>>,
     /// The request as posted. If it has no points or nodes, those of the iteration were used. For
     /// an import: `file` (its name), `file_sha256`, `file_bytes` and `spec`. For an imported
     /// evaluation also `gear`, `traces` (all of the file, with the signs of DIN) and `evaluation`,
     /// with which `POST /v1/gears/evaluate` gives the same answer; for imported pitches likewise
     /// the request of `POST /v1/gears/pitch`.
     #[schema(value_type = Object)]
-    pub request: Value,
+    pub request: Raw<Value>,
     /// The answer, for example that of `POST /v1/curves`; for a correction `nodes` and `result`
     /// only with `include`.
     #[schema(value_type = Object)]
-    pub result: Value,
+    pub result: Raw<Value>,
     /// Warnings of the answer and its parts, each with `at`.
     pub warnings: Vec<NoticeBody>,
 }
@@ -71,30 +74,15 @@ pub struct RecordSummaryBody {
     pub measurand: Option<MeasurandChangeBody>,
 }
 
-/// Some records of an iteration, oldest first.
-#[skip_serializing_none]
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[schema(as = RecordPage)]
-pub struct RecordPageBody {
-    /// The records of this page.
-    pub items: Vec<RecordSummaryBody>,
-    /// Cursor of the next page; absent on the last one.
-    pub next_cursor: Option<String>,
-}
-
-impl From<Page<RecordSummary>> for RecordPageBody {
-    fn from(page: Page<RecordSummary>) -> Self {
-        let item = |record: RecordSummary| RecordSummaryBody {
+impl From<RecordSummary> for RecordSummaryBody {
+    fn from(record: RecordSummary) -> Self {
+        RecordSummaryBody {
             id: record.id,
             kind: record.kind,
             method: record.method,
             created_at: Moment(record.created_at),
             by: record.by.map(|by| by.as_ref().to_owned()),
             measurand: record.measurand.as_deref().and_then(MeasurandChangeBody::stored),
-        };
-        RecordPageBody {
-            items: page.items.into_iter().map(item).collect(),
-            next_cursor: page.next.map(|next| next.encode(List::Records)),
         }
     }
 }
@@ -105,7 +93,7 @@ pub fn of_gear(job: &Job, kind: RecordKind, text: &[u8], built: Built) -> Result
     Ok(RecordDraft { gear, ..draft(kind, text, built)? })
 }
 
-/// What is kept of a request and its answer, both as they are.
+/// Returns the draft of a record of a request and its answer, both unchanged.
 pub fn draft(kind: RecordKind, request: &[u8], built: Built) -> Result<RecordDraft, Problem> {
     let text = |bytes: &[u8]| std::str::from_utf8(bytes).map(Into::into).map_err(Problem::internal);
     let class = if kind == RecordKind::Evaluation { class_of(&built.result) } else { None };
@@ -122,21 +110,19 @@ fn class_of(result: &[u8]) -> Option<u8> {
     serde_json::from_slice::<Classed>(result).ok()?.class
 }
 
-/// A kept record as it is answered.
+/// Returns a stored record as JSON.
 pub fn record(record: &Record) -> Vec<u8> {
-    let RecordDraft { kind, method, request, result, gear, class: _, measurand: _ } = &record.draft;
-    let mut json = Json::with_capacity(256 + request.len() + result.len());
-    let mut object = json.object();
-    object
-        .field("id", &record.id)
-        .field("kind", &kind.name())
-        .field("method", method)
-        .field("created_at", &Moment(record.created_at))
-        .maybe("by", record.by.as_deref());
-    if let Some(gear) = gear {
-        object.raw("gear", gear);
-    }
-    object.raw("request", request).raw("result", result).field("warnings", &[(); 0]);
-    object.end();
-    gathered(json.into_bytes())
+    let RecordDraft { kind, method, request, result, gear, .. } = &record.draft;
+    let body = RecordBody {
+        id: record.id,
+        kind: *kind,
+        method: method.clone(),
+        created_at: Moment(record.created_at),
+        by: record.by.as_deref().map(str::to_owned),
+        gear: gear.clone().map(Raw::from),
+        request: Arc::clone(request).into(),
+        result: Arc::clone(result).into(),
+        warnings: Vec::new(),
+    };
+    gathered(text_of(&body).into_bytes())
 }

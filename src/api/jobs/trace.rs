@@ -1,5 +1,4 @@
-//! The trace of a job as it is written: every λ* choice and every decision in the order in which
-//! they were made.
+//! The trace of a job: every λ* choice and every decision in the order in which they were made.
 
 use serde::{Deserialize, Serialize};
 use serde_with_macros::skip_serializing_none;
@@ -8,21 +7,13 @@ use uuid::Uuid;
 
 use super::{
     iteration_requests::DecisionName,
-    iterations::{FitSummaryBody, fit_summary, measurand, measured},
+    iterations::{FitSummaryBody, MeasuredIterationBody},
     job::JobBody,
     records::RecordSummaryBody,
 };
 use crate::{
-    api::{
-        jobs::amendments::MeasurandChangeBody,
-        json::{
-            raw::Raw,
-            text::Moment,
-            writer::{Json, Object},
-        },
-        measurand::axes::MeasurandBody,
-    },
-    jobs::{Choice, DecisionEvent, Earlier, List, RecordSummary, Trace, TracedFit, TracedIteration},
+    api::json::{raw::Raw, text::Moment},
+    jobs::{Choice, DecisionEvent, Earlier, List, Trace, TracedFit, TracedIteration},
 };
 use flankfit_engine::estimation::result::{Coefficient, PriorReport};
 
@@ -43,25 +34,9 @@ pub struct TraceBody {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = TracedIteration)]
 pub struct TracedIterationBody {
-    /// 1, 2, 3 … within the job.
-    pub number: u32,
-    /// UUIDv7.
-    pub id: Uuid,
     #[serde(flatten)]
     #[schema(inline)]
-    pub measurand: MeasurandBody,
-    /// True if the units were confirmed although the values are implausible; absent otherwise.
-    pub accept_units: Option<bool>,
-    /// When the nodes were measured, as it was posted.
-    #[schema(value_type = Option<String>, format = DateTime)]
-    pub measured_at: Option<Moment>,
-    /// Measuring instrument.
-    pub instrument: Option<String>,
-    /// Operator who measured the nodes.
-    pub operator: Option<String>,
-    /// When it was stored.
-    #[schema(value_type = String, format = DateTime)]
-    pub created_at: Moment,
+    pub measured: MeasuredIterationBody,
     /// The latest decision; absent before the first.
     pub decision: Option<DecisionName>,
     /// In the order in which they were made.
@@ -86,9 +61,11 @@ pub struct TracedFitBody {
     #[schema(inline)]
     pub summary: FitSummaryBody,
     /// In the order of the fit's answer; empty after a purge of the job.
-    pub coefficients: Vec<Coefficient>,
+    #[schema(value_type = Vec<Coefficient>)]
+    pub coefficients: Raw<Vec<Coefficient>>,
     /// Prior of the fit; absent without one.
-    pub prior: Option<PriorReport>,
+    #[schema(value_type = Option<PriorReport>)]
+    pub prior: Option<Raw<PriorReport>>,
 }
 
 /// For each list of a traced iteration: number of entries before the listed ones, which are the
@@ -147,67 +124,57 @@ impl From<Earlier> for EarlierBody {
     }
 }
 
-/// A page of the trace.
-pub fn trace(trace: Trace) -> Vec<u8> {
-    let coefficients: usize =
-        trace.iterations.iter().flat_map(|iteration| &iteration.fits).map(|fit| fit.coefficients.len() + 512).sum();
-    let mut json = Json::with_capacity(1024 + coefficients);
-    json.object()
-        .field("job", &JobBody::from(trace.job))
-        .list("iterations", &trace.iterations, iteration)
-        .maybe("next_cursor", trace.next.map(|next| next.encode(List::Iterations)))
-        .end();
-    json.into_bytes()
-}
-
-fn iteration(object: &mut Object<'_>, iteration: &TracedIteration) {
-    object.field("number", &iteration.number).field("id", &iteration.id);
-    measurand(object, &iteration.measurand);
-    measured(object, iteration.measured_at, iteration.instrument.as_deref(), iteration.operator.as_deref());
-    object
-        .field("created_at", &Moment(iteration.created_at))
-        .maybe("decision", iteration.decisions.last().map(|decision| decision.decision.name()))
-        .list("fits", &iteration.fits, fit)
-        .list("choices", &iteration.choices, choice)
-        .list("decisions", &iteration.decisions, decision)
-        .list("records", &iteration.records, record)
-        .maybe(
-            "earlier",
-            Some(iteration.earlier).filter(|earlier| *earlier != Earlier::default()).map(EarlierBody::from),
-        );
-}
-
-fn fit(object: &mut Object<'_>, fit: &TracedFit) {
-    fit_summary(object, &fit.summary);
-    object.raw("coefficients", &fit.coefficients);
-    if let Some(prior) = &fit.prior {
-        object.raw("prior", prior);
+impl From<Trace> for TraceBody {
+    fn from(trace: Trace) -> Self {
+        TraceBody {
+            job: trace.job.into(),
+            iterations: trace.iterations.into_iter().map(Into::into).collect(),
+            next_cursor: trace.next.map(|next| next.encode(List::Iterations)),
+        }
     }
 }
 
-fn choice(object: &mut Object<'_>, choice: &Choice) {
-    object
-        .field("fit_id", &choice.fit_id)
-        .maybe("by", choice.event.by.as_deref())
-        .maybe("reason", choice.event.reason.as_deref())
-        .field("created_at", &Moment(choice.event.created_at));
+impl From<TracedIteration> for TracedIterationBody {
+    fn from(traced: TracedIteration) -> Self {
+        let measured = (traced.measured_at, &traced.instrument, &traced.operator);
+        let key = (traced.number, traced.id);
+        TracedIterationBody {
+            measured: MeasuredIterationBody::new(key, &traced.measurand, measured, traced.created_at),
+            decision: traced.decisions.last().map(|decision| decision.decision),
+            fits: traced.fits.into_iter().map(Into::into).collect(),
+            choices: traced.choices.into_iter().map(Into::into).collect(),
+            decisions: traced.decisions.into_iter().map(Into::into).collect(),
+            records: traced.records.into_iter().map(Into::into).collect(),
+            earlier: Some(traced.earlier).filter(|earlier| *earlier != Earlier::default()).map(Into::into),
+        }
+    }
 }
 
-fn record(object: &mut Object<'_>, record: &RecordSummary) {
-    object
-        .field("id", &record.id)
-        .field("kind", &record.kind.name())
-        .field("method", &record.method)
-        .field("created_at", &Moment(record.created_at))
-        .maybe("by", record.by.as_deref())
-        .maybe("measurand", record.measurand.as_deref().map(Raw::<MeasurandChangeBody>::from));
+impl From<TracedFit> for TracedFitBody {
+    fn from(TracedFit { summary, coefficients, prior }: TracedFit) -> Self {
+        TracedFitBody { summary: summary.into(), coefficients: coefficients.into(), prior: prior.map(Into::into) }
+    }
 }
 
-fn decision(object: &mut Object<'_>, decision: &DecisionEvent) {
-    object
-        .field("decision", &decision.decision.name())
-        .maybe("concession", Some(decision.concession).filter(|concession| *concession))
-        .maybe("by", decision.event.by.as_deref())
-        .maybe("reason", decision.event.reason.as_deref())
-        .field("created_at", &Moment(decision.event.created_at));
+impl From<Choice> for TracedChoiceBody {
+    fn from(Choice { fit_id, event }: Choice) -> Self {
+        TracedChoiceBody {
+            fit_id,
+            by: event.by.as_deref().map(str::to_owned),
+            reason: event.reason,
+            created_at: Moment(event.created_at),
+        }
+    }
+}
+
+impl From<DecisionEvent> for TracedDecisionBody {
+    fn from(DecisionEvent { decision, concession, event }: DecisionEvent) -> Self {
+        TracedDecisionBody {
+            decision,
+            concession: concession.then_some(true),
+            by: event.by.as_deref().map(str::to_owned),
+            reason: event.reason,
+            created_at: Moment(event.created_at),
+        }
+    }
 }

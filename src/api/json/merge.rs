@@ -1,5 +1,4 @@
-//! Adds to finished JSON what another text has beside it, and takes members out of it. What stays
-//! is as it was, byte for byte.
+//! Adds to finished JSON the further members of another text. The rest stays byte for byte.
 
 use std::{borrow::Cow, fmt};
 
@@ -16,14 +15,6 @@ pub fn added(text: &str, more: &str, growing: &[&str]) -> Result<String, serde_j
     let mut merged = String::with_capacity(text.len().max(more.len()));
     add(text, more, growing, &mut merged)?;
     Ok(merged)
-}
-
-/// `text`, which is an object, without some of its members; a path names the keys from the outside
-/// in.
-pub fn without(text: &str, paths: &[&[&str]]) -> Result<String, serde_json::Error> {
-    let mut rest = String::with_capacity(text.len());
-    take_out(text, paths, &mut rest)?;
-    Ok(rest)
 }
 
 fn add(text: &str, more: &str, growing: &[&str], out: &mut String) -> Result<(), serde_json::Error> {
@@ -75,30 +66,6 @@ fn grow(text: &str, more: &str, out: &mut String) -> Result<(), serde_json::Erro
         out.push_str(entry.get());
     }
     out.push(']');
-    Ok(())
-}
-
-fn take_out(text: &str, paths: &[&[&str]], out: &mut String) -> Result<(), serde_json::Error> {
-    let members: Members<'_> = serde_json::from_str(text)?;
-    out.push('{');
-    for (key, value) in &members.0 {
-        let below: Vec<&[&str]> = paths
-            .iter()
-            .filter_map(|path| path.split_first())
-            .filter(|(name, _)| *name == key)
-            .map(|(_, rest)| rest)
-            .collect();
-        if below.iter().any(|rest| rest.is_empty()) {
-            continue;
-        }
-        member(key, out)?;
-        if below.is_empty() || !value.get().starts_with('{') {
-            out.push_str(value.get());
-        } else {
-            take_out(value.get(), &below, out)?;
-        }
-    }
-    out.push('}');
     Ok(())
 }
 
@@ -174,13 +141,5 @@ mod tests {
         assert_eq!(added(grown, more, &["w"]).unwrap(), grown);
         assert_eq!(added(r#"{"w":[]}"#, r#"{"w":[{"c":1}]}"#, &["w"]).unwrap(), r#"{"w":[{"c":1}]}"#);
         assert_eq!(added(r#"{"w":[]}"#, r#"{"w":[]}"#, &["w"]).unwrap(), r#"{"w":[]}"#);
-    }
-
-    #[test]
-    fn members_are_taken_out_and_nothing_else_is_changed() {
-        let text = r#"{"a":{"b":1e0,"c":{"d":[1, 2]}},"e":[{"f":2}],"g":3}"#;
-        assert_eq!(without(text, &[&["a", "c"], &["g"], &["x", "y"]]).unwrap(), r#"{"a":{"b":1e0},"e":[{"f":2}]}"#);
-        assert_eq!(without(text, &[]).unwrap(), text);
-        assert_eq!(without(text, &[&["e", "f"], &["a"]]).unwrap(), r#"{"e":[{"f":2}],"g":3}"#);
     }
 }

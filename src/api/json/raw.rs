@@ -1,18 +1,25 @@
 //! Finished JSON within an answer.
 
-use std::marker::PhantomData;
+use std::{marker::PhantomData, sync::Arc};
 
-use serde::{Deserialize, Deserializer, Serialize, Serializer, ser::Error};
+use serde::{Deserialize, Deserializer, Serialize, Serializer, de::DeserializeOwned, ser::Error};
 use serde_json::value::RawValue;
 
 /// JSON text of a `T`, which is written as it is.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Raw<T> {
-    text: String,
+    text: Arc<str>,
     of: PhantomData<T>,
 }
 
-impl<T, S: Into<String>> From<S> for Raw<T> {
+impl<T: DeserializeOwned> Raw<T> {
+    /// Returns the value.
+    pub fn value(&self) -> serde_json::Result<T> {
+        serde_json::from_str(&self.text)
+    }
+}
+
+impl<T, S: Into<Arc<str>>> From<S> for Raw<T> {
     fn from(text: S) -> Self {
         Raw { text: text.into(), of: PhantomData }
     }

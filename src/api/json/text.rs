@@ -135,7 +135,7 @@ impl<'de> Deserialize<'de> for Tags {
 }
 
 /// A time: RFC 3339 with any offset when read, in UTC with six decimals when written.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Moment(pub Timestamp);
 
 static PRINTER: DateTimePrinter = DateTimePrinter::new().precision(Some(6));

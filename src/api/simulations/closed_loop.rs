@@ -12,11 +12,7 @@ use crate::{
         built::Built,
         faults::{Faults, is_within, moved, pointer_of},
         fits::canonical,
-        gears::correction::{
-            self,
-            result::{About, Asked},
-            target::AimName,
-        },
+        gears::correction::{result::CorrectionBody, target::AimName},
         jobs::{fits, records},
         json::value::read_json,
         problem::Problem,
@@ -156,19 +152,12 @@ fn simulate_run(
             let solution = correction.solve().map_err(refused)?;
             let changes: Vec<f64> = solution.settings.iter().map(|setting| setting.change).collect();
             simulation.apply(&changes).map_err(Problem::invalid)?;
-            round.rms_predicted_um = Some(solution.predicted.rms);
+            round.rms_predicted_um = Some(solution.predicted.rms_um);
             round.changes = Some(changes);
             if store {
-                let asked = Asked {
-                    correction: &correction,
-                    aim: AimName::Nominal,
-                    flank: None,
-                    about: About::default(),
-                    warnings: Vec::new(),
-                };
-                let digest = canonical::request_sha256(&request);
-                let result = correction::write(&solution, asked, &digest)?;
-                let built = Built { method: "matrix".to_owned(), result };
+                let (aim, digest) = ((AimName::Nominal, None), canonical::request_sha256(&request));
+                let body = CorrectionBody::new(&correction, &solution, aim, Vec::new(), &digest);
+                let built = Built { method: "matrix".to_owned(), result: body.map_err(Problem::not_finite)?.text()? };
                 record = Some(records::draft(RecordKind::Correction, &request, built)?);
             }
         }

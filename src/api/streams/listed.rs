@@ -11,12 +11,11 @@ use super::stream::StreamStateName;
 use crate::{
     api::{
         fits::{nodes_text, spec::nodes::NodesBody},
-        jobs::iterations::measurand,
-        json::{text::Moment, writer::Json},
-        measurand::axes::MeasurandBody,
+        jobs::amendments::KnownMeasurandBody,
+        json::{raw::Raw, text::Moment, writer::text_of},
         problem::Problem,
     },
-    jobs::{Block, List, Page, Stream},
+    jobs::{Block, Stream},
 };
 
 /// A stream in a list: without its spec and its estimate.
@@ -28,7 +27,7 @@ pub struct ListedStreamBody {
     pub id: Uuid,
     #[serde(flatten)]
     #[schema(inline)]
-    pub measurand: MeasurandBody,
+    pub measurand: KnownMeasurandBody,
     pub state: StreamStateName,
     /// Number of the last block; 0 before the first.
     pub sequence: u64,
@@ -44,17 +43,6 @@ pub struct ListedStreamBody {
     pub updated_at: Moment,
 }
 
-/// Some streams of a job, oldest first.
-#[skip_serializing_none]
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[schema(as = StreamPage)]
-pub struct StreamPageBody {
-    /// The streams of this page.
-    pub items: Vec<ListedStreamBody>,
-    /// Cursor of the next page; absent on the last one.
-    pub next_cursor: Option<String>,
-}
-
 /// A block of a stream as it was posted.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[schema(as = PostedStreamBlock)]
@@ -62,7 +50,8 @@ pub struct PostedBlockBody {
     /// From 1.
     pub sequence: u64,
     /// The nodes; a missing one is `null`.
-    pub nodes: NodesBody,
+    #[schema(value_type = NodesBody)]
+    pub nodes: Raw<NodesBody>,
 }
 
 /// Blocks of a stream, in order.
@@ -81,41 +70,34 @@ pub struct StreamNodesBody {
     pub iteration_number: Option<u32>,
 }
 
-/// A page of streams.
-pub fn page(page: &Page<Stream>) -> Vec<u8> {
-    let mut json = Json::with_capacity(64 + 512 * page.items.len());
-    json.object()
-        .list("items", &page.items, |object, stream| {
-            object.field("id", &stream.id);
-            measurand(object, &stream.measurand);
-            object
-                .field("state", &StreamStateName::of(stream))
-                .field("sequence", &stream.sequence)
-                .field("node_count", &stream.node_count)
-                .maybe("iteration_number", stream.iteration)
-                .field("created_at", &Moment(stream.created_at))
-                .field("updated_at", &Moment(stream.updated_at));
-        })
-        .maybe("next_cursor", page.next.map(|next| next.encode(List::Streams)))
-        .end();
-    json.into_bytes()
+impl From<Stream> for ListedStreamBody {
+    fn from(stream: Stream) -> Self {
+        ListedStreamBody {
+            id: stream.id,
+            measurand: (&stream.measurand).into(),
+            state: StreamStateName::of(&stream),
+            sequence: stream.sequence,
+            node_count: stream.node_count,
+            iteration_number: stream.iteration,
+            created_at: Moment(stream.created_at),
+            updated_at: Moment(stream.updated_at),
+        }
+    }
 }
 
-/// Blocks of a stream. Processor work.
+/// Returns blocks of a stream as JSON. Processor work.
 pub fn blocks(stream: &Stream, blocks: Vec<Block>) -> Result<Vec<u8>, Problem> {
     let mut items = Vec::with_capacity(blocks.len());
     for Block { sequence, nodes, .. } in blocks {
         let text = nodes_text::to_json(Arc::new(nodes)).whole();
-        items.push((sequence, String::from_utf8(text).map_err(Problem::internal)?));
+        let nodes = String::from_utf8(text).map_err(Problem::internal)?.into();
+        items.push(PostedBlockBody { sequence, nodes });
     }
-    let mut json = Json::with_capacity(128 + items.iter().map(|(_, text)| 32 + text.len()).sum::<usize>());
-    json.object()
-        .list("items", items, |object, (sequence, nodes)| {
-            object.field("sequence", &sequence).raw("nodes", &nodes);
-        })
-        .field("sequence", &stream.sequence)
-        .field("state", &StreamStateName::of(stream))
-        .maybe("iteration_number", stream.iteration)
-        .end();
-    json.finish().map_err(Problem::not_finite)
+    let body = StreamNodesBody {
+        items,
+        sequence: stream.sequence,
+        state: StreamStateName::of(stream),
+        iteration_number: stream.iteration,
+    };
+    Ok(text_of(&body).into_bytes())
 }

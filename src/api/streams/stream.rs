@@ -7,6 +7,7 @@ use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 use uuid::Uuid;
 
+use super::listed::ListedStreamBody;
 use crate::{
     api::{
         faults::Faults,
@@ -16,14 +17,7 @@ use crate::{
             reader::{self, nodes::RawNodes},
             spec::{json, nodes::NodesBody, request::FitSpecBody},
         },
-        jobs::iterations::measurand,
-        json::{
-            gather::gathered,
-            members::of_request,
-            request::request,
-            text::Moment,
-            writer::{Json, Object},
-        },
+        json::{gather::gathered, members::of_request, raw::Raw, request::request, writer::text_of},
         measurand::axes::MeasurandBody,
         problem::Problem,
         warning::WarningBody,
@@ -94,7 +88,8 @@ pub struct EstimateBody {
     /// The fit of all nodes so far, except the parts that need the nodes themselves (`max_abs`,
     /// single residuals, B). Absent, with a warning that gives the reason, while the nodes do not
     /// determine the model.
-    pub result: Option<FitResultBody<'static>>,
+    #[schema(value_type = Option<FitResultBody<'static>>)]
+    pub result: Option<Raw<FitResultBody<'static>>>,
     /// Reason why there is no result yet, or warnings of the result.
     pub warnings: Option<Vec<WarningBody>>,
 }
@@ -104,33 +99,19 @@ pub struct EstimateBody {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Stream)]
 pub struct StreamBody {
-    /// UUIDv7.
-    pub id: Uuid,
-    /// The job that it belongs to.
-    pub job_id: Uuid,
     #[serde(flatten)]
     #[schema(inline)]
-    pub measurand: MeasurandBody,
-    pub state: StreamStateName,
-    /// Number of the last block; 0 before the first.
-    pub sequence: u64,
-    /// Nodes posted so far, missing ones included.
-    pub node_count: u64,
+    pub stream: ListedStreamBody,
+    /// The job that it belongs to.
+    pub job_id: Uuid,
     /// Factor of the weights of all earlier nodes at every node; 1 keeps them.
     pub forgetting_factor: f64,
     /// The fit request without nodes, with every default filled in.
     #[schema(value_type = FitSpecBody)]
-    pub spec: serde_json::Value,
-    /// The iteration that the stream has become.
-    pub iteration_number: Option<u32>,
-    /// When the stream was opened.
-    #[schema(value_type = String, format = DateTime)]
-    pub created_at: Moment,
-    /// When its last block was stored, or when it was finished.
-    #[schema(value_type = String, format = DateTime)]
-    pub updated_at: Moment,
+    pub spec: Raw<FitSpecBody>,
     /// The estimate after the last block, as its answer had it.
-    pub result: Option<FitResultBody<'static>>,
+    #[schema(value_type = Option<FitResultBody<'static>>)]
+    pub result: Option<Raw<FitResultBody<'static>>>,
     /// Reason why an open stream has no result yet, or warnings of the result.
     pub warnings: Option<Vec<WarningBody>>,
 }
@@ -224,39 +205,39 @@ fn waiting(error: FitError) -> EstimateText {
     EstimateText::Waiting { code: code.map_or_else(|| problem.code.into_owned(), str::to_owned), message }
 }
 
-/// The answer to a block.
-pub fn answer(sequence: u64, node_count: u64, estimate: &EstimateText) -> Vec<u8> {
-    let mut json = Json::with_capacity(256 + length_of(estimate));
-    let mut object = json.object();
-    object.field("sequence", &sequence).field("node_count", &node_count);
-    put(&mut object, estimate);
-    object.end();
-    gathered(json.into_bytes())
-}
-
-/// A stored stream; an open one with what its estimate tells.
-pub fn stream(stream: &Stream, estimate: Option<&EstimateText>) -> Vec<u8> {
-    let mut json = Json::with_capacity(512 + stream.spec.len() + estimate.map_or(0, length_of));
-    let mut object = json.object();
-    object.field("id", &stream.id).field("job_id", &stream.job_id);
-    measurand(&mut object, &stream.measurand);
-    object
-        .field("state", &StreamStateName::of(stream))
-        .field("sequence", &stream.sequence)
-        .field("node_count", &stream.node_count)
-        .field("forgetting_factor", &stream.forgetting_factor)
-        .raw("spec", &stream.spec)
-        .maybe("iteration_number", stream.iteration)
-        .field("created_at", &Moment(stream.created_at))
-        .field("updated_at", &Moment(stream.updated_at));
-    if let Some(estimate) = estimate {
-        put(&mut object, estimate);
+impl EstimateText {
+    /// Returns the result, or the warning in its place.
+    fn parts(self) -> (Option<Raw<FitResultBody<'static>>>, Option<Vec<WarningBody>>) {
+        match self {
+            EstimateText::Result(text) => (Some(text.into()), None),
+            EstimateText::Waiting { code, message } => {
+                (None, Some(vec![WarningBody { code: code.into(), message, params: None, at: None }]))
+            }
+        }
     }
-    object.end();
-    gathered(json.into_bytes())
 }
 
-/// A new stream.
+/// Returns the answer to a block as JSON.
+pub fn answer(sequence: u64, node_count: u64, estimate: EstimateText) -> Vec<u8> {
+    let (result, warnings) = estimate.parts();
+    gathered(text_of(&EstimateBody { sequence, node_count, result, warnings }).into_bytes())
+}
+
+/// Returns a stored stream as JSON; an open one with its estimate.
+pub fn stream(stream: &Stream, estimate: Option<EstimateText>) -> Vec<u8> {
+    let (result, warnings) = estimate.map(EstimateText::parts).unwrap_or_default();
+    let body = StreamBody {
+        stream: stream.clone().into(),
+        job_id: stream.job_id,
+        forgetting_factor: stream.forgetting_factor,
+        spec: Arc::clone(&stream.spec).into(),
+        result,
+        warnings,
+    };
+    gathered(text_of(&body).into_bytes())
+}
+
+/// Returns a new stream as JSON.
 pub fn created(new: &NewStream) -> Vec<u8> {
     let opened = Stream {
         id: new.id,
@@ -273,24 +254,4 @@ pub fn created(new: &NewStream) -> Vec<u8> {
         updated_at: new.created_at,
     };
     stream(&opened, None)
-}
-
-fn length_of(estimate: &EstimateText) -> usize {
-    match estimate {
-        EstimateText::Result(text) => text.len(),
-        EstimateText::Waiting { message, .. } => message.len(),
-    }
-}
-
-fn put(object: &mut Object<'_>, estimate: &EstimateText) {
-    match estimate {
-        EstimateText::Result(text) => {
-            object.raw("result", text);
-        }
-        EstimateText::Waiting { code, message } => {
-            object.list("warnings", [(code, message)], |object, (code, message)| {
-                object.field("code", code).field("message", message);
-            });
-        }
-    }
 }

@@ -81,10 +81,12 @@ pub fn run(client: &Client, out: &mut impl Write, verbose: bool) -> Result<Strin
     }
     writeln!(out, "\nNot determined by the nodes")?;
     list(out, "no common zero", settings(&proposed).filter(|setting| setting["undetermined"] == true))?;
-    let fits = before.iter().flat_map(|one| chosen(one).into_iter());
-    let dependencies = fits.flat_map(|fit| &fit.result.collinearity.near_dependencies);
-    for dependency in dependencies.filter(|dependency| dependency.cause == Cause::Nodes) {
-        writeln!(out, "  {}", dependency.sentence)?;
+    for iteration in &before {
+        let result = chosen(iteration)?.result.value()?;
+        let dependencies = result.collinearity.near_dependencies.iter();
+        for dependency in dependencies.filter(|dependency| dependency.cause == Cause::Nodes) {
+            writeln!(out, "  {}", dependency.sentence)?;
+        }
     }
     let sentence = answered["answer"]["sentence"].as_str().unwrap_or_default();
     writeln!(out, "\nSecond measurement\n  {}", sentence.replace(", ", ",\n  "))?;
@@ -129,7 +131,7 @@ fn decide(client: &Client, job: &str, measured: &[NewIterationBody]) -> Result<(
             false => ("remachine", outside.join(", ")),
         };
         let body = json!({"decision": decision, "reason": reason});
-        let _: Value = client.patch(&format!("{job}/iterations/{}", iteration.posted.number), &body)?;
+        let _: Value = client.patch(&format!("{job}/iterations/{}", iteration.posted.measured.number), &body)?;
     }
     Ok(())
 }
@@ -153,7 +155,8 @@ fn results(before: &[NewIterationBody], after: &[NewIterationBody]) -> Table {
 fn figures_of(iteration: &NewIterationBody) -> Vec<(&'static str, Figure)> {
     const NAMES: [&str; 5] =
         ["f_Hα  profile slope", "f_Hβ  helix slope", "C_α   profile crowning", "C_β   helix crowning", "S     twist"];
-    let Some(figures) = iteration.fits.first().and_then(|fit| fit.figures.as_ref()) else { return Vec::new() };
+    let figures = iteration.fits.first().and_then(|fit| fit.figures.as_ref()?.value().ok());
+    let Some(figures) = figures else { return Vec::new() };
     let named = NAMES.into_iter().zip(figures.figures.named());
     named.filter_map(|(name, (_, figure))| Some((name, figure?))).collect()
 }

@@ -8,10 +8,7 @@ use super::{
     numbers::{ABSENT, as_certain_as, rough, rough_or_absent, short, short_or_absent, um_per_mm},
 };
 use crate::{
-    api::{
-        fits::answer::FitResultBody,
-        jobs::{iterations::IterationFitBody, trace::TraceBody},
-    },
+    api::{fits::answer::FitResultBody, jobs::trace::TraceBody},
     cli::table::Table,
 };
 use flankfit_engine::estimation::{
@@ -137,11 +134,10 @@ pub fn warnings(fit: &FitResultBody) -> String {
 }
 
 /// The stored fits of one iteration beside each other.
-pub fn fits(fits: &[&IterationFitBody], chosen: Uuid) -> String {
+pub fn fits(fits: &[(Uuid, &FitResultBody)], chosen: Uuid) -> String {
     let headings = ["fit", "criterion", "λ*", "condition", "regularised", "bias", "rms", ""];
     let mut table = Table::new(headings, 2).with_remark();
-    for (i, fit) in fits.iter().enumerate() {
-        let result = &fit.result;
+    for (i, (id, result)) in fits.iter().enumerate() {
         table.row([
             (i + 1).to_string(),
             result.regularization.criterion.map_or(ABSENT, ChosenBy::name).to_owned(),
@@ -150,7 +146,7 @@ pub fn fits(fits: &[&IterationFitBody], chosen: Uuid) -> String {
             short_or_absent(result.spectrum.regularized.condition),
             short(result.bias.norm),
             short(result.residuals.rms),
-            if fit.id == chosen { "← chosen".into() } else { String::new() },
+            if *id == chosen { "← chosen".into() } else { String::new() },
         ]);
     }
     table.to_string()
@@ -161,7 +157,7 @@ pub fn trace(trace: &TraceBody) -> String {
     let headings = ["time (UTC)", "it.", "what", "λ*", "condition", "regularised", "bias", "rms", "reason"];
     let mut events: Vec<(Timestamp, Vec<String>)> = Vec::new();
     for iteration in &trace.iterations {
-        let number = iteration.number.to_string();
+        let number = iteration.measured.number.to_string();
         let label = |fit_id: Uuid| {
             let place = iteration.fits.iter().position(|fit| fit.summary.id == fit_id);
             place.map_or_else(|| "fit".to_owned(), |place| format!("fit {}", place + 1))

@@ -58,7 +58,7 @@ impl<W: Write> Story<'_, W> {
         writeln!(
             self.out,
             "\n  The decision is left to you: PATCH {}",
-            self.client.url(&format!("{path}/iterations/{}", iteration.posted.number))
+            self.client.url(&format!("{path}/iterations/{}", iteration.posted.measured.number))
         )?;
         self.trace(&path)?;
         Ok(path)
@@ -66,10 +66,10 @@ impl<W: Write> Story<'_, W> {
 
     /// Prints the fit of an iteration, and refits its nodes by another criterion.
     pub fn tell(&mut self, job: &str, iteration: &NewIterationBody, set: &NodeSet) -> Result<(), StoryError> {
-        self.heading(&format!("Iteration {}: {}", iteration.posted.number, set.name))?;
+        self.heading(&format!("Iteration {}: {}", iteration.posted.measured.number, set.name))?;
         write!(self.out, "{}", set.report)?;
         let fit = chosen(iteration)?;
-        self.show_fit(&fit.result, set.units)?;
+        self.show_fit(&fit.result.value()?, set.units)?;
         self.refit(job, iteration, fit, &set.request)
     }
 
@@ -111,7 +111,8 @@ impl<W: Write> Story<'_, W> {
         fit: &IterationFitBody,
         request: &Value,
     ) -> Result<(), StoryError> {
-        let other = best_other(&fit.result).and_then(|criterion| {
+        let result = fit.result.value()?;
+        let other = best_other(&result).and_then(|criterion| {
             with_criterion(request.get("regularization"), criterion.name()).map(|changed| (criterion, changed))
         });
         let Some((criterion, regularization)) = other else {
@@ -131,11 +132,12 @@ impl<W: Write> Story<'_, W> {
             }
             object.insert("reason".into(), format!("what {} makes of it", criterion.name()).into());
         }
-        let iteration = format!("{job}/iterations/{}", first.posted.number);
+        let iteration = format!("{job}/iterations/{}", first.posted.measured.number);
         let refit: IterationFitBody = self.client.post(&format!("{iteration}/fits"), &body)?;
 
-        let current = fit.result.regularization.criterion.unwrap_or(ChosenBy::LeastSquares);
-        let errors = (predicted_error(&refit.result, criterion), predicted_error(&fit.result, current));
+        let refitted = refit.result.value()?;
+        let current = result.regularization.criterion.unwrap_or(ChosenBy::LeastSquares);
+        let errors = (predicted_error(&refitted, criterion), predicted_error(&result, current));
         let (better, reason) = match errors {
             (Some(refitted), Some(first)) if refitted < first => {
                 (&refit, "smaller predicted error of the coefficients")
@@ -145,14 +147,14 @@ impl<W: Write> Story<'_, W> {
         let _: Value =
             self.client.put(&format!("{iteration}/chosen_fit"), &json!({"fit_id": better.id, "reason": reason}))?;
         self.heading(&format!("Refit of the stored nodes by {}, and the choice", criterion.name()))?;
-        write!(self.out, "{}", report::fits(&[fit, &refit], better.id))?;
+        write!(self.out, "{}", report::fits(&[(fit.id, &result), (refit.id, &refitted)], better.id))?;
         Ok(())
     }
 }
 
 /// Returns the fit that an iteration was stored with.
 pub fn chosen(iteration: &NewIterationBody) -> Result<&IterationFitBody, StoryError> {
-    iteration.fits.first().ok_or(StoryError::NoFit(iteration.posted.number))
+    iteration.fits.first().ok_or(StoryError::NoFit(iteration.posted.measured.number))
 }
 
 /// Of the criteria whose λ* is clearly another than the fit's own (by more than a tenth), the one

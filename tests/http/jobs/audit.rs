@@ -2,7 +2,10 @@
 
 use std::{path::Path, process::Command};
 
-use flankfit::api::jobs::audit::{AuditPageBody, VerdictBody};
+use flankfit::api::{
+    jobs::audit::{EntryBody, VerdictBody},
+    page::PageBody,
+};
 use reqwest::Method;
 use serde_json::{Value, json};
 
@@ -28,7 +31,7 @@ async fn a_job_tells_who_changed_what() {
     app.iteration(&job).await;
     let patch = app.request(Method::PATCH, &job).header("x-request-id", "line-4/shift-2");
     send(patch.json(&json!({"name": "pinion"}))).await.expect(200);
-    let page: AuditPageBody = serde_json::from_str(&app.get(&audit_of(&job)).await.expect(200).text).unwrap();
+    let page: PageBody<EntryBody> = serde_json::from_str(&app.get(&audit_of(&job)).await.expect(200).text).unwrap();
     assert_eq!(page.next_cursor, None);
     let told: Vec<_> = page.items.iter().map(|e| (&*e.action, &*e.subject)).collect();
     let first = format!("{job}/iterations/1");

@@ -84,7 +84,7 @@ async fn a_job_from_creation_to_acceptance() {
     let first = app.post(&format!("{job}/iterations"), &iteration()).await.expect(201);
     assert_eq!(first.header("location"), Some(format!("{job}/iterations/1").as_str()));
     let body: NewIterationBody = serde_json::from_str(&first.text).unwrap();
-    assert_eq!((body.posted.number, body.posted.node_count, body.fits.len()), (1, 45, 1));
+    assert_eq!((body.posted.measured.number, body.posted.node_count, body.fits.len()), (1, 45, 1));
     assert!(body.fits[0].chosen);
     let created_text = first.text.clone();
     let first = first.json();

@@ -49,18 +49,26 @@ pub enum Damping {
     Given(Regularization),
 }
 
-/// How λ* came about, in the scaled columns.
+/// Trust in the sensitivity, in columns of unit length.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "contract",
+    serde_with_macros::skip_serializing_none,
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    schema(as = SensitivityTrust)
+)]
 pub struct Trust {
-    /// λ*, the sum of the two parts below, at most the largest eigenvalue.
+    /// λ*, the smallest eigenvalue that is trusted: the sum of the two parts below, at most the
+    /// largest eigenvalue.
     pub lambda_star: f64,
-    /// Σλᵢ η².
+    /// Part of the uncertainty of the sensitivity: Σλᵢ η².
     pub from_response: f64,
-    /// Σλᵢ σ²/‖P y‖²; `None` where no σ is known or no deviation is within reach.
+    /// Part of the noise, Σλᵢ σ²/‖P y‖²; left out where no σ is known or no deviation is within
+    /// reach.
     pub from_noise: Option<f64>,
-    /// Directions with smaller eigenvalues.
+    /// Number of directions with smaller eigenvalues.
     pub damped: usize,
-    /// 1/√λ*, the most that an error of the response is multiplied with.
+    /// Greatest factor by which an error of the response is multiplied: 1/√λ*.
     pub gain: f64,
 }
 

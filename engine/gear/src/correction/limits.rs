@@ -20,9 +20,9 @@ use flankfit_estimation::{
 };
 use flankfit_numerics::cancel;
 
-/// Which limit a setting stands at.
+/// Limit that a setting was stopped at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Limit {
+pub(super) enum Limit {
     /// The least change allowed.
     Min,
     /// The greatest change allowed.

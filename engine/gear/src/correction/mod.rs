@@ -42,7 +42,6 @@ pub use compare::{Answer, Comparison, FigureChange, Measurements, Verdict, compa
 pub use damping::{DEFAULT_RESPONSE_UNCERTAINTY, Damping, Trust};
 pub use figures::HeldFigure;
 pub use flank::Flank;
-pub use limits::Limit;
 pub use needed::{DEFAULT_KEEP_WITHIN, LeftAlone};
 pub use problem::{Correction, CorrectionSpec, MOST_ENTRIES, MOST_SETTINGS, ResponseErrors, Setting, SettingsUsed};
 pub use scatter::Scatter;

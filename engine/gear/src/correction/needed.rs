@@ -32,12 +32,17 @@ use flankfit_numerics::{
 /// The share of their limits, about the middle, within which figures need no correction.
 pub const DEFAULT_KEEP_WITHIN: f64 = 0.7;
 
-/// Why a setting is left alone.
+/// Reason for leaving alone a setting that might be changed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(rename_all = "snake_case")
+)]
 pub enum LeftAlone {
-    /// Its change is not distinguishable from none.
+    /// Its change is not distinguishable from none: less than three standard errors.
     NotDistinguishable,
-    /// All figures that it moves are well within their limits.
+    /// Every figure that it moves lies well within its limits, with a guard band.
     WithinLimits,
 }
 

@@ -9,13 +9,11 @@ use crate::warning::{Common, Warning};
 use flankfit_estimation::{FitResult, result::RegularizationKind, spec::Regularization};
 
 impl Correction {
-    pub(super) fn indistinguishable(&self, fit: &FitResult) -> Vec<Indistinguishable> {
-        let place = |name: &String| self.asked.settings.iter().position(|setting| setting.name == *name);
+    pub(super) fn indistinguishable(fit: &FitResult) -> Vec<Indistinguishable> {
         fit.collinearity
             .near_dependencies
             .iter()
             .map(|dependency| Indistinguishable {
-                settings: dependency.terms.iter().filter_map(place).collect(),
                 names: dependency.terms.clone(),
                 condition_index: dependency.condition_index,
                 sentence: dependency.sentence.clone(),
@@ -25,7 +23,7 @@ impl Correction {
 
     pub(super) fn warn(&self, settings: &[Change], fit: &FitResult, warnings: &mut Vec<Warning>) {
         let limited: Vec<String> =
-            settings.iter().filter(|s| s.limited.is_some() && !s.undetermined).map(|s| s.name.clone()).collect();
+            settings.iter().filter(|s| s.limited && !s.undetermined).map(|s| s.name.clone()).collect();
         if !limited.is_empty() {
             warnings.push(Warning::SettingsLimited { settings: limited });
         }

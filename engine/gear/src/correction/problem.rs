@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use super::{
     damping::{DEFAULT_RESPONSE_UNCERTAINTY, Damping},
     figures::HeldFigure,
+    needed::DEFAULT_KEEP_WITHIN,
     scatter::Scatter,
 };
 use flankfit_estimation::spec::{Include, Scaling};
@@ -90,17 +91,23 @@ pub enum ResponseErrors {
     PerSetting,
 }
 
-/// Which of the settings that may be changed are changed.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+/// Choice among the settings that may be changed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(rename_all = "snake_case")
+)]
 pub enum SettingsUsed {
+    /// From plain least squares of all settings on, they are left alone one after the other, the
+    /// cheapest first, while every figure that all of them bring or leave within its limits stays
+    /// there (with the guard band of a conformity), and where leaving one alone adds less than 9σ²
+    /// to the weighted sum of squares, or every figure that it moves stays within `keep_within` of
+    /// its limits. Those that remain are solved again.
+    Needed,
     /// All of them.
     #[default]
     All,
-    /// Only those that are needed, see [`super::needed`].
-    Needed {
-        /// The share of the limits about their middle within which a figure needs no correction.
-        keep_within: f64,
-    },
 }
 
 /// A correction as it is asked for.
@@ -147,6 +154,9 @@ pub struct CorrectionSpec {
     pub scatter: Scatter,
     /// Which settings are changed.
     pub used: SettingsUsed,
+    /// With [`SettingsUsed::Needed`]: the share of the limits about their middle within which a
+    /// figure needs no correction, 0 to 1.
+    pub keep_within: f64,
     /// Figures of the flanks that the nodes lie on, of which [`SettingsUsed::Needed`] keeps those
     /// with limits within them.
     pub figures: Vec<HeldFigure>,
@@ -174,6 +184,7 @@ impl CorrectionSpec {
             flank_zeros: false,
             scatter: Scatter::default(),
             used: SettingsUsed::default(),
+            keep_within: DEFAULT_KEEP_WITHIN,
             figures: Vec::new(),
             include: Include::default(),
         }
@@ -239,13 +250,9 @@ impl Correction {
                 faults.push(path, not_positive(value));
             }
         }
-        let keep_within = match asked.used {
-            SettingsUsed::Needed { keep_within } => Some(keep_within),
-            SettingsUsed::All => None,
-        };
-        for (path, share) in [("response_uncertainty", Some(asked.response_uncertainty)), ("keep_within", keep_within)]
+        for (path, share) in [("response_uncertainty", asked.response_uncertainty), ("keep_within", asked.keep_within)]
         {
-            if let Some(share) = share.filter(|share| !(0.0..=1.0).contains(share)) {
+            if !(0.0..=1.0).contains(&share) {
                 faults.push(path, format_args!("{} is not a share between 0 and 1", Shown(share)));
             }
         }

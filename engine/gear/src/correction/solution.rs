@@ -11,73 +11,109 @@ use super::{
 use crate::warning::Warning;
 use flankfit_estimation::{FitError, FitResult, Unconverged, result::NormLimitSource};
 use flankfit_numerics::cancel::Asking;
+#[cfg(feature = "contract")]
+use flankfit_numerics::contract::with_gaps;
 
-/// What becomes of one setting.
+/// Change of a setting.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "contract",
+    serde_with_macros::skip_serializing_none,
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    schema(as = SettingChange)
+)]
 pub struct Change {
-    /// Name of the setting.
+    /// The setting.
     pub name: String,
-    /// Unit that the changes are counted in.
+    /// Unit of the change, such as `µm` or `′` (minutes of arc).
+    #[cfg_attr(feature = "contract", serde(default, skip_serializing_if = "String::is_empty"))]
     pub unit: String,
     /// Δ, to be added to the setting.
     pub change: f64,
-    /// What the fit without limits asks for; 0 where it is fixed or undetermined.
-    pub unlimited: f64,
-    /// What it would be if every setting could be set to any number; `None` where it has no
-    /// increment. Errors are of this.
+    /// Change without increments; left out without one. Errors are of this.
     pub unrounded: Option<f64>,
-    /// Of a free setting, given those at limits: of noise and of errors of J together, about what
-    /// the regularised correction is on average. What regularisation takes away is not in it, but
-    /// in the bias bound. `None` at a limit and where the noise is not known.
+    /// Change that the fit without limits asks for, 0 where it is fixed or undetermined; left out
+    /// where it is the same.
+    pub unlimited: Option<f64>,
+    /// Standard error by noise and errors of the sensitivity (`response_uncertainty`) together: how
+    /// far the change lies from what this regularised correction is on average, once in three times
+    /// further. What regularisation takes away on average is not in it but in `bias_bound`: what is
+    /// wanted lies within the sum of both two times in three or more, where its norm is within that
+    /// of the bound (docs/explanation/mathematics.md). Left out at a limit and without degrees of
+    /// freedom.
     pub std_error: Option<f64>,
-    /// The part of errors of J in it.
+    /// The part of errors of the sensitivity in it.
     pub response_std_error: Option<f64>,
-    /// Sharp bound on what regularisation takes away, if all changes that are wanted have at most
-    /// the norm r of the fit's [`flankfit_estimation::result::BiasReport`] in the scaled columns;
-    /// where r is that of the limits, no more than the way from the unrounded change to its farther
-    /// limit. `None` at a limit.
+    /// Sharp bound on what regularisation takes away, if the changes that are wanted have at most
+    /// the norm `result.bias.coefficient_norm_limit`, in the scaled columns (its source is next to
+    /// it); where that is `limits`, no more than the way from the unrounded change to its farther
+    /// limit. Left out at a limit.
     pub bias_bound: Option<f64>,
-    /// The limit that it was stopped at; `None` for a free setting.
-    pub limited: Option<Limit>,
-    /// Whether it was to stay as it is.
+    /// True if it was stopped at a limit.
+    pub limited: bool,
+    /// True if the change was rounded to a multiple of the increment.
+    pub rounded: bool,
+    /// True if it was to stay as it is.
     pub fixed: bool,
-    /// Why it is left alone, where it might be changed and need not be.
+    /// Reason for leaving it alone; left out where it is changed, fixed or undetermined.
     pub left: Option<LeftAlone>,
-    /// Whether the deviations say nothing about it, so that it stays as it is, or goes no further
-    /// than its limits ask for.
+    /// True if the deviations say nothing about the setting (see `absolute`), or nothing that other
+    /// settings do not explain as well, as of a twist where one profile and one helix cross. It
+    /// stays as it is, or goes no further than its limits ask for.
     pub undetermined: bool,
 }
 
 /// Settings whose effects nearly cancel on these nodes.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "contract",
+    serde_with_macros::skip_serializing_none,
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema)
+)]
 pub struct Indistinguishable {
-    /// Places in the list of settings, the leading one first.
-    pub settings: Vec<usize>,
-    /// Names of these settings, in the same order.
+    /// Names of the settings, the leading one first.
     pub names: Vec<String>,
-    /// √(λₙ/λᵢ) of the direction; `None` where they depend on each other exactly.
+    /// √(λₙ/λᵢ) of the direction; left out where it is infinite: they depend on each other exactly.
     pub condition_index: Option<f64>,
     /// The same in words.
     pub sentence: String,
 }
 
-/// The flank after the correction, if the machine answers as J says.
+/// The flank after the correction, if the machine answers as the sensitivity says, by the nodes
+/// that take part. Where deviations have no datum, root mean squares and amounts are about the
+/// mean.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    schema(as = PredictedFlank)
+)]
 pub struct Predicted {
-    /// d + JΔ, µm for each node; NaN where d is. Where deviations have no datum, JΔ is what it does
-    /// to them about their mean, and the figures below are about the mean.
-    pub deviation: Vec<f64>,
-    /// Standard uncertainty of JΔ at each node, µm, entries of J being uncertain by η
-    /// independently: η √Σ (J_kj Δ_j)².
-    pub uncertainty: Vec<f64>,
-    /// √(Σ w (d + JΔ − t)² / Σ w), µm.
-    pub rms: f64,
-    /// Largest |d + JΔ − t| of the nodes that take part, µm.
-    pub max: f64,
-    /// The same before the correction.
-    pub rms_before: f64,
-    /// Largest |d − t| of the nodes that take part, µm.
-    pub max_before: f64,
+    /// Weighted root mean square of the predicted deviations less their target.
+    pub rms_um: f64,
+    /// Largest amount of the predicted deviations less their target.
+    pub max_um: f64,
+    /// Weighted root mean square before the correction, likewise.
+    pub rms_before_um: f64,
+    /// Largest amount before the correction, likewise.
+    pub max_before_um: f64,
+    /// Predicted deviation d + JΔ of every node in the order posted; `null` (NaN) where undefined.
+    /// Present when `nodes` was included.
+    #[cfg_attr(
+        feature = "contract",
+        serde(default, skip_serializing_if = "Vec::is_empty", deserialize_with = "with_gaps"),
+        schema(value_type = Vec<Option<f64>>)
+    )]
+    pub deviation_um: Vec<f64>,
+    /// Standard uncertainty of the change at each node that the uncertainty of the sensitivity
+    /// leaves, entries being uncertain by η independently: η √Σ (J_kj Δ_j)². Present when `nodes`
+    /// was included.
+    #[cfg_attr(
+        feature = "contract",
+        serde(default, skip_serializing_if = "Vec::is_empty", deserialize_with = "with_gaps"),
+        schema(value_type = Vec<Option<f64>>)
+    )]
+    pub uncertainty_um: Vec<f64>,
 }
 
 /// What is known of the noise of a measured deviation of weight 1.
@@ -158,12 +194,12 @@ impl Correction {
         let mut unlimited = vec![0.0; n];
         self.undetermined.iter().for_each(|&j| unlimited[j] = least_change(&self.asked.settings[j]));
         let all = fit_free(self, &self.open, &unlimited)?;
-        let indistinguishable = self.indistinguishable(&all.result);
+        let indistinguishable = Self::indistinguishable(&all.result);
         let left = match self.asked.used {
             SettingsUsed::All => vec![None; n],
-            SettingsUsed::Needed { keep_within } => {
+            SettingsUsed::Needed => {
                 let sigma = self.noise(&all.result).map(|noise| noise.sigma);
-                left_alone(self, &unlimited, sigma, keep_within).ok_or(NOT_CONVERGED)?
+                left_alone(self, &unlimited, sigma, self.asked.keep_within).ok_or(NOT_CONVERGED)?
             }
         };
         let used: Vec<usize> = self.open.iter().copied().filter(|&j| left[j].is_none()).collect();
@@ -193,6 +229,10 @@ impl Correction {
         let mut settings = self.changes(of_free, errors.as_deref(), &standing.change, &standing.at, &unlimited, &left);
         for (setting, change) in settings.iter_mut().zip(change.iter().flatten()) {
             setting.change = *change;
+        }
+        for setting in &mut settings {
+            let same = setting.unrounded.unwrap_or(setting.change);
+            setting.unlimited = setting.unlimited.filter(|unlimited| *unlimited != same);
         }
         let predicted = self.predict(change.as_ref().unwrap_or(&standing.change));
         self.warn(&settings, &fit, &mut warnings);
@@ -263,17 +303,17 @@ impl Correction {
                 };
                 let undetermined = self.undetermined.contains(&j);
                 let moved = undetermined && change[j] != 0.0;
-                let held = if change[j] > 0.0 { Limit::Min } else { Limit::Max };
                 Change {
                     name: setting.name.clone(),
                     unit: setting.unit.clone(),
                     change: change[j],
-                    unlimited: if undetermined { 0.0 } else { unlimited[j] },
+                    unlimited: Some(if undetermined { 0.0 } else { unlimited[j] }),
                     std_error,
                     response_std_error,
                     bias_bound: own.map(|(_, found)| found.bias_bound.min(furthest_wanted(setting, change[j], fit))),
-                    limited: at[j].or(moved.then_some(held)),
+                    limited: at[j].is_some() || moved,
                     unrounded: setting.increment.filter(|_| open).map(|_| change[j]),
+                    rounded: open && setting.increment.is_some(),
                     fixed: setting.fixed,
                     left: left[j],
                     undetermined,
@@ -286,19 +326,19 @@ impl Correction {
     pub fn predict(&self, change: &[f64]) -> Predicted {
         let asked = &self.asked;
         let eta = asked.response_uncertainty;
-        let (mut deviation, mut uncertainty) = (Vec::new(), Vec::new());
+        let (mut deviation_um, mut uncertainty_um) = (Vec::new(), Vec::new());
         for (k, d) in asked.deviation.iter().enumerate().asking(2 * change.len()) {
             let (mut moved, mut square) = (0.0, 0.0);
             for ((j, told), c) in self.row(k).iter().zip(self.told_row(k)).zip(change) {
                 moved += j * c;
                 square += (told * c) * (told * c);
             }
-            deviation.push(d + moved);
-            uncertainty.push(eta * square.sqrt());
+            deviation_um.push(d + moved);
+            uncertainty_um.push(eta * square.sqrt());
         }
-        let [rms, max] = self.size(&deviation);
-        let [rms_before, max_before] = self.size(&asked.deviation);
-        Predicted { deviation, uncertainty, rms, max, rms_before, max_before }
+        let [rms_um, max_um] = self.size(&deviation_um);
+        let [rms_before_um, max_before_um] = self.size(&asked.deviation);
+        Predicted { rms_um, max_um, rms_before_um, max_before_um, deviation_um, uncertainty_um }
     }
 
     /// Weighted root mean square and largest modulus about the target, over the nodes that take

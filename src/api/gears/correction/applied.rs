@@ -7,7 +7,7 @@ use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 use uuid::Uuid;
 
-use super::kept_result::{Changed, StoredResult};
+use super::result::CorrectionBody;
 use crate::{
     api::{
         faults::Faults,
@@ -20,6 +20,7 @@ use crate::{
     },
     jobs::{Record, RecordDraft, RecordKind},
 };
+use flankfit_engine::gear::correction::Change;
 
 /// Greatest change of a setting, in its unit: far beyond any machine, and small enough to be
 /// squared.
@@ -92,7 +93,7 @@ pub fn draft(
     iteration: u32,
     at: &str,
 ) -> Result<RecordDraft, Problem> {
-    let proposed: StoredResult = serde_json::from_str(&correction.draft.result).map_err(Problem::internal)?;
+    let proposed = CorrectionBody::of(correction)?;
     let mut faults = Faults::default();
     for (name, change) in &asked.settings {
         let pointer = format!("{at}/settings/{}", escape(name));
@@ -104,7 +105,7 @@ pub fn draft(
         }
     }
     faults.into_result(()).map_err(Problem::invalid)?;
-    let entered = |setting: Changed| AppliedChangeBody {
+    let entered = |setting: Change| AppliedChangeBody {
         change: asked.settings.get(&setting.name).copied().unwrap_or(setting.change),
         proposed: setting.change,
         name: setting.name,

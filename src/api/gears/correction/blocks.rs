@@ -5,7 +5,7 @@ use super::{
     chosen::{ChosenFigures, OfTeeth, of_teeth},
     iteration_nodes,
     same_nodes::{Measured, same_nodes},
-    sensitivity::{self, Corrected, Level, Sensitivity},
+    sensitivity::{Corrected, Level, Sensitivity, SensitivityBody},
 };
 use crate::api::{faults::Faults, gears::requirements::RequirementsBody, measurand::axes::AxesBody};
 use flankfit_engine::gear::{
@@ -61,8 +61,7 @@ impl Block {
 /// What nodes are read with.
 #[derive(Clone, Copy)]
 pub struct How<'a> {
-    /// The sensitivity as it was posted.
-    pub slice: &'a [u8],
+    pub sensitivity: &'a SensitivityBody,
     pub level: Level,
     /// Of the job.
     pub gear: Option<&'a Gear>,
@@ -233,10 +232,7 @@ fn sensitivity_of(measured: &Measured, how: How<'_>, faults: &mut Faults) -> Opt
     let Measured { nodes, measurand, .. } = measured;
     let iteration = Corrected { nodes, measurand, axes: &axes, gear: how.gear, level: how.level };
     let mut own = Faults::default();
-    let found = sensitivity::read(how.slice, iteration, &mut own);
-    if own.is_empty() && found.is_none() {
-        own.push("/sensitivity", "it cannot be read");
-    }
+    let found = how.sensitivity.read(iteration, &mut own);
     for one in own.list() {
         fault(measured, how, &one.pointer, &one.detail, faults);
     }

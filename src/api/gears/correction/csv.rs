@@ -1,15 +1,13 @@
 //! A kept correction as CSV for the control of a machine, under the names of OPC UA for Geometrical
 //! Measuring Systems.
 
-use std::collections::BTreeMap;
-
-use serde::{Deserialize, Serialize, de::IgnoredAny};
+use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::{
-    figures::{SidedFiguresBody, symbol, tenth},
-    request::LimitsBody,
-    result::LeftName,
+    figures::{SidedBody, symbol, tenth},
+    request::{CorrectionRequestBody, LimitsBody},
+    result::CorrectionBody,
 };
 use crate::{
     api::{
@@ -18,50 +16,12 @@ use crate::{
     },
     jobs::{Job, Record},
 };
-use flankfit_engine::formats::gms::{self, Unit};
+use flankfit_engine::{
+    formats::gms::{self, Unit},
+    gear::correction::{Change, LeftAlone},
+};
 
-/// What of the request is written.
-#[derive(Deserialize)]
-struct Request {
-    #[serde(default)]
-    limits: Limits,
-}
-
-/// By names; corrections of older versions had a list, which does not say names.
-#[derive(Default, Deserialize)]
-#[serde(untagged)]
-enum Limits {
-    Named(BTreeMap<String, LimitsBody>),
-    Other(IgnoredAny),
-    #[default]
-    None,
-}
-
-/// What of the result is written.
-#[derive(Deserialize)]
-struct StoredResult {
-    settings: Vec<Change>,
-    #[serde(default)]
-    figures: Option<SidedFiguresBody>,
-}
-
-#[derive(Deserialize)]
-struct Change {
-    name: String,
-    #[serde(default)]
-    unit: String,
-    change: f64,
-    std_error: Option<f64>,
-    limited: bool,
-    #[serde(default)]
-    left: Option<LeftName>,
-    #[serde(default)]
-    fixed: bool,
-    #[serde(default)]
-    undetermined: bool,
-}
-
-/// That the predicted figures of a correction may lie outside their limits.
+/// Permission for predicted figures of a correction outside their limits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[schema(as = OutsideLimits)]
@@ -69,7 +29,7 @@ pub enum OutsideLimitsName {
     Allowed,
 }
 
-/// What the correction is for.
+/// Job and measurements of the correction.
 pub struct About<'a> {
     pub job: &'a Job,
     /// In words.
@@ -82,12 +42,12 @@ pub struct About<'a> {
 /// limits, and what it is for. Refuses a correction whose predicted figures lie outside their
 /// limits, unless that is `allowed`.
 pub fn write(record: &Record, about: &About<'_>, allowed: bool) -> Result<Vec<u8>, Problem> {
-    let request: Request = serde_json::from_str(&record.draft.request).map_err(Problem::internal)?;
-    let result: StoredResult = serde_json::from_str(&record.draft.result).map_err(Problem::internal)?;
+    let request: CorrectionRequestBody = serde_json::from_str(&record.draft.request).map_err(Problem::internal)?;
+    let result = CorrectionBody::of(record)?;
     let figures = result.figures.unwrap_or_default();
     let outside = figures.outside();
     if !outside.is_empty() && !allowed {
-        let each = outside.iter().map(|(_, name, figure)| {
+        let each = outside.iter().map(|(name, figure)| {
             let [low, high] = figure.limits.unwrap_or_default();
             format!("{} {} µm of {low} to {high} µm", symbol(name), tenth(figure.predicted))
         });
@@ -98,15 +58,12 @@ pub fn write(record: &Record, about: &About<'_>, allowed: bool) -> Result<Vec<u8
         );
         return Err(Problem::new(ProblemCode::PredictedOutsideLimits, detail));
     }
-    let limits = match request.limits {
-        Limits::Named(limits) => limits,
-        Limits::Other(_) | Limits::None => BTreeMap::new(),
-    };
+    let limits = request.limits.unwrap_or_default();
     let each = result.settings.into_iter().map(|change| {
         let LimitsBody { min, max, increment, .. } = limits.get(&change.name).copied().unwrap_or_default();
-        let rounded = change.rounded(increment);
+        let rounded = rounded(&change, increment);
         gms::Correction {
-            description: Some(change.description(rounded)),
+            description: Some(description(&change, rounded)),
             characteristic: change.name.clone(),
             identifier: change.name,
             relative: Some(rounded),
@@ -121,9 +78,9 @@ pub fn write(record: &Record, about: &About<'_>, allowed: bool) -> Result<Vec<u8
     let numbers: Vec<String> = about.iterations.iter().map(u32::to_string).collect();
     // where the iteration tells no flank, the one that the correction was made for
     let side = match figures {
-        SidedFiguresBody { left: Some(_), right: None } => "the left flank",
-        SidedFiguresBody { left: None, right: Some(_) } => "the right flank",
-        SidedFiguresBody { .. } => "a flank",
+        SidedBody { left: Some(_), right: None } => "the left flank",
+        SidedBody { left: None, right: Some(_) } => "the right flank",
+        SidedBody { .. } => "a flank",
     };
     let columns = [
         ("Flank", about.flanks.replacen("a flank", side, 1)),
@@ -137,54 +94,52 @@ pub fn write(record: &Record, about: &About<'_>, allowed: bool) -> Result<Vec<u8
     Ok(text.into_bytes())
 }
 
-impl Change {
-    /// The change as the control takes it: a multiple of the increment, else two digits of its
-    /// standard error, else four digits.
-    fn rounded(&self, increment: Option<f64>) -> f64 {
-        let digits = |size: f64, digits: i32| digits - 1 - size.abs().log10().floor() as i32;
-        let to = |places: i32| {
-            let places = places.clamp(0, 12) as u32;
-            let scale = f64::from(10u32).powi(places as i32);
-            (self.change * scale).round() / scale + 0.0
-        };
-        match (increment, self.std_error) {
-            (Some(_), _) => self.change,
-            _ if self.change == 0.0 => 0.0,
-            (None, Some(error)) if error > 0.0 => to(digits(error, 2)),
-            (None, _) => to(digits(self.change, 4)),
-        }
-    }
-
-    /// The change in words: sign and size, what the machine is moved towards, how sure it is.
-    fn description(&self, rounded: f64) -> String {
-        let name = self.name.replace('_', " ");
-        if rounded == 0.0 {
-            let why = match () {
-                () if self.fixed => "fixed",
-                () if self.undetermined => "not determined by this measurement",
-                () if self.left == Some(LeftName::NotDistinguishable) => "its change is not distinguishable from none",
-                () if self.left == Some(LeftName::WithinLimits) => "its figures are well within their limits",
-                () => "no change",
-            };
-            return format!("{name}: leave ({why})");
-        }
-        let unit = Unit::named(&self.unit);
-        let unit = match unit.display_name() {
-            "1" => String::new(),
-            name @ ("′" | "″" | "°" | "%") => name.to_owned(),
-            name => format!(" {name}"),
-        };
-        let sense = sense(&self.name, rounded > 0.0).map_or_else(String::new, |sense| format!(": {sense}"));
-        let note = match self.std_error {
-            _ if self.limited => "; at its limit".to_owned(),
-            Some(error) => format!("; standard error {error:.1e}"),
-            None => String::new(),
-        };
-        format!("{name} {rounded:+}{unit}{sense}{note}")
+/// Returns the change as the control takes it: a multiple of the increment, else two digits of its
+/// standard error, else four digits.
+fn rounded(change: &Change, increment: Option<f64>) -> f64 {
+    let digits = |size: f64, digits: i32| digits - 1 - size.abs().log10().floor() as i32;
+    let to = |places: i32| {
+        let places = places.clamp(0, 12) as u32;
+        let scale = f64::from(10u32).powi(places as i32);
+        (change.change * scale).round() / scale + 0.0
+    };
+    match (increment, change.std_error) {
+        (Some(_), _) => change.change,
+        _ if change.change == 0.0 => 0.0,
+        (None, Some(error)) if error > 0.0 => to(digits(error, 2)),
+        (None, _) => to(digits(change.change, 4)),
     }
 }
 
-/// What a change of a machine's setting means at the machine.
+/// Returns the change in words: sign and size, what the machine is moved towards, how sure it is.
+fn description(change: &Change, rounded: f64) -> String {
+    let name = change.name.replace('_', " ");
+    if rounded == 0.0 {
+        let why = match () {
+            () if change.fixed => "fixed",
+            () if change.undetermined => "not determined by this measurement",
+            () if change.left == Some(LeftAlone::NotDistinguishable) => "its change is not distinguishable from none",
+            () if change.left == Some(LeftAlone::WithinLimits) => "its figures are well within their limits",
+            () => "no change",
+        };
+        return format!("{name}: leave ({why})");
+    }
+    let unit = Unit::named(&change.unit);
+    let unit = match unit.display_name() {
+        "1" => String::new(),
+        name @ ("′" | "″" | "°" | "%") => name.to_owned(),
+        name => format!(" {name}"),
+    };
+    let sense = sense(&change.name, rounded > 0.0).map_or_else(String::new, |sense| format!(": {sense}"));
+    let note = match change.std_error {
+        _ if change.limited => "; at its limit".to_owned(),
+        Some(error) => format!("; standard error {error:.1e}"),
+        None => String::new(),
+    };
+    format!("{name} {rounded:+}{unit}{sense}{note}")
+}
+
+/// Returns the meaning of a change of a machine's setting at the machine.
 fn sense(setting: &str, more: bool) -> Option<&'static str> {
     // settings of one flank
     let name = setting.strip_suffix("_left").or_else(|| setting.strip_suffix("_right")).unwrap_or(setting);

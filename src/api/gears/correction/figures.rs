@@ -1,4 +1,4 @@
-//! Figures of the flanks before a correction, as wanted and as predicted, against their limits.
+//! Figures of the flanks before a correction, wanted and predicted, against their limits.
 
 use serde::{Deserialize, Serialize};
 use serde_with_macros::skip_serializing_none;
@@ -10,7 +10,7 @@ use flankfit_engine::{
     gear::{
         Side,
         correction::{
-            HeldFigure, Limit, Solution,
+            HeldFigure, Solution,
             figures::{MEAN, moved_by},
         },
         evaluation::flank_surface::FlankFigures,
@@ -18,13 +18,19 @@ use flankfit_engine::{
     words::listed,
 };
 
-/// Figures of each flank that was measured.
+/// Values of each flank that was measured.
 #[skip_serializing_none]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
-#[schema(as = SidedCorrectionFigures)]
-pub struct SidedFiguresBody {
-    pub left: Option<TargetFiguresBody>,
-    pub right: Option<TargetFiguresBody>,
+#[schema(as = Sided)]
+pub struct SidedBody<T> {
+    pub left: Option<T>,
+    pub right: Option<T>,
+}
+
+impl<T> SidedBody<T> {
+    pub fn new(of: impl Fn(Side) -> Option<T>) -> Self {
+        SidedBody { left: of(Side::Left), right: of(Side::Right) }
+    }
 }
 
 /// Figures of the second-order surface over the ranges of the machine, slopes over their reference
@@ -54,19 +60,19 @@ pub struct TargetFiguresBody {
 pub struct TargetFigureBody {
     /// As measured.
     pub before: f64,
-    /// Of the target.
+    /// Figure of the target.
     pub target: f64,
     /// If the machine answers as the sensitivity says: `before` and the change that the settings
     /// make by least squares over the nodes.
     pub predicted: f64,
-    /// Of `before` and `predicted` alike: that of the fit, of a gear by noise and scatter of the
+    /// Standard error of `before` and `predicted`: that of the fit, of a gear by noise and scatter of the
     /// teeth; left out without degrees of freedom.
     pub std_error: Option<f64>,
-    /// What the job requires, `[low, high]`, in the direction of the figures; of slopes else by the
+    /// Limits of the job, `[low, high]`, in the direction of the figures; of slopes else by the
     /// class. Left out where it requires nothing.
     #[schema(min_items = 2, max_items = 2)]
     pub limits: Option<[f64; 2]>,
-    /// As of any figure, with a guard band by the standard error.
+    /// Decision with a guard band by the standard error.
     pub conformity_before: Option<Decision>,
     /// Likewise of the predicted figure.
     pub conformity_predicted: Option<Decision>,
@@ -93,9 +99,9 @@ impl TargetFigureBody {
     }
 }
 
-impl SidedFiguresBody {
-    pub fn new(figures: &[HeldFigure], change: &[f64]) -> Self {
-        let of = |side: Side| {
+impl SidedBody<TargetFiguresBody> {
+    pub fn of(figures: &[HeldFigure], change: &[f64]) -> Self {
+        SidedBody::new(|side| {
             let own: Vec<&HeldFigure> = figures.iter().filter(|figure| figure.side == side).collect();
             let named = |name: &str| {
                 own.iter().find(|figure| figure.name == name).map(|figure| TargetFigureBody::new(figure, change))
@@ -107,14 +113,12 @@ impl SidedFiguresBody {
                 helix_crowning_um: named("helix_crowning"),
                 twist_um: named("twist"),
             })
-        };
-        SidedFiguresBody { left: of(Side::Left), right: of(Side::Right) }
+        })
     }
 
-    /// The figures whose predicted values lie outside their limits, by flank and name.
-    pub fn outside(&self) -> Vec<(Side, &'static str, TargetFigureBody)> {
-        let of = |(side, figures): (Side, Option<TargetFiguresBody>)| {
-            let figures = figures.unwrap_or_default();
+    /// Returns the names and predicted figures outside their limits.
+    pub fn outside(&self) -> Vec<(&'static str, TargetFigureBody)> {
+        let of = |figures: TargetFiguresBody| {
             let named = FlankFigures {
                 profile_slope: figures.profile_slope_um,
                 helix_slope: figures.helix_slope_um,
@@ -122,20 +126,19 @@ impl SidedFiguresBody {
                 helix_crowning: figures.helix_crowning_um,
                 twist: figures.twist_um,
             };
-            named.named().map(|(name, figure)| (side, name, figure))
+            named.named()
         };
-        let all = [(Side::Left, self.left), (Side::Right, self.right)].into_iter().flat_map(of);
-        all.filter_map(|(side, name, figure)| Some((side, name, figure.filter(TargetFigureBody::is_outside)?)))
-            .collect()
+        let all = [self.left, self.right].into_iter().flatten().flat_map(of);
+        all.filter_map(|(name, figure)| Some((name, figure.filter(TargetFigureBody::is_outside)?))).collect()
     }
 }
 
-/// A figure to the first decimal, without a negative zero.
+/// Returns a figure to the first decimal, without a negative zero.
 pub fn tenth(figure: f64) -> String {
     format!("{:.1}", (10.0 * figure).round() / 10.0 + 0.0)
 }
 
-/// The symbol of a figure.
+/// Returns the symbol of a figure.
 pub fn symbol(name: &str) -> &'static str {
     match name {
         "profile_slope" => "f_Hα",
@@ -146,8 +149,8 @@ pub fn symbol(name: &str) -> &'static str {
     }
 }
 
-/// The unmodified flank was aimed at for want of anything else, and the flank has crownings or a
-/// twist: it is not known whether the drawing asks for them.
+/// Warns of crownings or a twist that are removed although nobody said that the unmodified flank is
+/// the target: the drawing may require them.
 pub fn removes_crowning(figures: &[HeldFigure]) -> Option<WarningBody> {
     let shaped = |figure: &&HeldFigure| {
         let is_shape = !matches!(figure.name, "profile_slope" | "helix_slope" | MEAN);
@@ -168,7 +171,7 @@ pub fn removes_crowning(figures: &[HeldFigure]) -> Option<WarningBody> {
     Some(WarningBody { params, ..WarningBody::new("target_removes_crowning", message) })
 }
 
-/// The figures that would still lie outside their limits, and what stops each of them.
+/// Warns of figures that remain outside their limits, with the reason of each.
 pub fn outside_limits(figures: &[HeldFigure], solution: &Solution) -> Option<WarningBody> {
     let change: Vec<f64> = solution.settings.iter().map(|setting| setting.change).collect();
     let found: Vec<&HeldFigure> = figures.iter().filter(|figure| figure.is_outside(figure.after(&change))).collect();
@@ -209,7 +212,7 @@ fn stopped_by(figure: &HeldFigure, all: &[HeldFigure], solution: &Solution) -> S
     {
         return format!("{names} rounded to its increment");
     }
-    let at_limit = quoted(&|j| settings[j].limited.is_some_and(|limit| matches!(limit, Limit::Min | Limit::Max)));
+    let at_limit = quoted(&|j| settings[j].limited);
     match (at_limit, quoted(&|j| settings[j].fixed), quoted(&|j| settings[j].undetermined)) {
         (Some(names), ..) => format!("{names} at its limit"),
         (None, Some(names), _) => format!("{names} fixed"),

@@ -1,18 +1,19 @@
-//! What of a correction is answered only when asked for. Kept is all of it.
+//! Parts of a correction that are returned only when requested. All of it is stored.
 
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 use utoipa::ToSchema;
 
-use crate::api::{json::merge::without, problem::Problem};
+use super::result::CorrectionBody;
 use flankfit_engine::estimation::spec;
 
-/// What is answered only when asked for; each name only adds to the answer, and one that stands
-/// twice counts once.
+/// Parts that are returned only when requested; each name only adds to the answer, and one that
+/// occurs twice counts once.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[schema(as = CorrectionInclude)]
 pub enum CorrectionIncludeName {
-    /// What is predicted of each node, and what was measured there.
+    /// Predicted and measured deviations of each node.
     Nodes,
     /// The fits of the settings, `result` and `limited_result`.
     Result,
@@ -28,19 +29,20 @@ pub enum CorrectionIncludeName {
     RidgeTrace,
 }
 
-/// What of a kept correction is answered only when asked for; each name only adds to the answer.
+/// Parts of a stored correction that are returned only when requested; each name only adds to the
+/// answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[schema(as = KeptCorrectionInclude)]
 pub enum StoredIncludeName {
-    /// What is predicted of each node, what was measured there, and what the request says node by
-    /// node.
+    /// Predicted and measured deviations of each node, and the lists of the request with an entry
+    /// for each node.
     Nodes,
     /// The fits of the settings, `result` and `limited_result`.
     Result,
 }
 
-/// What is asked for.
+/// Requested parts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct CorrectionInclude {
     pub nodes: bool,
@@ -71,26 +73,25 @@ impl CorrectionInclude {
         CorrectionInclude { nodes, result, ..CorrectionInclude::default() }
     }
 
-    /// Of a whole correction what is answered.
-    pub fn of_result(self, whole: &str) -> Result<String, Problem> {
-        let mut paths: Vec<&[&str]> = Vec::new();
+    /// Leaves out the parts of a correction that were not requested.
+    pub fn of_result(self, mut whole: CorrectionBody) -> CorrectionBody {
         if !self.nodes {
-            let target: &[&str] = &["target", "deviation_um"];
-            paths.extend([target, &["predicted", "deviation_um"], &["predicted", "uncertainty_um"]]);
+            whole.target.deviation_um = None;
+            (whole.predicted.deviation_um, whole.predicted.uncertainty_um) = (Vec::new(), Vec::new());
         }
         if !self.result {
-            paths.extend([&["result"][..], &["limited_result"]]);
+            (whole.result, whole.limited_result) = (None, None);
         }
-        without(whole, &paths).map_err(Problem::internal)
+        whole
     }
 
-    /// Of a whole request what is answered.
-    pub fn of_request(self, whole: &str) -> Result<String, Problem> {
-        let paths: &[&[&str]] = if self.nodes {
-            &[]
-        } else {
-            &[&["sensitivity", "matrix"], &["trace"], &["weight"], &["target", "deviation_um"]]
-        };
-        without(whole, paths).map_err(Problem::internal)
+    /// Leaves out the lists of a posted request that were not requested.
+    pub fn of_request(self, mut whole: Value) -> Value {
+        for (part, name) in [("/sensitivity", "matrix"), ("", "trace"), ("", "weight"), ("/target", "deviation_um")] {
+            if let Some(Value::Object(members)) = whole.pointer_mut(part).filter(|_| !self.nodes) {
+                members.remove(name);
+            }
+        }
+        whole
     }
 }

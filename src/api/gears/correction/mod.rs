@@ -4,11 +4,9 @@ pub mod applied;
 pub mod blocks;
 pub mod chosen;
 pub mod csv;
-pub mod figure_changes;
 pub mod figures;
 pub mod include;
 pub mod iteration_nodes;
-mod kept_result;
 pub mod other_flank;
 pub mod predicted;
 pub mod request;
@@ -20,4 +18,4 @@ pub mod stored;
 pub mod target;
 pub mod teeth;
 
-pub use self::result::{build, write};
+pub use self::result::build;

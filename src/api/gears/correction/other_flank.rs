@@ -1,4 +1,4 @@
-//! What a correction of one flank does to the other one.
+//! Effect of the correction of one flank on the other one.
 
 use serde::{Deserialize, Serialize};
 use serde_with_macros::skip_serializing_none;
@@ -7,22 +7,18 @@ use utoipa::ToSchema;
 use super::{
     blocks::{Block, Blocks, How, Subject},
     chosen::{held_by_fits, of_teeth},
-    figures::{SidedFiguresBody, TargetFiguresBody},
-    request::{CorrectionMembers, limits_of},
+    figures::{SidedBody, TargetFiguresBody},
+    request::{CorrectionRequestBody, limits_of},
     sensitivity::Level,
     target::Wanted,
 };
-use crate::api::{
-    faults::Faults,
-    json::{error::ReadError, members::of_request},
-    measurand::side::SideName,
-};
+use crate::api::{faults::Faults, measurand::side::SideName};
 use flankfit_engine::gear::{
     Side,
     correction::{CorrectionSpec, HeldFigure, Solution},
 };
 
-/// The flank beside the corrected one, as the settings that both have in common change it.
+/// The other flank than the corrected one, as the settings that both have in common change it.
 #[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = OtherFlank)]
@@ -33,20 +29,20 @@ pub struct OtherFlankBody {
     /// Its figures before and as predicted, with the limits that the job requires; the target is
     /// the job's.
     pub figures: Option<TargetFiguresBody>,
-    /// Why there are no figures.
+    /// Reason why there are no figures.
     pub not_predicted: Option<String>,
 }
 
-/// What the solution for one flank does to the other one; `None` of a matrix, which does not say
-/// it, and of a gear.
+/// Returns the effect of the solution for one flank on the other one; `None` of a matrix, which does
+/// not say it, and of a gear.
 pub(super) fn of(
-    text: &[u8],
+    request: &CorrectionRequestBody,
     subject: &Subject<'_>,
     nodes: &Blocks,
     solution: &Solution,
-) -> Result<Option<OtherFlankBody>, ReadError> {
+) -> Option<OtherFlankBody> {
     let flank = nodes.blocks.first().and_then(|block| block.flank.as_ref());
-    let (Some(flank), Level::Iteration) = (flank, subject.level) else { return Ok(None) };
+    let (Some(flank), Level::Iteration) = (flank, subject.level) else { return None };
     let other = match flank.side {
         Side::Left => Side::Right,
         Side::Right => Side::Left,
@@ -54,11 +50,11 @@ pub(super) fn of(
     let body = OtherFlankBody { flank: other, iteration: None, figures: None, not_predicted: None };
     let Some(measured) = subject.other else {
         let why = "it was not measured; settings of both flanks change it as well".to_owned();
-        return Ok(Some(OtherFlankBody { not_predicted: Some(why), ..body }));
+        return Some(OtherFlankBody { not_predicted: Some(why), ..body });
     };
     let mut faults = Faults::default();
-    let held = held(text, subject, solution, &mut faults)?;
-    let figures = held.map(|(figures, change)| SidedFiguresBody::new(&figures, &change));
+    let held = held(request, subject, solution, &mut faults);
+    let figures = held.map(|(figures, change)| SidedBody::of(&figures, &change));
     let figures = figures.and_then(|figures| match other {
         Side::Left => figures.left,
         Side::Right => figures.right,
@@ -70,28 +66,24 @@ pub(super) fn of(
         (None, None, None) => Some("its nodes do not determine slopes and crownings".to_owned()),
     };
     let figures = figures.filter(|_| why.is_none());
-    Ok(Some(OtherFlankBody { iteration: Some(measured.number), figures, not_predicted: why, ..body }))
+    Some(OtherFlankBody { iteration: Some(measured.number), figures, not_predicted: why, ..body })
 }
 
 /// Figures as settings move them, and the changes of these settings.
 type Moved = (Vec<HeldFigure>, Vec<f64>);
 
-/// The figures of the other flank and what changes them.
+/// Returns the figures of the other flank and what changes them.
 fn held(
-    text: &[u8],
+    request: &CorrectionRequestBody,
     subject: &Subject<'_>,
     solution: &Solution,
     faults: &mut Faults,
-) -> Result<Option<Moved>, ReadError> {
-    // faults of the request would have been found before
-    let members: CorrectionMembers<'_> = of_request(text, &mut Faults::default())?;
-    let (Some(slice), Some(measured)) = (members.sensitivity.required_text(faults), subject.other) else {
-        return Ok(None);
-    };
-    let how = How { slice, level: Level::OtherFlank, gear: subject.gear, absolute: None, trace: None };
-    let Some(nodes) = Blocks::read(&[measured], how, faults) else { return Ok(None) };
-    let Some(block) = nodes.blocks.into_iter().next() else { return Ok(None) };
-    let Block { flank: Some(mut flank), mean, chosen, .. } = block else { return Ok(None) };
+) -> Option<Moved> {
+    let sensitivity = &request.sensitivity;
+    let how = How { sensitivity, level: Level::OtherFlank, gear: subject.gear, absolute: None, trace: None };
+    let nodes = Blocks::read(&[subject.other?], how, faults)?;
+    let Block { flank, mean, chosen, .. } = nodes.blocks.into_iter().next()?;
+    let mut flank = flank?;
     flank.terms = subject.requirements.map(|required| required.figure_terms()).unwrap_or_default();
     let limits = limits_of(&flank, subject.requirements);
     let wanted = Wanted {
@@ -101,7 +93,7 @@ fn held(
         limits,
         requirements: subject.requirements,
     };
-    let Some(aim) = wanted.target(None, faults) else { return Ok(None) };
+    let aim = wanted.target(None, faults)?;
     let change = |name: &str| {
         let same = solution.settings.iter().find(|setting| setting.name == name);
         same.map_or(0.0, |setting| setting.change)
@@ -113,5 +105,5 @@ fn held(
         absolute: false,
         ..CorrectionSpec::new(mean.deviation, nodes.matrix, nodes.settings)
     };
-    Ok(Some((held_by_fits(flank.held(&spec, limits), &of_teeth(&flank, &chosen)), change)))
+    Some((held_by_fits(flank.held(&spec, limits), &of_teeth(&flank, &chosen)), change))
 }

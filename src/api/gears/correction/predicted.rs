@@ -1,37 +1,22 @@
 //! The change that a kept correction predicts, in the unit and sign of an iteration's heights.
 
-use serde::Deserialize;
-
 use super::{
     blocks::{Blocks, How},
     chosen::ChosenFigures,
     iteration_nodes::deviations,
-    kept_result::StoredResult,
-    request::CorrectionMembers,
+    request::CorrectionRequestBody,
+    result::CorrectionBody,
     same_nodes::Measured,
     sensitivity::Level,
 };
 use crate::{
-    api::{
-        faults::Faults, gears::gear::of_text, json::members::of_request, measurand::axes::AxesBody, problem::Problem,
-    },
+    api::{faults::Faults, gears::gear::of_text, measurand::axes::AxesBody, problem::Problem},
     jobs::{Measurand, Record, RecordKind},
 };
 use flankfit_engine::{
     estimation::Nodes,
     gear::correction::{Correction, CorrectionSpec},
 };
-
-/// The part of a stored correction that is looked at.
-#[derive(Deserialize)]
-struct Stored {
-    predicted: StoredPrediction,
-}
-
-#[derive(Deserialize)]
-struct StoredPrediction {
-    deviation_um: Vec<Option<f64>>,
-}
 
 /// Returns the nodes of an iteration with the predicted change of each as its height; missing ones
 /// stay missing. `entered` are the changes that were entered in place of the proposed ones. `None`
@@ -47,10 +32,7 @@ pub fn change(
     let factor = AxesBody::of(measurand).and_then(|axes| axes.deviation_factor()).map_err(Problem::internal)?;
     let before = deviations(nodes, factor);
     let after: Vec<f64> = match (record.draft.kind, entered) {
-        (RecordKind::Correction, None) => {
-            let stored: Stored = serde_json::from_str(&record.draft.result).map_err(Problem::internal)?;
-            stored.predicted.deviation_um.into_iter().map(|after| after.unwrap_or(f64::NAN)).collect()
-        }
+        (RecordKind::Correction, None) => CorrectionBody::of(record)?.predicted.deviation_um,
         _ => match moved(record, entered, nodes, measurand)? {
             Some(after) => after,
             None => return Ok(None),
@@ -71,20 +53,20 @@ fn moved(
     nodes: &Nodes,
     measurand: &Measurand,
 ) -> Result<Option<Vec<f64>>, Problem> {
-    let stored: StoredResult = serde_json::from_str(&record.draft.result).map_err(Problem::internal)?;
+    let stored = CorrectionBody::of(record)?;
     let gear = record.draft.gear.as_deref().map(of_text).transpose()?;
-    // faults of the request would have been found before
-    let mut faults = Faults::default();
-    let members: CorrectionMembers<'_> = of_request(record.draft.request.as_bytes(), &mut faults)?;
-    let Some(slice) = members.sensitivity.required_text(&mut faults) else { return Ok(None) };
+    let request: CorrectionRequestBody = serde_json::from_str(&record.draft.request).map_err(Problem::internal)?;
     let of_gear = record.draft.kind == RecordKind::GearCorrection;
-    let trace = members.trace.read(&mut faults).filter(|_| !of_gear);
-    let trace: Option<Vec<usize>> = trace.map(|trace| trace.into_iter().map(|trace| trace as usize).collect());
-    let level = if of_gear { Level::Gear } else { Level::Iteration };
-    let how = How { slice, level, gear: gear.as_ref(), absolute: stored.absolute, trace: trace.as_deref() };
+    let how = How {
+        sensitivity: &request.sensitivity,
+        level: if of_gear { Level::Gear } else { Level::Iteration },
+        gear: gear.as_ref(),
+        absolute: Some(stored.absolute),
+        trace: request.trace.as_deref().filter(|_| !of_gear),
+    };
     let chosen = ChosenFigures::default();
     let measured = Measured { number: 0, nodes: nodes.clone(), measurand: measurand.clone(), chosen };
-    let Some(found) = Blocks::read(&[&measured], how, &mut faults) else { return Ok(None) };
+    let Some(found) = Blocks::read(&[&measured], how, &mut Faults::default()) else { return Ok(None) };
     let change = |name: &str| {
         let place = stored.settings.iter().position(|setting| setting.name == name)?;
         Some(entered.map_or(stored.settings[place].change, |entered| entered[place]))
@@ -97,7 +79,7 @@ fn moved(
         flank_zeros: found.flank_zeros,
         ..CorrectionSpec::new(found.deviation(), found.matrix, found.settings)
     };
-    Ok(Correction::new(spec).ok().map(|correction| correction.predict(&changes).deviation))
+    Ok(Correction::new(spec).ok().map(|correction| correction.predict(&changes).deviation_um))
 }
 
 fn with_heights(nodes: &Nodes, heights: Vec<f64>) -> Result<Nodes, String> {

@@ -1,4 +1,4 @@
-//! What a correction of machine settings is asked for.
+//! Request of a correction of machine settings.
 
 use std::{collections::BTreeMap, ops::Range};
 
@@ -10,25 +10,20 @@ use super::{
     blocks::{Block, Blocks, How},
     chosen::{OfTeeth, held_by_fits},
     include::{CorrectionInclude, CorrectionIncludeName},
+    result::CorrectionBody,
     same_nodes::Measured,
     sensitivity::{Level, SensitivityBody},
     target::{AimBody, AimName, TargetBody, Wanted},
 };
 use crate::api::{
     faults::Faults,
-    fits::{reader::fields, spec::request::FitFieldsMembers},
     gears::{
+        evaluation::request::figure_terms,
         figure_limits::{self, Spanned},
         requirements::RequirementsBody,
     },
-    json::{
-        error::ReadError,
-        location::escape,
-        members::{Members, of_request},
-        request::request,
-    },
+    json::location::escape,
 };
-pub use flankfit_engine::gear::correction::ResponseErrors as ResponseErrorsName;
 use flankfit_engine::{
     estimation::spec::{Regularization, Scaling},
     gear::{
@@ -42,70 +37,69 @@ use flankfit_engine::{
     },
 };
 
-request! {
-    /// A correction of machine settings, by the deviations (µm) that the nodes of an iteration
-    /// hold, or of a gear the means of each flank over its teeth. Lists with an entry for each node
-    /// of a gear have those of the left flank first.
-    #[schema(as = CorrectionRequest)]
-    pub struct CorrectionRequestBody as CorrectionMembers {
-        required sensitivity: SensitivityBody,
-        /// By the names of the settings; a setting that is not named may go anywhere.
-        optional limits: BTreeMap<String, LimitsBody>,
-        /// Whether the mean of the deviations is measured, as thickness is. Traces and flanks that
-        /// were laid into the nominal one have no such datum: then what all nodes have in common is
-        /// left aside, and settings that change all nodes nearly alike come back `undetermined`.
-        /// Default true with `matrix`, false with `machine` and wherever traces have a zero each.
-        optional absolute: bool,
-        /// For each node the number of the trace that it belongs to, where profiles and helices
-        /// were measured that have a zero each: what the nodes of a trace have in common is left
-        /// aside then, and a setting that changes the nodes of every trace nearly alike comes back
-        /// `undetermined`. By default what `trace_lengths` of the iteration's heights say, as after
-        /// an import. Without `absolute`.
-        optional trace: Vec<u32>,
-        /// For each node. By default the weights of the iteration.
-        optional weight: Vec<f64>,
-        /// What is wanted: `design`, `limits`, `nominal`, or `{"deviation_um": […]}`, a deviation
-        /// for each node. By default the job's design where it has one, else the middle of its
-        /// limits where crownings or the twist have some, else the unmodified flank. A `matrix`
-        /// does not say where on a flank the nodes lie: it aims at 0 or at what is given.
-        optional target: TargetBody,
-        /// Which settings are changed. Default `needed` where a figure of the flank has limits,
-        /// else `all`.
-        optional settings_used: SettingsUsedName,
-        /// With `needed`: the share of its limits, about the middle, within which a figure needs no
-        /// correction. Default 0.7.
-        #[schema(minimum = 0, maximum = 1)]
-        optional keep_within: f64,
-        /// Standard deviation of a measured deviation. By default that of the residuals of the
-        /// flank's surface of second order, or else of the settings.
-        #[schema(exclusive_minimum = 0)]
-        optional noise_sigma_um: f64,
-        /// Standard uncertainty of an entry of the sensitivity matrix, relative to it. Default
-        /// 0.02.
-        #[schema(minimum = 0, maximum = 1)]
-        optional response_uncertainty: f64,
-        /// How errors of the sensitivity matrix hang together. Default `independent`.
-        optional response_errors: ResponseErrorsName,
-        /// By default spectral with the λ* that `noise_sigma_um` and `response_uncertainty` speak
-        /// for, so that repeated corrections converge.
-        optional regularization: Regularization,
-        optional scaling: Scaling,
-        /// Limit of the settings' norm that bias bounds hold for, in columns of unit length. By
-        /// default the norm that `limits` allow where every setting has both, else what the
-        /// deviations speak for (√n τ, see `result.bias`); with `regularization` that of the
-        /// least-squares estimate.
-        #[schema(exclusive_minimum = 0)]
-        optional coefficient_norm_limit: f64,
-        /// For the correction of a gear: the teeth whose mean is corrected, of each flank those of
-        /// them that were measured. By default all that were measured since the last correction.
-        #[schema(min_items = 1)]
-        optional teeth: Vec<String>,
-        /// What is answered only when asked for.
-        optional include: Vec<CorrectionIncludeName>,
-    }
+/// A correction of machine settings, by the deviations (µm) that the nodes of an iteration hold, or
+/// of a gear the means of each flank over its teeth. Lists with an entry for each node of a gear
+/// have those of the left flank first.
+#[skip_serializing_none]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = CorrectionRequest)]
+pub struct CorrectionRequestBody {
+    pub sensitivity: SensitivityBody,
+    /// Limits by the names of the settings; a setting that is not named may go anywhere.
+    pub limits: Option<BTreeMap<String, LimitsBody>>,
+    /// True if the mean of the deviations is measured, as thickness is. Traces and flanks that
+    /// were laid into the nominal one have no such datum: then what all nodes have in common is
+    /// left aside, and settings that change all nodes nearly alike come back `undetermined`.
+    /// Default true with `matrix`, false with `machine` and wherever traces have a zero each.
+    pub absolute: Option<bool>,
+    /// For each node the number of the trace that it belongs to, where profiles and helices were
+    /// measured that have a zero each: what the nodes of a trace have in common is left aside then,
+    /// and a setting that changes the nodes of every trace nearly alike comes back `undetermined`.
+    /// By default what `trace_lengths` of the iteration's heights say, as after an import. Without
+    /// `absolute`.
+    pub trace: Option<Vec<usize>>,
+    /// Weight of each node. By default the weights of the iteration.
+    pub weight: Option<Vec<f64>>,
+    /// Target: `design`, `limits`, `nominal`, or `{"deviation_um": […]}`, a deviation for each
+    /// node. By default the job's design where it has one, else the middle of its limits where
+    /// crownings or the twist have some, else the unmodified flank. A `matrix` does not say where
+    /// on a flank the nodes lie: it aims at 0 or at what is given.
+    pub target: Option<TargetBody>,
+    /// Settings that are changed. Default `needed` where a figure of the flank has limits, else
+    /// `all`.
+    pub settings_used: Option<SettingsUsed>,
+    /// With `needed`: the share of its limits, about the middle, within which a figure needs no
+    /// correction. Default 0.7.
+    #[schema(minimum = 0, maximum = 1)]
+    pub keep_within: Option<f64>,
+    /// Standard deviation of a measured deviation. By default that of the residuals of the flank's
+    /// surface of second order, or else of the settings.
+    #[schema(exclusive_minimum = 0)]
+    pub noise_sigma_um: Option<f64>,
+    /// Standard uncertainty of an entry of the sensitivity matrix, relative to it. Default 0.02.
+    #[schema(minimum = 0, maximum = 1)]
+    pub response_uncertainty: Option<f64>,
+    /// Correlation of the errors of the sensitivity matrix. Default `independent`.
+    pub response_errors: Option<ResponseErrors>,
+    /// By default spectral with the λ* that `noise_sigma_um` and `response_uncertainty` speak for,
+    /// so that repeated corrections converge.
+    pub regularization: Option<Regularization>,
+    pub scaling: Option<Scaling>,
+    /// Limit of the settings' norm that bias bounds hold for, in columns of unit length. By default
+    /// the norm that `limits` allow where every setting has both, else what the deviations speak
+    /// for (√n τ, see `result.bias`); with `regularization` that of the least-squares estimate.
+    #[schema(exclusive_minimum = 0)]
+    pub coefficient_norm_limit: Option<f64>,
+    /// For the correction of a gear: the teeth whose mean is corrected, of each flank those of them
+    /// that were measured. By default all that were measured since the last correction.
+    #[schema(min_items = 1)]
+    pub teeth: Option<Vec<String>>,
+    /// Parts of the answer that are left out otherwise.
+    pub include: Option<Vec<CorrectionIncludeName>>,
 }
 
-/// How a setting may be changed, in its unit.
+/// Limits of the change of a setting, in its unit.
 #[skip_serializing_none]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
@@ -119,44 +113,26 @@ pub struct LimitsBody {
     /// rounded changes.
     #[schema(exclusive_minimum = 0)]
     pub increment: Option<f64>,
-    /// Whether the setting stays as it is; without the others then.
+    /// True if the setting stays as it is; without the others then.
     pub fixed: Option<bool>,
-}
-
-/// Which of the settings that may be changed are changed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-#[schema(as = SettingsUsed)]
-pub enum SettingsUsedName {
-    /// From plain least squares of all settings on, they are left alone one after the other, the
-    /// cheapest first, while every figure that all of them bring or leave within its limits stays
-    /// there (with the guard band of a conformity), and where leaving one alone adds less than 9σ²
-    /// to the weighted sum of squares, or every figure that it moves stays within `keep_within` of
-    /// its limits. Those that remain are solved again.
-    Needed,
-    /// All of them.
-    All,
 }
 
 /// A request that has been read.
 pub struct Read {
     pub spec: CorrectionSpec,
-    /// What is aimed at; its deviations are those of the spec.
+    /// Kind of the target; its deviations are those of the spec.
     pub aim: AimName,
-    /// Nobody said what to aim at.
-    pub aim_assumed: bool,
     /// The nodes that the correction is made for.
     pub nodes: Blocks,
-    pub include: CorrectionInclude,
 }
 
-/// What a request is read with beside the nodes.
+/// Requirements that a request is read with.
 #[derive(Clone, Copy)]
 pub enum Job<'a> {
-    /// What the job requires now.
+    /// Those of the job now.
     Requires(Option<&'a RequirementsBody>),
-    /// What it required when the correction was kept.
-    Kept(&'a Kept),
+    /// Those that a stored correction was made with.
+    Kept(&'a CorrectionBody),
 }
 
 impl<'a> Job<'a> {
@@ -167,116 +143,117 @@ impl<'a> Job<'a> {
         }
     }
 
+    /// Returns direction and reference lengths of the figures.
     fn terms(self) -> FigureTerms {
         match self {
-            Job::Kept(kept) => kept.terms,
+            Job::Kept(kept) => figure_terms(kept.direction, kept.reference),
             Job::Requires(requirements) => requirements.map(RequirementsBody::figure_terms).unwrap_or_default(),
         }
     }
 }
 
-/// What became of the requirements of the job in a kept correction.
-#[derive(Clone, Debug, Default)]
-pub struct Kept {
-    pub target: Option<Vec<f64>>,
-    /// Direction and reference lengths of the figures.
-    pub terms: FigureTerms,
-    /// Names of the settings that were left alone.
-    pub left: Vec<String>,
+impl CorrectionRequestBody {
+    pub fn include(&self) -> CorrectionInclude {
+        CorrectionInclude::of(self.include.as_deref().unwrap_or_default())
+    }
+
+    /// Checks the request for the iterations `measured`, and the gear of their job.
+    pub fn read(
+        &self,
+        measured: &[&Measured],
+        level: Level,
+        gear: Option<&Gear>,
+        job: Job<'_>,
+    ) -> Result<Read, Faults> {
+        let mut faults = Faults::default();
+        if self.settings_used == Some(SettingsUsed::All) && self.keep_within.is_some() {
+            faults.push("/keep_within", "it belongs to `settings_used`: \"needed\"; leave it out");
+        }
+        let chosen = chosen(self.teeth.as_deref(), measured, level, &mut faults);
+        let how =
+            How { sensitivity: &self.sensitivity, level, gear, absolute: self.absolute, trace: self.trace.as_deref() };
+        let nodes = chosen.and_then(|chosen| Blocks::read(&chosen, how, &mut faults));
+        let Some(mut nodes) = nodes else { return Err(faults) };
+        limit(&mut nodes.settings, self.limits.iter().flatten(), &mut faults);
+        nodes.blocks.iter_mut().filter_map(|block| block.flank.as_mut()).for_each(|flank| flank.terms = job.terms());
+        if self.weight.is_some() {
+            nodes.blocks.iter_mut().for_each(|block| block.chosen.clear());
+        }
+        let (deviation, weight) = (nodes.deviation(), self.weight.clone().or_else(|| nodes.weight()));
+        // lists of another length are refused where the correction is checked
+        let fits = weight.as_ref().is_none_or(|weight| weight.len() == deviation.len())
+            && nodes.traces.as_ref().is_none_or(|traces| traces.len() == deviation.len());
+        let parts = parts(&nodes.blocks, weight.as_deref(), fits, job);
+        let aim = match job {
+            Job::Kept(kept) => Some((again(kept, &mut nodes.settings), SettingsUsed::All)),
+            Job::Requires(requirements) => self.aim(&parts, requirements, &mut faults),
+        };
+        let Some((aim, used)) = aim else { return Err(faults) };
+        let of_means = level == Level::Gear;
+        // of a measured deviation; a mean has less
+        let share = if of_means { (nodes.most_teeth() as f64).sqrt() } else { 1.0 };
+        let noise_sigma = self.noise_sigma_um.map(|sigma| sigma / share).or_else(|| noise_of(&parts));
+        let mut spec = CorrectionSpec {
+            weight: weight.clone(),
+            target: aim.deviation_um,
+            damping: self.regularization.clone().map_or_else(Damping::default, Damping::Given),
+            scaling: self.scaling.unwrap_or(Scaling::UnitLength),
+            noise_sigma,
+            coefficient_norm_limit: self.coefficient_norm_limit,
+            response_uncertainty: self.response_uncertainty.unwrap_or(DEFAULT_RESPONSE_UNCERTAINTY),
+            absolute: nodes.absolute,
+            traces: nodes.traces.clone(),
+            flank_zeros: nodes.flank_zeros,
+            scatter: if of_means { nodes.scatter(&[]) } else { Scatter::default() },
+            response_errors: self.response_errors.unwrap_or_default(),
+            used,
+            keep_within: self.keep_within.unwrap_or(DEFAULT_KEEP_WITHIN),
+            include: self.include().fit,
+            ..CorrectionSpec::new(deviation, nodes.matrix.clone(), nodes.settings.clone())
+        };
+        let target_fits = spec.target.as_ref().is_none_or(|target| target.len() == spec.deviation.len());
+        if target_fits && matches!(job, Job::Requires(_)) {
+            spec.figures = parts.iter().flat_map(|part| part.held(&spec)).collect();
+        }
+        for j in (0..spec.settings.len()).filter(|&j| nodes.settings[j].twists) {
+            spec.settings[j].hidden = parts.iter().all(|part| !part.shows_twist(&spec, j));
+        }
+        drop(parts);
+        faults.into_result(Read { spec, aim: aim.kind, nodes })
+    }
+
+    /// Returns the target of all flanks, and which settings are changed.
+    fn aim(
+        &self,
+        parts: &[Part<'_>],
+        requirements: Option<&RequirementsBody>,
+        faults: &mut Faults,
+    ) -> Option<(AimBody, SettingsUsed)> {
+        let limited = parts.iter().any(|part| part.limits.named().iter().any(|(_, limits)| limits.is_some()));
+        let used = self.settings_used.unwrap_or(if limited { SettingsUsed::Needed } else { SettingsUsed::All });
+        let aim = |part: &Part<'_>, faults: &mut Faults| {
+            let Part { flank, deviation, limits, .. } = *part;
+            let weight = part.weight.as_deref();
+            Wanted { flank, deviation, weight, limits, requirements }.target(self.target.clone(), faults)
+        };
+        let aim = match parts {
+            [one] => aim(one, faults)?,
+            // given deviations are of all flanks
+            [one, ..] if matches!(self.target, Some(TargetBody::Given(_))) => aim(one, faults)?,
+            all => stacked(all, all.iter().map(|part| aim(part, faults)).collect::<Option<_>>()?),
+        };
+        Some((aim, used))
+    }
 }
 
-/// Reads a request for the iterations `measured`, and the gear of their job.
-pub fn read(
-    text: &[u8],
-    measured: &[&Measured],
-    level: Level,
-    gear: Option<&Gear>,
-    job: Job<'_>,
-) -> Result<Result<Read, Faults>, ReadError> {
-    let mut faults = Faults::default();
-    let members: CorrectionMembers<'_> = of_request(text, &mut faults)?;
-    let asked = Asked::read(&members, &mut faults);
-    let (regularized, scaled) = (members.regularization.is_given(), members.scaling.is_given());
-    let fit = FitFieldsMembers {
-        regularization: members.regularization,
-        scaling: members.scaling,
-        coefficient_norm_limit: members.coefficient_norm_limit,
-        ..FitFieldsMembers::at("")
-    };
-    let fit = fields::read(&fit, None, &mut faults);
-    let include = CorrectionInclude::of(&members.include.read(&mut faults).unwrap_or_default());
-    let limits = members.limits.read(&mut faults);
-    let absolute = members.absolute.read(&mut faults);
-    let trace = members.trace.read(&mut faults);
-    let trace: Option<Vec<usize>> = trace.map(|trace| trace.into_iter().map(|trace| trace as usize).collect());
-    let weight = members.weight.read(&mut faults);
-    let noise_sigma = members.noise_sigma_um.read(&mut faults);
-    let response = members.response_uncertainty.read(&mut faults);
-    let errors = members.response_errors.read(&mut faults);
-    let chosen = chosen(members.teeth.optional(&mut faults), measured, level, &mut faults);
-    let nodes = members.sensitivity.required_text(&mut faults).and_then(|slice| {
-        let how = How { slice, level, gear, absolute, trace: trace.as_deref() };
-        Blocks::read(&chosen?, how, &mut faults)
-    });
-    let (Some(fit), Some(mut nodes)) = (fit, nodes) else { return Ok(Err(faults)) };
-    limit(&mut nodes.settings, &limits.unwrap_or_default(), &mut faults);
-    nodes.blocks.iter_mut().filter_map(|block| block.flank.as_mut()).for_each(|flank| flank.terms = job.terms());
-    if weight.is_some() {
-        nodes.blocks.iter_mut().for_each(|block| block.chosen.clear());
-    }
-    let (deviation, weight) = (nodes.deviation(), weight.or_else(|| nodes.weight()));
-    // lists of another length are refused where the correction is checked
-    let fits = weight.as_ref().is_none_or(|weight| weight.len() == deviation.len())
-        && nodes.traces.as_ref().is_none_or(|traces| traces.len() == deviation.len());
-    let parts = parts(&nodes.blocks, weight.as_deref(), fits, job);
-    let aim_assumed = matches!(asked.target, Some(None));
-    let aim = match job {
-        Job::Kept(kept) => Some((kept.again(&mut nodes.settings), SettingsUsed::All)),
-        Job::Requires(requirements) => asked.aim(&parts, requirements, &mut faults),
-    };
-    let Some((aim, used)) = aim else { return Ok(Err(faults)) };
-    let damping = if regularized { Damping::Given(fit.regularization) } else { Damping::default() };
-    let of_means = level == Level::Gear;
-    // of a measured deviation; a mean has less
-    let noise_sigma =
-        noise_sigma.map(|sigma| if of_means { sigma / (nodes.most_teeth() as f64).sqrt() } else { sigma });
-    let noise_sigma = noise_sigma.or_else(|| noise_of(&parts));
-    let mut spec = CorrectionSpec {
-        weight: weight.clone(),
-        target: aim.deviation_um,
-        damping,
-        scaling: if scaled { fit.scaling } else { Scaling::UnitLength },
-        noise_sigma,
-        coefficient_norm_limit: fit.coefficient_norm_limit,
-        response_uncertainty: response.unwrap_or(DEFAULT_RESPONSE_UNCERTAINTY),
-        absolute: nodes.absolute,
-        traces: nodes.traces.clone(),
-        flank_zeros: nodes.flank_zeros,
-        scatter: if of_means { nodes.scatter(&[]) } else { Scatter::default() },
-        response_errors: errors.map_or_else(ResponseErrors::default, Into::into),
-        used,
-        include: include.fit,
-        ..CorrectionSpec::new(deviation, nodes.matrix.clone(), nodes.settings.clone())
-    };
-    let target_fits = spec.target.as_ref().is_none_or(|target| target.len() == spec.deviation.len());
-    if target_fits && matches!(job, Job::Requires(_)) {
-        spec.figures = parts.iter().flat_map(|part| part.held(&spec)).collect();
-    }
-    for j in (0..spec.settings.len()).filter(|&j| nodes.settings[j].twists) {
-        spec.settings[j].hidden = parts.iter().all(|part| !part.shows_twist(&spec, j));
-    }
-    drop(parts);
-    Ok(faults.into_result(Read { spec, aim: aim.kind, aim_assumed, nodes, include }))
-}
-
-/// The iterations that are asked for by their teeth.
+/// Returns the iterations that are requested by their teeth.
 fn chosen<'a>(
-    teeth: Option<Option<Vec<String>>>,
+    teeth: Option<&[String]>,
     measured: &[&'a Measured],
     level: Level,
     faults: &mut Faults,
 ) -> Option<Vec<&'a Measured>> {
-    let Some(names) = teeth? else { return Some(measured.to_vec()) };
+    let Some(names) = teeth else { return Some(measured.to_vec()) };
     if level != Level::Gear {
         faults.push("/teeth", "it belongs to the correction of the gear; this one is made for the iteration's tooth");
         return None;
@@ -385,56 +362,6 @@ impl Part<'_> {
     }
 }
 
-/// What of a request the requirements of the job have a say in.
-struct Asked {
-    /// `None` where it is refused.
-    target: Option<Option<TargetBody>>,
-    used: Option<SettingsUsedName>,
-    keep_within: Option<f64>,
-}
-
-impl Asked {
-    fn read(members: &CorrectionMembers<'_>, faults: &mut Faults) -> Self {
-        let target = members.target.optional(faults);
-        let used = members.settings_used.read(faults);
-        let keep_within = members.keep_within.read(faults);
-        if used == Some(SettingsUsedName::All) && keep_within.is_some() {
-            faults.push("/keep_within", "it belongs to `settings_used`: \"needed\"; leave it out");
-        }
-        Asked { target, used, keep_within }
-    }
-
-    /// The target of all flanks, and which settings are changed.
-    fn aim(
-        self,
-        parts: &[Part<'_>],
-        requirements: Option<&RequirementsBody>,
-        faults: &mut Faults,
-    ) -> Option<(AimBody, SettingsUsed)> {
-        let limited = parts.iter().any(|part| part.limits.named().iter().any(|(_, limits)| limits.is_some()));
-        let used = match self.used {
-            Some(SettingsUsedName::All) => SettingsUsed::All,
-            None if !limited => SettingsUsed::All,
-            Some(SettingsUsedName::Needed) | None => {
-                SettingsUsed::Needed { keep_within: self.keep_within.unwrap_or(DEFAULT_KEEP_WITHIN) }
-            }
-        };
-        let asked = self.target?;
-        let aim = |part: &Part<'_>, faults: &mut Faults| {
-            let Part { flank, deviation, limits, .. } = *part;
-            let weight = part.weight.as_deref();
-            Wanted { flank, deviation, weight, limits, requirements }.target(asked.clone(), faults)
-        };
-        let aim = match parts {
-            [one] => aim(one, faults)?,
-            // given deviations are of all flanks
-            [one, ..] if matches!(asked, Some(TargetBody::Given(_))) => aim(one, faults)?,
-            all => stacked(all, all.iter().map(|part| aim(part, faults)).collect::<Option<_>>()?),
-        };
-        Some((aim, used))
-    }
-}
-
 /// The targets of flanks one behind the other.
 fn stacked(parts: &[Part<'_>], aims: Vec<AimBody>) -> AimBody {
     let kind = aims.iter().map(|aim| aim.kind).find(|kind| *kind != AimName::Nominal).unwrap_or(AimName::Nominal);
@@ -445,18 +372,21 @@ fn stacked(parts: &[Part<'_>], aims: Vec<AimBody>) -> AimBody {
     AimBody { kind, deviation_um: Some(aims.into_iter().zip(parts).flat_map(own).collect()) }
 }
 
-impl Kept {
-    /// The target that was aimed at; the settings that were left alone are fixed.
-    fn again(&self, settings: &mut [Setting]) -> AimBody {
-        for setting in settings.iter_mut().filter(|setting| self.left.contains(&setting.name)) {
-            *setting = Setting { fixed: true, ..Setting::free(setting.name.clone(), setting.unit.clone()) };
-        }
-        AimBody { kind: AimName::Given, deviation_um: self.target.clone() }
+/// Returns the target of a stored correction; the settings that it left alone are fixed.
+fn again(kept: &CorrectionBody, settings: &mut [Setting]) -> AimBody {
+    let left = |name: &str| kept.settings.iter().any(|setting| setting.name == name && setting.left.is_some());
+    for setting in settings.iter_mut().filter(|setting| left(&setting.name)) {
+        *setting = Setting { fixed: true, ..Setting::free(setting.name.clone(), setting.unit.clone()) };
     }
+    AimBody { kind: AimName::Given, deviation_um: kept.target.deviation_um.clone() }
 }
 
 /// Gives the settings their limits.
-fn limit(settings: &mut [Setting], limits: &BTreeMap<String, LimitsBody>, faults: &mut Faults) {
+fn limit<'a>(
+    settings: &mut [Setting],
+    limits: impl Iterator<Item = (&'a String, &'a LimitsBody)>,
+    faults: &mut Faults,
+) {
     for (name, limits) in limits {
         let LimitsBody { min, max, increment, fixed } = *limits;
         match settings.iter_mut().find(|setting| setting.name == *name) {

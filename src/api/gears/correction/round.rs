@@ -1,18 +1,19 @@
-//! A kept correction of the gear with the answer of the next round of measurements.
+//! A stored correction of the gear with the answer of the next round of measurements.
 
 use super::{
     applied::AppliedChangesBody,
     blocks::How,
     chosen::{changed_by_fits, to_compare},
+    figures::SidedBody,
     include::CorrectionInclude,
-    kept_result::StoredResult,
-    request::{CorrectionMembers, Read},
+    request::Read,
+    result::CorrectionBody,
     same_nodes::Measured,
     sensitivity::Level,
-    stored::{Judged, Later, MachineAnswerBody, Made, SidedChangesBody, first, implausible, whole},
+    stored::{Judged, Later, MachineAnswerBody, Made, first, implausible, whole},
 };
 use crate::{
-    api::{faults::Faults, json::members::of_request, measurand::side::SideName, problem::Problem},
+    api::{measurand::side::SideName, problem::Problem},
     jobs::Record,
 };
 use flankfit_engine::gear::{
@@ -21,7 +22,7 @@ use flankfit_engine::gear::{
     evaluation::tooth_shift::ToothShift,
 };
 
-/// What was measured before and after a correction of the gear.
+/// Measurements before and after a correction of the gear.
 pub struct Round<'a> {
     /// The iterations that it was made for.
     pub before: Vec<&'a Measured>,
@@ -29,7 +30,7 @@ pub struct Round<'a> {
     pub after: Vec<&'a Measured>,
 }
 
-/// What a kept correction of the gear was made for.
+/// Flanks and iterations of a stored correction of the gear.
 pub struct MadeFor {
     /// In words.
     pub flanks: String,
@@ -39,18 +40,17 @@ pub struct MadeFor {
 impl MadeFor {
     /// Reads it of the record.
     pub fn of(record: &Record) -> Result<Self, Problem> {
-        let StoredResult { iterations, flanks, .. } =
-            serde_json::from_str(&record.draft.result).map_err(Problem::internal)?;
-        let flanks = match flanks[..] {
-            [SideName::Left] => "the left flank",
-            [SideName::Right] => "the right flank",
+        let CorrectionBody { iterations, flanks, .. } = CorrectionBody::of(record)?;
+        let flanks = match flanks.as_deref() {
+            Some([SideName::Left]) => "the left flank",
+            Some([SideName::Right]) => "the right flank",
             _ => "both flanks",
         };
-        Ok(MadeFor { flanks: flanks.to_owned(), iterations })
+        Ok(MadeFor { flanks: flanks.to_owned(), iterations: iterations.unwrap_or_default() })
     }
 }
 
-/// The answer to who asks for a kept correction of the gear. `applied` is what was entered after
+/// Returns a stored correction of the gear as JSON. `applied` is what was entered after
 /// it; `today` is the gear of the job. Processor work.
 pub fn write(
     record: &Record,
@@ -73,7 +73,7 @@ pub fn write(
             Err(why) => (None, Some(why)),
         },
     };
-    whole(record, applied, compared, tooth_shift, include)
+    whole(record, CorrectionBody::of(record)?, applied, compared, tooth_shift, include)
 }
 
 fn answer(
@@ -87,19 +87,16 @@ fn answer(
         Err(why) => return Ok(Err(why)),
     };
     let Round { before, after } = round;
-    let Read { spec, nodes, .. } = match made.read(before, Level::Gear)? {
+    let Read { spec, nodes, .. } = match made.read(before, Level::Gear) {
         Ok(earlier) => earlier,
         Err(why) => return Ok(Err(why)),
     };
     let flanks: Vec<SideName> = nodes.blocks.iter().filter_map(|block| block.side).collect();
-    if flanks != made.result.flanks {
+    if Some(flanks) != made.result.flanks {
         return Ok(Err("what the corrected iterations are of was changed since".to_owned()));
     }
-    // faults of the request would have been found before
-    let mut faults = Faults::default();
-    let members: CorrectionMembers<'_> = of_request(record.draft.request.as_bytes(), &mut faults)?;
-    let Some(slice) = members.sensitivity.required_text(&mut faults) else { return Ok(Err(first(&faults))) };
-    let how = How { slice, level: Level::Gear, gear: made.gear(), absolute: None, trace: None };
+    let sensitivity = &made.request.sensitivity;
+    let how = How { sensitivity, level: Level::Gear, gear: made.gear(), absolute: None, trace: None };
     let means = match nodes.again(before, after, how) {
         Ok(means) => means,
         Err(faults) => return Ok(Err(first(&faults))),
@@ -128,7 +125,7 @@ fn answer(
         iterations.sort_unstable();
         let last = iterations.last().copied().unwrap_or_default();
         let body = MachineAnswerBody::new(answer, last, &predicted, &measured);
-        let (mut sided, mut start) = (SidedChangesBody::default(), 0);
+        let (mut sided, mut start) = (SidedBody::default(), 0);
         for (number, block) in nodes.blocks.iter().enumerate() {
             let rows = start..start + block.mean.deviation.len();
             start = rows.end;
@@ -151,13 +148,13 @@ fn answer(
             let measured = measured.map(|one| &one.chosen).filter(|_| !block.chosen.is_empty());
             let [before, measured] = to_compare(flank, &block.chosen, measured);
             let changes = compare_figures(lists[0], lists[1], lists[2], figures);
-            let changes = changes.map(|changes| changed_by_fits(changes, &before, &measured).into());
+            let changes = changes.map(|changes| changed_by_fits(changes, &before, &measured));
             match flank.side {
                 Side::Left => sided.left = changes,
                 Side::Right => sided.right = changes,
             }
         }
-        let flanks = (sided != SidedChangesBody::default()).then_some(sided);
+        let flanks = (sided != SidedBody::default()).then_some(sided);
         MachineAnswerBody { iterations: Some(iterations), flanks, ..body }
     }))
 }

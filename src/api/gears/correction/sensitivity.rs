@@ -1,20 +1,22 @@
-//! What a unit of each machine setting does to each node: as a matrix, or by a machine.
+//! Effect of a unit of each machine setting on each node: as a matrix, or by a machine.
+
+use serde::{Deserialize, Serialize};
+use serde_with_macros::skip_serializing_none;
+use utoipa::ToSchema;
 
 use super::iteration_nodes::{self, Coordinates};
 use crate::{
     api::{
         faults::Faults,
         gears::fit_figures::missing,
-        json::{members::of_object, request::request},
         measurand::{axes::AxesBody, side::SideName, units::canonical},
     },
     jobs::{Measurand, side_name},
 };
-pub use flankfit_engine::gear::correction::machine::Machine as MachineName;
 use flankfit_engine::{
     estimation::Nodes,
     gear::{
-        Gear, ProfileAxis, Side,
+        Gear,
         correction::{
             Flank, Setting,
             machine::{Machine, Ranges},
@@ -25,37 +27,37 @@ use flankfit_engine::{
     words::entries,
 };
 
-request! {
-    /// What a unit of each setting does to each node: as a matrix, or by a machine for cylindrical
-    /// gears that is known here.
-    #[schema(as = Sensitivity)]
-    pub struct SensitivityBody as SensitivityMembers {
-        /// Names of the settings, with `matrix`.
-        optional settings: Vec<String>,
-        /// Units of the settings, with `matrix`.
-        optional units: Vec<String>,
-        /// µm per unit: a row for each node in the order posted (of a grid row by row, missing ones
-        /// too), an entry for each setting.
-        optional matrix: Vec<Vec<f64>>,
-        /// In place of a matrix. Nodes then have u along the profile and v = z, and the job has a
-        /// gear.
-        optional machine: MachineName,
-        /// With `machine`: the flank that was measured. By default that of the iteration.
-        optional flank: SideName,
-        /// With `machine`: what u of the nodes is. By default what the iteration's axes say.
-        optional profile_axis: ProfileAxis,
-        /// With `machine`: what crownings refer to. By default what the nodes span.
-        #[schema(min_items = 2, max_items = 2)]
-        optional profile_diameter_range_mm: [f64; 2],
-        /// Range in z over which angle and crowning of the helix are meant, `[from, to]`. By
-        /// default that of the nodes.
-        #[schema(min_items = 2, max_items = 2)]
-        optional helix_range_mm: [f64; 2],
-        /// With `machine`: settings that it has for each flank by itself, such as the profile angle
-        /// of a wheel that is dressed on both sides. Their names end in `_left` or `_right`, and
-        /// they leave the other flank as it is. Default none: all settings act on both flanks.
-        optional by_flank: Vec<String>,
-    }
+/// Effect of a unit of each setting on each node: as a matrix, or by a machine for cylindrical
+/// gears that is known here.
+#[skip_serializing_none]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = Sensitivity)]
+pub struct SensitivityBody {
+    /// Names of the settings, with `matrix`.
+    pub settings: Option<Vec<String>>,
+    /// Units of the settings, with `matrix`.
+    pub units: Option<Vec<String>>,
+    /// µm per unit: a row for each node in the order posted (of a grid row by row, missing ones
+    /// too), an entry for each setting.
+    pub matrix: Option<Vec<Vec<f64>>>,
+    /// In place of a matrix. Nodes then have u along the profile and v = z, and the job has a gear.
+    pub machine: Option<Machine>,
+    /// With `machine`: the flank that was measured. By default that of the iteration.
+    pub flank: Option<SideName>,
+    /// With `machine`: quantity of u of the nodes. By default that of the iteration's axes.
+    pub profile_axis: Option<ProfileAxis>,
+    /// With `machine`: range that crownings refer to. By default that of the nodes.
+    #[schema(min_items = 2, max_items = 2)]
+    pub profile_diameter_range_mm: Option<[f64; 2]>,
+    /// Range in z over which angle and crowning of the helix are meant, `[from, to]`. By default
+    /// that of the nodes.
+    #[schema(min_items = 2, max_items = 2)]
+    pub helix_range_mm: Option<[f64; 2]>,
+    /// With `machine`: settings that it has for each flank by itself, such as the profile angle of
+    /// a wheel that is dressed on both sides. Their names end in `_left` or `_right`, and they leave
+    /// the other flank as it is. Default none: all settings act on both flanks.
+    pub by_flank: Option<Vec<String>>,
 }
 
 /// A sensitivity, with the settings that it is of.
@@ -93,121 +95,119 @@ pub struct Corrected<'a> {
 
 const AT: &str = "/sensitivity";
 
-/// Reads the sensitivity for the nodes of an iteration.
-pub fn read(slice: &[u8], iteration: Corrected<'_>, faults: &mut Faults) -> Option<Sensitivity> {
-    let members: SensitivityMembers<'_> = of_object(slice, AT, faults)?;
-    let of_machine_only = [
-        members.flank.name_if_given(),
-        members.profile_axis.name_if_given(),
-        members.profile_diameter_range_mm.name_if_given(),
-        members.helix_range_mm.name_if_given(),
-        members.by_flank.name_if_given(),
-    ];
-    let of_matrix_only =
-        [members.settings.name_if_given(), members.units.name_if_given(), members.matrix.name_if_given()];
-    let before = faults.count();
-    let (kind, foreign) = match members.machine.is_given() {
-        true => ("machine", &of_matrix_only[..]),
-        false => ("matrix", &of_machine_only[..]),
-    };
-    for name in foreign.iter().flatten() {
-        faults.push(format!("{AT}/{name}"), format!("it does not belong to a `{kind}`"));
-    }
-    if faults.count() > before {
-        return None;
-    }
-    match members.machine.is_given() {
-        true => of_machine(&members, iteration, faults),
-        false => of_matrix(&members, faults),
-    }
-}
-
-fn of_matrix(members: &SensitivityMembers<'_>, faults: &mut Faults) -> Option<Sensitivity> {
-    let names = members.settings.required_text(faults);
-    let matrix = members.matrix.required_text(faults);
-    names?;
-    let names = members.settings.read(faults)?;
-    let units = members.units.optional(faults)?;
-    if let Some(units) = units.as_ref().filter(|units| units.len() != names.len()) {
-        faults.push("/sensitivity/units", format!("{} for {} settings", entries(units.len()), names.len()));
-        return None;
-    }
-    matrix?;
-    let (matrix, lengths) = members.matrix.rows(faults)?;
-    let before = faults.count();
-    for (k, length) in lengths.iter().enumerate().filter(|(_, length)| **length != names.len()) {
-        faults.push(format!("/sensitivity/matrix/{k}"), format!("{} for {} settings", entries(*length), names.len()));
-    }
-    let unit = |j: usize| canonical(units.as_ref().map_or("", |units| &units[j])).to_owned();
-    let settings = names.into_iter().enumerate().map(|(j, name)| Setting::free(name, unit(j))).collect();
-    (faults.count() == before).then_some(Sensitivity { name: "matrix", settings, matrix, flank: None })
-}
-
-fn of_machine(members: &SensitivityMembers<'_>, iteration: Corrected<'_>, faults: &mut Faults) -> Option<Sensitivity> {
-    let Corrected { nodes, measurand, axes, gear, level } = iteration;
-    let machine: Machine = members.machine.read(faults)?;
-    let by_flank = by_flank(members, machine, faults)?;
-    let side: Option<Side> = members.flank.optional(faults)?;
-    if level == Level::Gear && side.is_some() {
-        let detail = "a correction of the gear takes the flanks that were measured; leave it out";
-        faults.push("/sensitivity/flank", detail);
-        return None;
-    }
-    let side = side.filter(|_| level == Level::Iteration);
-    let axis = members.profile_axis.optional(faults)?;
-    let before = faults.count();
-    if let (Some(requested), Some(measured)) = (side, measurand.flank)
-        && requested != measured
-    {
-        let detail = format!("the iteration is of {}, not of the {} one", measurand.words(), side_name(requested));
-        faults.push("/sensitivity/flank", detail);
-    }
-    let side = side.or(measurand.flank);
-    for (code, how) in missing(axes, side, gear.is_some()) {
-        let place = if code == "flank_missing" { "flank" } else { "machine" };
-        faults.push(format!("{AT}/{place}"), how);
-    }
-    let coordinates = coordinates(axis, axes, faults);
-    let (gear, side) = gear.zip(side)?;
-    let coordinates = coordinates.filter(|_| faults.count() == before)?;
-    let diameters = members.profile_diameter_range_mm.optional(faults)?;
-    let helix = members.helix_range_mm.optional(faults)?;
-    let places = iteration_nodes::places(nodes, gear, side, coordinates).map_err(|more| faults.append(more)).ok()?;
-    let mut ranges: Ranges = iteration_nodes::ranges(nodes, &places, gear);
-    if let Some(diameters) = diameters {
-        match diameters.map(|diameter| gear.roll_length(diameter)) {
-            [Some(low), Some(high)] => ranges.profile = [low, high],
-            _ => {
-                faults.push("/sensitivity/profile_diameter_range_mm", "a diameter lies below the base circle");
-                return None;
-            }
+impl SensitivityBody {
+    /// Returns the sensitivity for the nodes of an iteration; `None` with a fault.
+    pub fn read(&self, iteration: Corrected<'_>, faults: &mut Faults) -> Option<Sensitivity> {
+        let of_machine_only = [
+            ("flank", self.flank.is_some()),
+            ("profile_axis", self.profile_axis.is_some()),
+            ("profile_diameter_range_mm", self.profile_diameter_range_mm.is_some()),
+            ("helix_range_mm", self.helix_range_mm.is_some()),
+            ("by_flank", self.by_flank.is_some()),
+        ];
+        let of_matrix_only =
+            [("settings", self.settings.is_some()), ("units", self.units.is_some()), ("matrix", self.matrix.is_some())];
+        let (kind, foreign) = match self.machine {
+            Some(_) => ("machine", &of_matrix_only[..]),
+            None => ("matrix", &of_machine_only[..]),
+        };
+        let before = faults.count();
+        for (name, _) in foreign.iter().filter(|(_, given)| *given) {
+            faults.push(format!("{AT}/{name}"), format!("it does not belong to a `{kind}`"));
+        }
+        match self.machine {
+            _ if faults.count() > before => None,
+            Some(machine) => self.of_machine(machine, iteration, faults),
+            None => self.of_matrix(faults),
         }
     }
-    ranges.helix = helix.unwrap_or(ranges.helix);
-    let given = [diameters.is_some(), helix.is_some()];
-    let found = machine.sensitivity(gear, &places, ranges).map_err(|more| faults.append(placed(&more, given)));
-    let terms = FigureTerms::default();
-    let flank = Some(Flank { gear: gear.clone(), side, places, ranges, traces: None, terms });
-    let mut found = found.ok()?;
-    for setting in found.settings.iter_mut().filter(|setting| by_flank.contains(&setting.name)) {
-        setting.name = format!("{}_{}", setting.name, side_name(side));
+
+    fn of_matrix(&self, faults: &mut Faults) -> Option<Sensitivity> {
+        for (name, given) in [("settings", self.settings.is_some()), ("matrix", self.matrix.is_some())] {
+            if !given {
+                faults.push_missing(format!("{AT}/{name}"), "missing");
+            }
+        }
+        let (names, matrix) = (self.settings.as_ref()?, self.matrix.as_ref()?);
+        let wrong =
+            |count: usize| (count != names.len()).then(|| format!("{} for {} settings", entries(count), names.len()));
+        let before = faults.count();
+        if let Some(detail) = self.units.as_ref().and_then(|units| wrong(units.len())) {
+            faults.push("/sensitivity/units", detail);
+            return None;
+        }
+        for (k, detail) in matrix.iter().enumerate().filter_map(|(k, row)| Some((k, wrong(row.len())?))) {
+            faults.push(format!("/sensitivity/matrix/{k}"), detail);
+        }
+        let unit = |j: usize| canonical(self.units.as_ref().map_or("", |units| &units[j])).to_owned();
+        let settings = names.iter().enumerate().map(|(j, name)| Setting::free(name, unit(j))).collect();
+        let sensitivity = Sensitivity { name: "matrix", settings, matrix: matrix.concat(), flank: None };
+        (faults.count() == before).then_some(sensitivity)
     }
-    Some(Sensitivity { name: machine.name(), settings: found.settings, matrix: found.matrix, flank })
+
+    fn of_machine(&self, machine: Machine, iteration: Corrected<'_>, faults: &mut Faults) -> Option<Sensitivity> {
+        let Corrected { nodes, measurand, axes, gear, level } = iteration;
+        let by_flank = self.by_flank(machine, faults)?;
+        if level == Level::Gear && self.flank.is_some() {
+            let detail = "a correction of the gear takes the flanks that were measured; leave it out";
+            faults.push("/sensitivity/flank", detail);
+            return None;
+        }
+        let side = self.flank.filter(|_| level == Level::Iteration);
+        let before = faults.count();
+        if let (Some(requested), Some(measured)) = (side, measurand.flank)
+            && requested != measured
+        {
+            let detail = format!("the iteration is of {}, not of the {} one", measurand.words(), side_name(requested));
+            faults.push("/sensitivity/flank", detail);
+        }
+        let side = side.or(measurand.flank);
+        for (code, how) in missing(axes, side, gear.is_some()) {
+            let place = if code == "flank_missing" { "flank" } else { "machine" };
+            faults.push(format!("{AT}/{place}"), how);
+        }
+        let coordinates = coordinates(self.profile_axis, axes, faults);
+        let (gear, side) = gear.zip(side)?;
+        let coordinates = coordinates.filter(|_| faults.count() == before)?;
+        let (diameters, helix) = (self.profile_diameter_range_mm, self.helix_range_mm);
+        let places =
+            iteration_nodes::places(nodes, gear, side, coordinates).map_err(|more| faults.append(more)).ok()?;
+        let mut ranges: Ranges = iteration_nodes::ranges(nodes, &places, gear);
+        if let Some(diameters) = diameters {
+            match diameters.map(|diameter| gear.roll_length(diameter)) {
+                [Some(low), Some(high)] => ranges.profile = [low, high],
+                _ => {
+                    faults.push("/sensitivity/profile_diameter_range_mm", "a diameter lies below the base circle");
+                    return None;
+                }
+            }
+        }
+        ranges.helix = helix.unwrap_or(ranges.helix);
+        let given = [diameters.is_some(), helix.is_some()];
+        let found = machine.sensitivity(gear, &places, ranges).map_err(|more| faults.append(placed(&more, given)));
+        let terms = FigureTerms::default();
+        let flank = Some(Flank { gear: gear.clone(), side, places, ranges, traces: None, terms });
+        let mut found = found.ok()?;
+        for setting in found.settings.iter_mut().filter(|setting| by_flank.contains(&setting.name)) {
+            setting.name = format!("{}_{}", setting.name, side_name(side));
+        }
+        Some(Sensitivity { name: machine.name(), settings: found.settings, matrix: found.matrix, flank })
+    }
+
+    /// Returns the settings that the machine has for each flank.
+    fn by_flank(&self, machine: Machine, faults: &mut Faults) -> Option<&[String]> {
+        let names = self.by_flank.as_deref().unwrap_or_default();
+        let settings: Vec<String> = machine.settings().into_iter().map(|setting| setting.name).collect();
+        let before = faults.count();
+        for (k, _) in names.iter().enumerate().filter(|(_, name)| !settings.contains(name)) {
+            let detail = format!("the machine has no such setting; it has `{}`", settings.join("`, `"));
+            faults.push(format!("{AT}/by_flank/{k}"), detail);
+        }
+        (faults.count() == before).then_some(names)
+    }
 }
 
-/// The settings that a machine has for each flank.
-fn by_flank(members: &SensitivityMembers<'_>, machine: Machine, faults: &mut Faults) -> Option<Vec<String>> {
-    let names = members.by_flank.optional(faults)?.unwrap_or_default();
-    let settings: Vec<String> = machine.settings().into_iter().map(|setting| setting.name).collect();
-    let before = faults.count();
-    for (k, _) in names.iter().enumerate().filter(|(_, name)| !settings.contains(name)) {
-        let detail = format!("the machine has no such setting; it has `{}`", settings.join("`, `"));
-        faults.push(format!("{AT}/by_flank/{k}"), detail);
-    }
-    (faults.count() == before).then_some(names)
-}
-
-/// What u and v of the iteration are, as its axes say.
+/// Returns u and v of the iteration by its axes.
 fn coordinates(requested: Option<ProfileAxis>, axes: &AxesBody, faults: &mut Faults) -> Option<Coordinates> {
     let of_axes = axes.profile().map_err(|why| faults.push("/sensitivity/machine", why)).ok()?;
     let v = axes.along().map_err(|why| faults.push("/sensitivity/machine", why)).ok()?;

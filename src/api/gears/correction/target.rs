@@ -1,11 +1,6 @@
-//! What a correction aims at.
+//! Target of a correction.
 
-use std::fmt;
-
-use serde::{
-    Deserialize, Deserializer, Serialize,
-    de::{self, MapAccess, Visitor, value::MapAccessDeserializer},
-};
+use serde::{Deserialize, Serialize};
 use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
@@ -15,15 +10,15 @@ use crate::api::{
 };
 use flankfit_engine::gear::{correction::Flank, evaluation::flank_surface::FlankFigures};
 
-/// What a correction aims at: a name, or the deviation that is wanted at each node.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+/// Target of a correction: a name, or the deviation that is wanted at each node.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum TargetBody {
     Named(TargetName),
     Given(TargetDeviationBody),
 }
 
-/// What the correction aims at.
+/// Name of a target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[schema(as = CorrectionTargetName)]
@@ -54,36 +49,7 @@ flankfit_engine::numerics::alternatives!(
     TargetDeviationBody::schema(),
 );
 
-impl<'de> Deserialize<'de> for TargetBody {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Read;
-
-        impl<'de> Visitor<'de> for Read {
-            type Value = TargetBody;
-
-            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("\"design\", \"limits\", \"nominal\" or {\"deviation_um\": […]}")
-            }
-
-            fn visit_str<E: de::Error>(self, text: &str) -> Result<TargetBody, E> {
-                match text {
-                    "design" => Ok(TargetBody::Named(TargetName::Design)),
-                    "limits" => Ok(TargetBody::Named(TargetName::Limits)),
-                    "nominal" => Ok(TargetBody::Named(TargetName::Nominal)),
-                    other => Err(E::invalid_value(de::Unexpected::Str(other), &self)),
-                }
-            }
-
-            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<TargetBody, A::Error> {
-                TargetDeviationBody::deserialize(MapAccessDeserializer::new(map)).map(TargetBody::Given)
-            }
-        }
-
-        deserializer.deserialize_any(Read)
-    }
-}
-
-/// What the correction aimed at.
+/// Target of a stored correction.
 #[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = CorrectionAim)]
@@ -94,7 +60,7 @@ pub struct AimBody {
     pub deviation_um: Option<Vec<f64>>,
 }
 
-/// Where the target of a correction came from.
+/// Kind of the target of a correction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[schema(as = CorrectionAimKind)]
@@ -114,7 +80,7 @@ impl AimBody {
     pub const NOMINAL: AimBody = AimBody { kind: AimName::Nominal, deviation_um: None };
 }
 
-/// What is known of the flank and of what is wanted of it.
+/// A flank, its deviations, and the requirements of its job.
 pub struct Wanted<'a> {
     /// The flank that the nodes lie on, with a machine.
     pub flank: Option<&'a Flank>,

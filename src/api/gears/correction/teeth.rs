@@ -4,21 +4,15 @@ use serde::{Deserialize, Serialize};
 use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
-use super::blocks::{Block, Blocks};
+use super::{
+    blocks::{Block, Blocks},
+    figures::SidedBody,
+};
 use crate::{
     api::{params::Params, warning::WarningBody},
     jobs::side_name,
 };
 use flankfit_engine::gear::Side;
-
-/// The teeth of each flank that was measured.
-#[skip_serializing_none]
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
-#[schema(as = SidedTeeth)]
-pub struct SidedTeethBody {
-    pub left: Option<TeethBody>,
-    pub right: Option<TeethBody>,
-}
 
 /// The teeth whose mean a flank was corrected by.
 #[skip_serializing_none]
@@ -40,22 +34,20 @@ pub struct TeethBody {
     pub std_error_um: Option<f64>,
 }
 
-impl SidedTeethBody {
-    pub(super) fn new(nodes: &Blocks) -> Self {
-        let of = |side: Side| {
-            let block = nodes.blocks.iter().find(|block| block.side == Some(side))?;
-            Some(TeethBody {
-                iterations: block.numbers.clone(),
-                teeth: block.teeth.clone(),
-                spread_um: block.mean.spread,
-                std_error_um: block.mean.std_error(),
-            })
-        };
-        SidedTeethBody { left: of(Side::Left), right: of(Side::Right) }
-    }
+/// Returns the teeth of each flank that was measured.
+pub(super) fn of(nodes: &Blocks) -> SidedBody<TeethBody> {
+    SidedBody::new(|side| {
+        let block = nodes.blocks.iter().find(|block| block.side == Some(side))?;
+        Some(TeethBody {
+            iterations: block.numbers.clone(),
+            teeth: block.teeth.clone(),
+            spread_um: block.mean.spread,
+            std_error_um: block.mean.std_error(),
+        })
+    })
 }
 
-/// What is not known of teeth and flanks.
+/// Warns of a single tooth and of a flank that was not measured.
 pub(super) fn warnings(nodes: &Blocks) -> Vec<WarningBody> {
     let mut warnings = Vec::new();
     let named = |block: &Block| block.side.map(side_name);

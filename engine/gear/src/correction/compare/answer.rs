@@ -24,46 +24,58 @@ pub enum Verdict {
     Undecided,
 }
 
-/// Predicted beside measured, over the nodes that are defined before and after and have a weight
-/// above 0.
+/// Predicted beside measured, over the nodes that are defined before, predicted and after and have
+/// a weight above 0.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "contract",
+    serde_with_macros::skip_serializing_none,
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema)
+)]
 pub struct Answer {
-    /// Nodes compared.
+    /// How many nodes were compared.
     pub nodes: usize,
-    /// Root mean squares, µm, each node counting alike; about the means where deviations have no
-    /// datum.
-    pub before_rms: f64,
-    /// Of p.
-    pub predicted_rms: f64,
-    /// Of d'.
-    pub measured_rms: f64,
-    /// Of p − d.
-    pub predicted_change_rms: f64,
-    /// Of d' − p.
-    pub difference_rms: f64,
-    /// What `difference_rms` is expected to be: √(mean (2σ²/w + u²)).
-    pub expected_difference_rms: f64,
-    /// β̂; `None` where it is not distinguishable from 0.
+    /// Root mean square of the deviations that the correction was made for, each node counting
+    /// alike; here and below about the means where deviations have no datum.
+    pub rms_before_um: f64,
+    /// Root mean square of the deviations predicted for the changes that were entered, here and
+    /// below: those of `applied`, else those of the correction.
+    pub rms_predicted_um: f64,
+    /// Root mean square of the deviations that were measured after it.
+    pub rms_measured_um: f64,
+    /// Root mean square of predicted minus before.
+    pub rms_predicted_change_um: f64,
+    /// Root mean square of measured minus predicted.
+    pub rms_difference_um: f64,
+    /// Expected value of it by noise and the uncertainty of the sensitivity: √(mean (2σ²/w + u²)).
+    pub rms_expected_difference_um: f64,
+    /// β̂, the share of the predicted change that came, without the part that the noise of the first
+    /// measurement puts into it through the correction; left out where it is not distinguishable
+    /// from none at all (standard error above 0.3).
     pub response_ratio: Option<f64>,
-    /// e.
+    /// Standard error of the ratio by the noise of both measurements, and by errors of the
+    /// sensitivity that its settings have as a whole.
     pub response_ratio_std_error: Option<f64>,
-    /// Of 0.95, Student's where σ was estimated.
+    /// `[low, high]` of the share that came, at 0.95 by that standard error (Student's t where the
+    /// noise was estimated). It is rather too wide: it held in 0.97 and more of simulated
+    /// corrections (docs/explanation/intervals.md).
+    #[cfg_attr(feature = "contract", schema(min_items = 2, max_items = 2))]
     pub response_ratio_interval: Option<[f64; 2]>,
-    /// χ² = rᵀ S⁻¹ r of r = d' − p.
+    /// χ² of measured minus predicted against noise and all that errors of the sensitivity explain.
     pub chi_squared: f64,
-    /// The 0.999 quantile that it is held against; where σ was estimated, that of F times the
+    /// Quantile of 0.999 that it is compared with; where σ was estimated, that of F times the
     /// number of nodes.
     pub chi_squared_limit: f64,
-    /// What follows from these figures.
+    /// Verdict on these numbers.
     pub verdict: Verdict,
-    /// The verdict in words, with the figures that it rests on.
+    /// The verdict in words.
     pub sentence: String,
 }
 
 impl Answer {
     /// The verdict in words.
     pub(super) fn in_words(&self) -> String {
-        let Answer { difference_rms: difference, expected_difference_rms: expected, .. } = self;
+        let Answer { rms_difference_um: difference, rms_expected_difference_um: expected, .. } = self;
         let came = self
             .response_ratio
             .map_or(String::new(), |ratio| format!(", {:.0} % of the predicted change came", 100.0 * ratio));
@@ -78,7 +90,7 @@ impl Answer {
                 "The measurement says nothing about the machine's answer: a change of {:.3} µm rms was predicted, \
                  noise and the uncertainty of the sensitivity let measured and predicted differ by {expected:.3} µm, \
                  and they differ by {difference:.3} µm.",
-                self.predicted_change_rms
+                self.rms_predicted_change_um
             ),
         }
     }

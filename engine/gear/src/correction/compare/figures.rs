@@ -9,18 +9,23 @@
 
 use crate::evaluation::flank_surface::{EstimatedFigure, FlankFigures};
 
-/// A figure before, as predicted, and as measured.
+/// A figure before, as predicted and as measured, by the chosen fits of the iterations as `figures`
+/// has it, else over the nodes that are defined in all three.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema))]
 pub struct FigureChange {
-    /// Of the deviations that the correction was made for.
+    /// Figure of the deviations that the correction was made for.
     pub before: EstimatedFigure,
-    /// Of the predicted ones.
+    /// Figure that the correction predicted, in µm.
+    #[cfg_attr(feature = "contract", serde(rename = "predicted_um"))]
     pub predicted: f64,
-    /// Of the ones measured afterwards.
+    /// Figure of the deviations measured after it.
     pub measured: EstimatedFigure,
-    /// Measured less before.
+    /// Measured less before. The error is that of the differences node by node: form that both
+    /// measurements share has no part in it.
     pub change: EstimatedFigure,
-    /// Measured less predicted.
+    /// Measured less predicted, likewise. An interval that holds 0 is no sign that the machine does
+    /// anything else than was predicted.
     pub beyond_predicted: EstimatedFigure,
 }
 

@@ -100,12 +100,12 @@ pub fn compare(comparison: &Comparison) -> Result<Answer, FitError> {
     let determined = scaled.filter(Scaled::determined);
     let mut answer = Answer {
         nodes: m,
-        before_rms: rms(&|i| nodes.before[i]),
-        predicted_rms: rms(&predicted),
-        measured_rms: rms(&|i| nodes.before[i] + nodes.came[i]),
-        predicted_change_rms: rms(&|i| nodes.change[i]),
-        difference_rms: rms(&|i| nodes.came[i] - nodes.change[i]),
-        expected_difference_rms: (nodes.variance.iter().sum::<f64>() / m as f64).sqrt(),
+        rms_before_um: rms(&|i| nodes.before[i]),
+        rms_predicted_um: rms(&predicted),
+        rms_measured_um: rms(&|i| nodes.before[i] + nodes.came[i]),
+        rms_predicted_change_um: rms(&|i| nodes.change[i]),
+        rms_difference_um: rms(&|i| nodes.came[i] - nodes.change[i]),
+        rms_expected_difference_um: (nodes.variance.iter().sum::<f64>() / m as f64).sqrt(),
         response_ratio: determined.as_ref().map(|scaled| scaled.ratio),
         response_ratio_std_error: determined.as_ref().map(|scaled| scaled.std_error),
         response_ratio_interval: determined.map(|scaled| scaled.interval()),

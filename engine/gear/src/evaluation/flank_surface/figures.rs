@@ -125,16 +125,26 @@ impl<T> FlankFigures<T> {
     }
 }
 
-/// A figure with what the residuals of its own fit say of its error.
+/// A figure with its error by the residuals of its own fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "contract",
+    serde_with_macros::skip_serializing_none,
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema)
+)]
 pub struct EstimatedFigure {
-    /// µm.
+    /// In µm.
+    #[cfg_attr(feature = "contract", serde(rename = "value_um"))]
     pub value: f64,
-    /// `None` without degrees of freedom.
+    /// In µm; left out without degrees of freedom.
+    #[cfg_attr(feature = "contract", serde(rename = "std_error_um"))]
     pub std_error: Option<f64>,
-    /// Confidence interval, at 0.95 where it is of the nodes.
+    /// `[low, high]` of the true figure in µm, Student's, at 0.95 where it is of the nodes; left out
+    /// without degrees of freedom.
+    #[cfg_attr(feature = "contract", serde(rename = "interval_um"), schema(min_items = 2, max_items = 2))]
     pub interval: Option<[f64; 2]>,
     /// The estimate that its conformity is judged by; `None` without degrees of freedom.
+    #[cfg_attr(feature = "contract", serde(skip))]
     pub about: Option<Inferred>,
 }
 
