@@ -61,10 +61,6 @@ impl Params {
         self
     }
 
-    fn range(self, name: &'static str, ends: [f64; 2]) -> Self {
-        self.with(name, ends.to_vec())
-    }
-
     pub fn list<T: Into<Value>>(self, name: &'static str, items: impl IntoIterator<Item = T>) -> Self {
         self.with(name, items.into_iter().map(Into::into).collect::<Vec<Value>>())
     }

@@ -7,7 +7,7 @@
 use serde::Serialize;
 use serde_json::ser::Serializer;
 
-use super::{gather::gathered, null_fields::NullFields};
+use super::null_fields::NullFields;
 use flankfit_engine::numerics::cancel::Asking;
 
 /// The reason why an answer cannot be written.

@@ -28,7 +28,7 @@ use crate::{
             location::escape,
             raw::Raw,
             value::read_json,
-            writer::{NotFinite, whole},
+            writer::{Unwritable, whole},
         },
         measurand::side::SideName,
         problem::{Problem, ProblemCode},
@@ -179,7 +179,7 @@ impl CorrectionBody {
         (aim, flank): (AimName, Option<&Flank>),
         warnings: Vec<WarningBody>,
         digest: &str,
-    ) -> Result<Self, NotFinite> {
+    ) -> Result<Self, Unwritable> {
         let spec = correction.asked();
         let change: Vec<f64> = solution.settings.iter().map(|setting| setting.change).collect();
         let [profile_reference_length_mm, helix_reference_length_mm] =

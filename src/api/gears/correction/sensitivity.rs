@@ -16,7 +16,7 @@ use crate::{
 use flankfit_engine::{
     estimation::Nodes,
     gear::{
-        Gear,
+        Gear, ProfileAxis,
         correction::{
             Flank, Setting,
             machine::{Machine, Ranges},

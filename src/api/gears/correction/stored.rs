@@ -19,7 +19,6 @@ use crate::{
     api::{
         faults::Faults,
         gears::{
-            evaluation::request::figure_terms,
             gear::{GearBody, of_text},
         },
         json::{gather::gathered, raw::Raw, text::Moment, writer},
