@@ -18,9 +18,7 @@ use super::{
 use crate::{
     api::{
         faults::Faults,
-        gears::{
-            gear::{GearBody, of_text},
-        },
+        gears::gear::{GearBody, of_text},
         json::{gather::gathered, raw::Raw, text::Moment, writer},
         problem::Problem,
         warning::WarningBody,
