@@ -200,7 +200,7 @@ fn numbers_are_those_of_their_definitions() {
     close(told.rms_before_um, 12f64.sqrt());
     close(told.rms_predicted_um, (2.0f64 / 3.0).sqrt());
     close(told.rms_measured_um, 2f64.sqrt());
-    close(told.predicted_change_rms, (22.0f64 / 3.0).sqrt());
+    close(told.rms_predicted_change_um, (22.0f64 / 3.0).sqrt());
     close(told.rms_difference_um, (2.0f64 / 3.0).sqrt());
     close(told.rms_expected_difference_um, 2f64.sqrt());
     close(told.chi_squared, 1.0);

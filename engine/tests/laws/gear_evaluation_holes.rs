@@ -9,7 +9,6 @@ use flankfit_engine::gear::{
         Evaluated, Evaluation, Posted, evaluate,
         settings::{HelixReference, HelixSettings, MeanCurve, Settings},
     },
-    tolerance::Class,
 };
 
 fn all(gear: &Gear, trace: &Trace, settings: &Settings) -> Evaluation {

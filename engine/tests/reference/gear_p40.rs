@@ -8,7 +8,7 @@ use flankfit_engine::gear::{
     Gear, GearData, Hand, Kind, Side, Trace,
     evaluation::{
         Evaluation, Posted, Values, evaluate,
-        settings::{DeviationSign, HelixSettings, ProfileReference, ProfileSettings, Settings, SlopeSign},
+        settings::{DeviationSign, HelixSettings, ProfileSettings, Settings, SlopeSign},
     },
 };
 use serde_json::Value;

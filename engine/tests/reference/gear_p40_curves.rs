@@ -15,7 +15,7 @@ use flankfit_engine::{
             pitch::{self, PitchMeasured, PitchSettings, pitch, thickness_variation},
             runout::{Counting, agreement, from_readings},
             settings::{
-                DeviationSign, HelixReference, HelixSettings, ProfileReference, ProfileSettings, Settings, SlopeSign,
+                DeviationSign, HelixSettings, ProfileSettings, Settings, SlopeSign,
             },
         },
         tolerance::Rounding,
