@@ -13,7 +13,7 @@ use crate::{
     http::{
         self, AppState,
         dashboard::files::{Files, MissingFiles},
-        rates,
+        layers::rates,
         server::{self, Service, Tls, TlsError},
     },
     jobs::{JobService, OrderedIds, Store, SystemClock, archive::Holdings, audit::Auditor},

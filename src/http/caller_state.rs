@@ -4,9 +4,10 @@ use std::{ops::Deref, pin::Pin};
 
 use axum::{extract::FromRequestParts, http::request::Parts};
 
-use super::{auth::Principal, observe::RequestId, server::Peer, state::AppState};
+use super::{server::Peer, state::AppState};
 use crate::{
     api::problem::Problem,
+    http::layers::{auth::Principal, observe::RequestId},
     jobs::{Jobs, Origin, TenantKeys},
     usecases::Context,
 };
@@ -41,7 +42,7 @@ impl CallerState {
 impl FromRequestParts<AppState> for CallerState {
     type Rejection = Problem;
 
-    /// The caller was made out before any handler (see [`super::auth`]).
+    /// The caller was made out before any handler (see [`super::layers::auth`]).
     async fn from_request_parts(parts: &mut Parts, state: &AppState) -> Result<Self, Problem> {
         let principal = parts.extensions.get::<Principal>().cloned();
         let mut principal =

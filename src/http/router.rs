@@ -8,15 +8,24 @@ use utoipa::OpenApi;
 use utoipa_axum::router::OpenApiRouter;
 
 use super::{
-    applied, audit, conditional, cors, curves, dashboard, events, fits, gear_corrections, gear_records, gears, headers,
-    imports, iterations, job_fits, jobs, keys, life, meta, nodes, observe,
     openapi::{self, Contract, scopes},
-    operations::{self, Operations},
-    previews, records, shapes, simulations,
     state::AppState,
-    stream_socket, streams, studies, surfaces, tenants, trace, unsent,
 };
-use crate::api::problem::{Problem, ProblemCode};
+use crate::{
+    api::problem::{Problem, ProblemCode},
+    http::{
+        endpoints::{
+            applied, audit, curves, dashboard, events, fits, gear_corrections, gear_records, gears, imports,
+            iterations, job_fits, jobs, keys, life, meta, nodes, previews, records, shapes, simulations, stream_socket,
+            streams, studies, surfaces, tenants, trace,
+        },
+        layers::{
+            conditional, cors, headers, observe,
+            operations::{self, Operations},
+            unsent,
+        },
+    },
+};
 
 /// The documented groups.
 pub fn groups() -> OpenApiRouter<AppState> {

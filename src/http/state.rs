@@ -4,12 +4,13 @@ use std::{ops::Deref, sync::Arc};
 
 use metrics_exporter_prometheus::PrometheusHandle;
 
-use super::{
-    auth::Callers, dashboard::files::Files, event_pages::EventPages, rates::Rates, readiness::Readiness,
-    shutdown::Shutdown,
-};
+use super::shutdown::Shutdown;
 use crate::{
     config::ServeSettings,
+    http::{
+        endpoints::{dashboard::files::Files, event_pages::EventPages},
+        layers::{auth::Callers, rates::Rates, readiness::Readiness},
+    },
     jobs::{JobService, RepositoryError, RunningKeys},
     oidc::Tokens,
     pool::WorkPool,

@@ -14,9 +14,7 @@ use flankfit_engine::{
             Evaluated, Posted, evaluate,
             pitch::{self, PitchMeasured, PitchSettings, pitch, thickness_variation},
             runout::{Counting, agreement, from_readings},
-            settings::{
-                DeviationSign, HelixSettings, ProfileSettings, Settings, SlopeSign,
-            },
+            settings::{DeviationSign, HelixSettings, ProfileSettings, Settings, SlopeSign},
         },
         tolerance::Rounding,
     },

@@ -3,7 +3,7 @@
 
 use utoipa::openapi::{Content, OpenApi as Document, Ref, RefOr, ResponseBuilder, path::Operation};
 
-use crate::http::progress::EVENT_STREAM;
+use crate::http::layers::progress::EVENT_STREAM;
 
 /// Operations that may take above a second and are answered with JSON.
 const LONG: [&str; 9] = [

@@ -1,0 +1,103 @@
+//! The audit: its entries, its seals, and their verification.
+
+use axum::Json;
+use serde::Deserialize;
+use utoipa::IntoParams;
+use utoipa_axum::{router::OpenApiRouter, routes};
+use uuid::Uuid;
+
+use crate::{
+    api::{
+        faults::Faults,
+        jobs::audit::{EntryBody, SealBody, VerdictBody},
+        page::PageBody,
+        problem::Problem,
+    },
+    http::{
+        caller_state::CallerState,
+        layers::{extract::QueryOf, paging::PageQuery},
+        state::AppState,
+    },
+    jobs::List,
+};
+
+pub fn group() -> OpenApiRouter<AppState> {
+    OpenApiRouter::new().routes(routes!(list_audit)).routes(routes!(verify_audit)).routes(routes!(list_audit_seals))
+}
+
+/// A job, if only its audit is wanted.
+#[derive(Debug, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+#[into_params(parameter_in = Query)]
+struct JobQuery {
+    /// Id of a job; without it the whole tenant.
+    #[param(value_type = Option<Uuid>)]
+    job: Option<String>,
+}
+
+/// A page of the audit.
+#[derive(Debug, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+#[into_params(parameter_in = Query)]
+struct AuditQuery {
+    /// Id of a job, which may have been deleted; without it the whole tenant.
+    #[param(value_type = Option<Uuid>)]
+    job: Option<String>,
+    /// Most items on a page.
+    #[param(value_type = Option<u32>, minimum = 1, maximum = 200, default = 50)]
+    limit: Option<String>,
+    /// `next_cursor` of the page before.
+    cursor: Option<String>,
+}
+
+fn read_job(job: Option<String>) -> Result<Option<Uuid>, Problem> {
+    let read = |id: String| id.parse().map_err(|_| Problem::invalid(Faults::one("/job", "expected the id of a job")));
+    job.map(read).transpose()
+}
+
+/// List changes of the tenant, of its keys and of its jobs, oldest first.
+///
+/// Each change has one entry. Entries of a deleted job are kept.
+#[utoipa::path(
+    get, path = "/v1/audit", operation_id = "list_audit", tag = "audit",
+    params(AuditQuery),
+    responses((status = 200, description = "Some entries, and where the next page begins.", body = PageBody<EntryBody>))
+)]
+async fn list_audit(
+    state: CallerState,
+    QueryOf(query): QueryOf<AuditQuery>,
+) -> Result<Json<PageBody<EntryBody>>, Problem> {
+    let page = PageQuery { limit: query.limit, cursor: query.cursor }.check(List::Audit)?;
+    Ok(Json(PageBody::new(state.jobs.audit(read_job(query.job)?, page).await?, List::Audit)))
+}
+
+/// Verify the audit of a job, or of the whole tenant.
+///
+/// Computes the digest of every row, entry, link and seal again, and lists what is not as it was
+/// written. Entries of the last seconds are not sealed yet: `unsealed` of them are verified against
+/// their rows only.
+#[utoipa::path(
+    get, path = "/v1/audit/verify", operation_id = "verify_audit", tag = "audit",
+    params(JobQuery),
+    responses((status = 200, description = "The result of the verification.", body = VerdictBody))
+)]
+async fn verify_audit(state: CallerState, QueryOf(query): QueryOf<JobQuery>) -> Result<Json<VerdictBody>, Problem> {
+    Ok(Json(state.jobs.verify_audit(read_job(query.job)?).await?.into()))
+}
+
+/// List the seals of the tenant, oldest first.
+///
+/// Every few seconds a server links the new entries of each tenant into its chain and seals the end
+/// of the chain. Keep copies of the seals where no administrator of the database can change them:
+/// they reveal a rewritten chain.
+#[utoipa::path(
+    get, path = "/v1/audit/seals", operation_id = "list_audit_seals", tag = "audit",
+    params(PageQuery),
+    responses((status = 200, description = "Some seals, and where the next page begins.", body = PageBody<SealBody>))
+)]
+async fn list_audit_seals(
+    state: CallerState,
+    QueryOf(query): QueryOf<PageQuery>,
+) -> Result<Json<PageBody<SealBody>>, Problem> {
+    Ok(Json(PageBody::new(state.jobs.seals(query.check(List::Seals)?).await?, List::Seals)))
+}

@@ -1,0 +1,96 @@
+//! `/v1/curves`: curves through or near points, evaluated, and as files of CAD systems; nothing is
+//! stored.
+
+use axum::{extract::State, response::Response};
+use utoipa_axum::{router::OpenApiRouter, routes};
+
+use super::fits::json;
+use crate::{
+    api::{
+        curves::{
+            self,
+            closest::{self, ClosestOnCurveBody, CurveFeetBody},
+            evaluate::{self, CurveValuesBody, EvaluateCurveBody},
+            request::CurveRequest,
+            result::BuiltCurveBody,
+        },
+        problem::Problem,
+        shapes::export::{self, ExportCurveBody},
+    },
+    http::{
+        layers::{body::Payload, compute::read_json, files::attachment},
+        state::AppState,
+    },
+};
+
+pub fn group() -> OpenApiRouter<AppState> {
+    OpenApiRouter::new()
+        .routes(routes!(create_curve))
+        .routes(routes!(evaluate_curve))
+        .routes(routes!(closest_points_of_curve))
+        .routes(routes!(export_curve))
+}
+
+/// Builds a curve through or near points, with a report on its stability; stores nothing.
+///
+/// By interpolation (polynomials, Hermite, splines, B-splines) or near the points (least squares,
+/// smoothing). The curve of the answer can be sent back as it is to the other operations of curves.
+#[utoipa::path(
+    post, path = "/v1/curves", operation_id = "create_curve", tag = "curves",
+    request_body(content = CurveRequest,
+        description = "Points and the method that leads a curve through or near them."),
+    responses((status = 200, description = "The curve, everything needed to build it again, and how stable it is.",
+        body = BuiltCurveBody))
+)]
+async fn create_curve(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
+    let built = read_json(&state, payload, |text| curves::build(text, None)).await?;
+    Ok(json(built.result))
+}
+
+/// Evaluates a curve at many parameters: values, derivatives, curvature, arc length.
+///
+/// The curve is one from an earlier answer or one written by hand. Parameters must lie within its
+/// domain.
+#[utoipa::path(
+    post, path = "/v1/curves/evaluate", operation_id = "evaluate_curve", tag = "curves",
+    request_body(content = EvaluateCurveBody, description = "A curve and its parameters."),
+    responses((status = 200, description = "Values in the order of `at`.", body = CurveValuesBody))
+)]
+async fn evaluate_curve(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
+    Ok(json(read_json(&state, payload, evaluate::answer).await?))
+}
+
+/// Finds the point of a curve that is closest to each given point.
+///
+/// Returns the parameters of the closest points and the distances, which are signed for a plane
+/// curve.
+#[utoipa::path(
+    post, path = "/v1/curves/closest-points", operation_id = "closest_points_of_curve", tag = "curves",
+    request_body(content = ClosestOnCurveBody, description = "A curve and points."),
+    responses((status = 200, description = "Closest points in the order of the given ones.", body = CurveFeetBody))
+)]
+async fn closest_points_of_curve(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
+    Ok(json(read_json(&state, payload, closest::answer).await?))
+}
+
+/// Writes a curve as a file: IGES 126 or STEP AP242 for CAD systems, VTK or CSV for looking.
+///
+/// The answer is a file to be saved. What a format cannot hold is refused rather than approximated.
+#[utoipa::path(
+    post, path = "/v1/curves/export", operation_id = "export_curve", tag = "curves",
+    request_body(content = ExportCurveBody, description = "A curve and the form of the file."),
+    responses((
+        status = 200, description = "The file.",
+        content(
+            (String = "model/step"),
+            (String = "model/iges"),
+            (String = "model/obj"),
+            (String = "text/plain"),
+            (String = "text/csv")
+        )
+    ))
+)]
+async fn export_curve(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
+    let now = state.jobs.now();
+    attachment(state, payload, move |text, room| export::curve(text, now, room)).await
+}

@@ -1,0 +1,314 @@
+//! What happens to a job (`GET /v1/jobs/{job_id}/events`) or to all (`GET /v1/events`), as
+//! server-sent events.
+//!
+//! Events are read from the store in pages, after the last one sent: a client that reads slowly
+//! holds one page, whatever happens meanwhile, and one that comes back with `Last-Event-ID` goes on
+//! where it was. A wake only means that new events may exist; listeners at the same position share
+//! one read (`event_pages`).
+
+use std::{fmt::Display, future, pin::Pin, sync::Arc, time::Duration};
+
+use axum::{
+    http::{HeaderMap, HeaderName},
+    response::{Response, sse::Event},
+};
+use futures_util::{FutureExt, StreamExt, stream};
+use serde::Deserialize;
+use tokio::sync::watch;
+use utoipa::IntoParams;
+use utoipa_axum::{router::OpenApiRouter, routes};
+use uuid::Uuid;
+
+use super::event_pages::PageKey;
+use crate::{
+    api::{
+        faults::Faults,
+        jobs::events::{self, JobEventBody},
+        json::writer::text_of,
+        problem::{Problem, ProblemCode},
+    },
+    http::{
+        caller_state::CallerState,
+        layers::{
+            extract::{PathOf, QueryOf},
+            sse,
+        },
+        shutdown::OpenConnection,
+        state::AppState,
+    },
+    jobs::{EventPlace, Jobs, RepositoryError},
+};
+
+/// Events read at a time.
+const PAGE: u32 = 256;
+/// Time between two looks at a job, whatever happens: it may be there no more.
+const JOB_LOOK: Duration = Duration::from_secs(15);
+/// How long a client waits before it comes back.
+const RETRY: Duration = Duration::from_secs(2);
+static LAST_EVENT_ID: HeaderName = HeaderName::from_static("last-event-id");
+
+pub fn group() -> OpenApiRouter<AppState> {
+    OpenApiRouter::new().routes(routes!(get_job_events)).routes(routes!(get_events))
+}
+
+/// Between two looks of those who listen to all jobs: what was stored is told once the transactions
+/// before it have ended, and nobody is woken by that.
+const LOOK: Duration = Duration::from_secs(1);
+
+/// The id of the last event that a client has seen, where it says one.
+struct Given {
+    id: Option<String>,
+    from_header: bool,
+}
+
+impl Given {
+    fn of(headers: &HeaderMap, query: EventsQuery) -> Self {
+        // the header is newer than the address it came back to
+        match headers.get(&LAST_EVENT_ID) {
+            Some(value) => Given { id: Some(value.to_str().unwrap_or("?").trim().to_owned()), from_header: true },
+            None => Given { id: query.last_event_id, from_header: false },
+        }
+    }
+
+    /// What is said of an id of another form.
+    fn refused(&self, of: &str) -> Problem {
+        let form = format!("the last event id is the `id` of an event of {of}, or `latest`");
+        match self.from_header {
+            true => Problem::new(ProblemCode::MalformedRequest, format!("Last-Event-ID: {form}.")),
+            false => Problem::invalid(Faults::one("/last_event_id", form)),
+        }
+    }
+}
+
+#[derive(Clone, Debug, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+#[into_params(parameter_in = Query)]
+struct EventsQuery {
+    /// Same as the header `Last-Event-ID`, for clients that cannot set it; `latest` sends new
+    /// events only.
+    last_event_id: Option<String>,
+}
+
+/// Sends the events of a job: `iteration`, `fit`, `decision`, `record`, `stream`, `job`
+/// (its own data), `purged`; from the first event, or after `Last-Event-ID`.
+///
+/// As server-sent events; the connection stays open, and comment lines keep it alive. The id of
+/// each event is its number within the job; after a lost connection a client continues from the
+/// last one.
+#[utoipa::path(
+    get, path = "/v1/jobs/{job_id}/events", operation_id = "get_job_events", tag = "jobs",
+    params(
+        ("job_id" = Uuid, Path),
+        ("Last-Event-ID" = Option<String>, Header, description = "The id of the last event received; sending continues \
+            after it.", pattern = "^(latest|[0-9]{1,18})?$"),
+        EventsQuery
+    ),
+    responses(
+        (status = 200, description = "Server-sent events without end; `data` of each is a JobEvent.",
+            body = JobEventBody, content_type = "text/event-stream"),
+        (status = 400, description = "`Last-Event-ID` is not the id of an event.", body = Problem,
+            content_type = "application/problem+json"),
+        (status = 422, description = "The query has something else in it, or `last_event_id` is not the id of an \
+            event.", body = Problem, content_type = "application/problem+json")
+    )
+)]
+async fn get_job_events(
+    state: CallerState,
+    PathOf(job): PathOf<Uuid>,
+    headers: HeaderMap,
+    QueryOf(query): QueryOf<EventsQuery>,
+) -> Result<Response, Problem> {
+    let last = state.jobs.last_event(job).await?;
+    let given = Given::of(&headers, query);
+    let after = match given.id.as_deref() {
+        None | Some("") => 0,
+        Some("latest") => last,
+        // An id beyond the last event is of another database, say of one before a backup was
+        // restored: everything is sent anew.
+        Some(text) => text.parse().map(|id| if id > last { 0 } else { id }).map_err(|_| given.refused("this job"))?,
+    };
+    let changes = state.jobs.listen(job);
+    Listener::answer(state, Subject::Job { job, after }, changes)
+}
+
+/// Sends new events of all jobs of the caller's tenant, or those after `Last-Event-ID`.
+///
+/// The events of the jobs, each with the `job_id`, and jobs that are created or deleted (`job`). As
+/// those of a job; the id of an event is its place among all. After an id that is older than seven
+/// days, or not of this database, as after a backup was restored, the first event is a `reset`, and
+/// sending begins with now: read the list of jobs anew then.
+#[utoipa::path(
+    get, path = "/v1/events", operation_id = "get_events", tag = "jobs",
+    params(
+        ("Last-Event-ID" = Option<String>, Header, description = "The id of the last event received; sending continues \
+            after it.", pattern = "^(latest|[0-9]{1,19}-[0-9]{1,19})?$"),
+        EventsQuery
+    ),
+    responses(
+        (status = 200, description = "Server-sent events without end; `data` of each is a JobEvent.",
+            body = JobEventBody, content_type = "text/event-stream"),
+        (status = 400, description = "`Last-Event-ID` is not the id of an event.", body = Problem,
+            content_type = "application/problem+json"),
+        (status = 422, description = "The query has something else in it, or `last_event_id` is not the id of an \
+            event.", body = Problem, content_type = "application/problem+json")
+    )
+)]
+async fn get_events(
+    state: CallerState,
+    headers: HeaderMap,
+    QueryOf(query): QueryOf<EventsQuery>,
+) -> Result<Response, Problem> {
+    // what happens between the two is heard of
+    let changes = state.jobs.listen_to_all();
+    let last = state.jobs.last_place().await?;
+    let given = Given::of(&headers, query);
+    let (after, missed) = match given.id.as_deref() {
+        None | Some("" | "latest") => (last, false),
+        Some(text) => {
+            let asked = events::place_of(text).ok_or_else(|| given.refused("`/v1/events`"))?;
+            let all = asked <= last && state.jobs.tells_all_after(asked).await?;
+            if all { (asked, false) } else { (last, true) }
+        }
+    };
+    Listener::answer(state, Subject::All { after, missed }, changes)
+}
+
+/// Whose events are sent, after which.
+enum Subject {
+    Job {
+        job: Uuid,
+        after: u64,
+    },
+    /// `missed`: something before it is not told any more, which is to be said first.
+    All {
+        after: EventPlace,
+        missed: bool,
+    },
+}
+
+impl Subject {
+    /// The next events, if there are any; they count as sent.
+    async fn page(&mut self, state: &CallerState, wakes: u64) -> Result<Option<Arc<[Event]>>, RepositoryError> {
+        let (jobs, tenant) = (&state.jobs, state.principal.caller.tenant.clone());
+        match self {
+            Subject::Job { job, after } => {
+                let (job, begin) = (*job, *after);
+                let key = PageKey { tenant, job: Some(job), after: EventPlace { change: 0, number: begin } };
+                let read = async {
+                    let page = jobs.events(job, begin, PAGE).await?;
+                    let last = page.last().map(|last| EventPlace { change: 0, number: last.number });
+                    let told = page.into_iter().map(|told| event(told.number, &told.into())).collect();
+                    Ok(last.map(|last| (told, last)))
+                };
+                let page = state.event_pages.get(key, wakes, read).await?;
+                Ok(page.map(|(page, last)| {
+                    *after = last.number;
+                    page
+                }))
+            }
+            Subject::All { after, missed } => {
+                if std::mem::take(missed) {
+                    let reset = event(events::place_text(*after), &JobEventBody::reset(jobs.now()));
+                    return Ok(Some(Arc::from([reset])));
+                }
+                let begin = *after;
+                let key = PageKey { tenant, job: None, after: begin };
+                let read = async {
+                    let page = jobs.all_events(begin, PAGE).await?;
+                    let last = page.last().map(|last| last.place);
+                    let told =
+                        page.into_iter().map(|told| event(events::place_text(told.place), &told.into())).collect();
+                    Ok(last.map(|last| (told, last)))
+                };
+                let page = state.event_pages.get(key, wakes, read).await?;
+                Ok(page.map(|(page, last)| {
+                    *after = last;
+                    page
+                }))
+            }
+        }
+    }
+
+    /// Refuses a job that is there no more.
+    async fn check_exists(&self, jobs: &Jobs) -> Result<(), RepositoryError> {
+        match self {
+            Subject::Job { job, .. } => jobs.last_event(*job).await.map(drop),
+            Subject::All { .. } => Ok(()),
+        }
+    }
+
+    /// After how long it is worth looking without being woken.
+    fn patience(&self) -> Duration {
+        match self {
+            Subject::Job { .. } => JOB_LOOK,
+            Subject::All { .. } => LOOK,
+        }
+    }
+}
+
+struct Listener {
+    state: CallerState,
+    subject: Subject,
+    changes: watch::Receiver<u64>,
+    stopped: Pin<Box<dyn Future<Output = ()> + Send>>,
+    /// Whoever listens is not let in any more.
+    refused: Pin<Box<dyn Future<Output = Problem> + Send>>,
+    _open: OpenConnection,
+}
+
+fn event(id: impl Display, body: &JobEventBody) -> Event {
+    Event::default().id(id.to_string()).event(body.kind.name()).data(text_of(body))
+}
+
+impl Listener {
+    /// The answer without end.
+    fn answer(state: CallerState, subject: Subject, changes: watch::Receiver<u64>) -> Result<Response, Problem> {
+        let listener = Listener {
+            subject,
+            changes,
+            stopped: Box::pin(state.shutdown.begun()),
+            refused: state.refused(),
+            _open: state.shutdown.register("events", state.settings.max_connections)?,
+            state,
+        };
+        let silence = listener.state.settings.pace.comment;
+        let pages = stream::unfold(listener, |mut listener| async move { Some((listener.next().await?, listener)) });
+        let events = pages.flat_map(|page| stream::iter((0..page.len()).map(move |at| page[at].clone())));
+        let retry = stream::once(future::ready(Event::default().retry(RETRY)));
+        Ok(sse::response(retry.chain(events), silence))
+    }
+
+    /// The events that are sent next; `None` ends the answer (a client comes back by itself).
+    async fn next(&mut self) -> Option<Arc<[Event]>> {
+        loop {
+            // also where there is always something to send
+            if (&mut self.refused).now_or_never().is_some() {
+                return None;
+            }
+            // seen before looking, so that what happens while looking wakes again
+            let wakes = *self.changes.borrow_and_update();
+            match self.subject.page(&self.state, wakes).await {
+                Ok(Some(page)) => return Some(page),
+                Ok(None) => {}
+                Err(error) => return self.end(&error),
+            }
+            tokio::select! {
+                _ = self.changes.changed() => {}
+                () = &mut self.stopped => return None,
+                _ = &mut self.refused => return None,
+                () = tokio::time::sleep(self.subject.patience()) => {
+                    if let Err(error) = self.subject.check_exists(&self.state.jobs).await {
+                        return self.end(&error);
+                    }
+                }
+            }
+        }
+    }
+
+    fn end(&self, error: &RepositoryError) -> Option<Arc<[Event]>> {
+        if !matches!(error, RepositoryError::NotFound(_)) {
+            tracing::warn!(%error, "event stream closed after a store error");
+        }
+        None
+    }
+}

@@ -1,0 +1,64 @@
+//! `POST /v1/fits`: compute, store nothing.
+
+use axum::{
+    extract::State,
+    http::{HeaderValue, header},
+    response::{IntoResponse, Response},
+};
+use utoipa_axum::{router::OpenApiRouter, routes};
+
+use crate::{
+    api::{
+        fits::{
+            answer::FitResultBody,
+            service,
+            spec::request::{FitForm, FitRequest},
+        },
+        measurand::axes::MeasurandBody,
+        problem::Problem,
+    },
+    http::{
+        layers::{body::Payload, compute::read_fit_and, unsent::with_permit},
+        state::AppState,
+    },
+    usecases::budget::WithPermit,
+};
+
+pub fn group() -> OpenApiRouter<AppState> {
+    OpenApiRouter::new().routes(routes!(create_fit))
+}
+
+/// Fits a model to nodes and answers everything about the estimate; stores nothing.
+///
+/// The answer has coefficients with standard errors and bias bounds, the spectrum of the Fisher
+/// information matrix, what every criterion for λ* would choose, and which columns nearly depend on
+/// each other. Without `regularization`, λ* is chosen by `min_mse`.
+#[utoipa::path(
+    post, path = "/v1/fits", operation_id = "create_fit", tag = "fits",
+    request_body(
+        content((FitRequest = "application/json"), (FitForm = "multipart/form-data")),
+        description = "Nodes and what to fit to them."
+    ),
+    responses((status = 200, description = "The estimate with its diagnostics.", body = FitResultBody))
+)]
+async fn create_fit(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
+    let plans = state.plans.clone();
+    let work = move |nodes, spec, measurand: MeasurandBody, _| {
+        measurand.checked(Some(&nodes)).map_err(Problem::invalid)?;
+        service::fit(&nodes, &spec, &plans)
+    };
+    Ok(json_held(read_fit_and(&state, payload, work).await?))
+}
+
+/// The same with the permit for what it takes.
+pub fn json_held(held: WithPermit<Vec<u8>>) -> Response {
+    let (text, permit) = held.into_parts();
+    with_permit(json(text), permit)
+}
+
+/// A response that holds finished JSON.
+pub fn json(text: Vec<u8>) -> Response {
+    let mut response = text.into_response();
+    response.headers_mut().insert(header::CONTENT_TYPE, HeaderValue::from_static("application/json"));
+    response
+}

@@ -1,0 +1,93 @@
+//! Corrections of the gear: by all teeth of both flanks that were measured since the last one.
+
+use axum::{http::HeaderMap, response::Response};
+use utoipa_axum::{router::OpenApiRouter, routes};
+use uuid::Uuid;
+
+use super::{gear_records::corrected, records::JobRecordRequest};
+use crate::{
+    api::{
+        gears::correction::{
+            csv::OutsideLimitsName, include::StoredIncludeName, request::CorrectionRequestBody, result::CorrectionBody,
+            stored::StoredCorrectionBody,
+        },
+        problem::Problem,
+    },
+    http::{
+        caller_state::CallerState,
+        layers::{
+            extract::{PathOf, QueryOf},
+            idempotency::IdempotencyKey,
+            include::CorrectionQuery,
+        },
+        state::AppState,
+    },
+    usecases::correct,
+};
+
+pub fn group() -> OpenApiRouter<AppState> {
+    OpenApiRouter::new().routes(routes!(create_gear_correction, get_gear_correction))
+}
+
+/// Computes changes of machine settings by all teeth of both flanks that were measured since the
+/// last correction, and keeps them with the last of these iterations.
+///
+/// Of each flank the deviations are averaged over the teeth, and both flanks are corrected by the
+/// same settings. A tooth that was measured more than once counts by its newest iteration. Where
+/// nothing was measured after the last correction, the new one is made for the same iterations.
+/// Teeth are chosen by `teeth`.
+#[utoipa::path(
+    post, path = "/v1/jobs/{job_id}/correction", operation_id = "create_gear_correction", tag = "jobs",
+    params(
+        ("job_id" = Uuid, Path),
+        IdempotencyKey
+    ),
+    request_body(content = CorrectionRequestBody, description = "What the settings do, how far they may go, and how \
+        far that is trusted."),
+    responses(
+        (status = 201, description = "The changes and what they should bring.", body = CorrectionBody,
+            headers(("Location" = String, description = "Where the record is."))),
+        (status = 409, description = "The units of an iteration are implausible (`implausible_unit`), or the first \
+            request with this idempotency key is still running.", body = Problem,
+            content_type = "application/problem+json")
+    )
+)]
+async fn create_gear_correction(request: JobRecordRequest) -> Result<Response, Problem> {
+    let basis = async |state: CallerState, job| correct::basis_of_gear(state.context(), job).await;
+    request.keep_of("correction", basis, corrected).await
+}
+
+/// The correction of the gear that was made last, with what the next round measured of it.
+///
+/// The next round is what was measured after the correction and before the next one. Its means are
+/// compared with those that are predicted for the changes that were entered, and the scatter of the
+/// teeth is in the errors of both. By `Accept: text/csv` it is answered for the control of the
+/// machine, a line for each setting.
+#[utoipa::path(
+    get, path = "/v1/jobs/{job_id}/correction", operation_id = "get_gear_correction", tag = "jobs",
+    params(
+        ("job_id" = Uuid, Path),
+        ("include" = Option<Vec<StoredIncludeName>>, Query, style = Form, explode = false, description = "What is \
+            answered beside: names with commas between them."),
+        ("outside_limits" = Option<OutsideLimitsName>, Query, description = "Of the CSV: that the predicted figures \
+            may lie outside their limits.")
+    ),
+    responses(
+        (status = 200, description = "The correction with its request, and the answer of the machine once there is \
+            one. As CSV a line for each setting, named as in OPC UA for Geometrical Measuring Systems.",
+            content((StoredCorrectionBody = "application/json"), (String = "text/csv"))),
+        (status = 406, description = "Neither application/json nor text/csv is accepted.", body = Problem,
+            content_type = "application/problem+json"),
+        (status = 409, description = "As CSV: predicted figures lie outside their limits \
+            (`predicted_outside_limits`).", body = Problem, content_type = "application/problem+json")
+    )
+)]
+async fn get_gear_correction(
+    state: CallerState,
+    PathOf(job): PathOf<Uuid>,
+    QueryOf(query): QueryOf<CorrectionQuery>,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    let (format, form) = query.form(&headers)?;
+    Ok(format.response(correct::of_gear(state.context(), job, form).await?))
+}

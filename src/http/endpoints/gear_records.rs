@@ -1,0 +1,211 @@
+//! Deviations, evaluations, pitches and corrections kept with an iteration.
+
+use axum::{http::HeaderMap, response::Response};
+use utoipa_axum::{router::OpenApiRouter, routes};
+use uuid::Uuid;
+
+use super::records::{NewRecord, RecordContext, RecordRequest};
+use crate::{
+    api::{
+        gears::{
+            correction::{
+                csv::OutsideLimitsName, include::StoredIncludeName, request::CorrectionRequestBody,
+                result::CorrectionBody, stored::StoredCorrectionBody,
+            },
+            deviations::{self, request::DeviationsRequestBody},
+            evaluation::{
+                self,
+                pitch::{self, PitchRequestBody},
+                request::EvaluateBody,
+            },
+            gear::of_job,
+            requirements::RequirementsBody,
+        },
+        jobs::records::RecordBody,
+        problem::{Problem, Room},
+    },
+    http::{
+        caller_state::CallerState,
+        layers::{
+            accept::Format,
+            extract::{PathOf, QueryOf},
+            idempotency::IdempotencyKey,
+            include::CorrectionQuery,
+        },
+        state::AppState,
+    },
+    jobs::RecordKind,
+    usecases::correct::{self, Basis},
+};
+
+pub fn group() -> OpenApiRouter<AppState> {
+    OpenApiRouter::new()
+        .routes(routes!(create_iteration_deviations))
+        .routes(routes!(create_iteration_evaluation))
+        .routes(routes!(create_iteration_pitch))
+        .routes(routes!(create_iteration_correction, get_iteration_correction))
+}
+
+/// Keeps the deviations of measured points with an iteration.
+///
+/// The points may be those of the iteration's own nodes or others of the same gear; the gear is
+/// that of the job unless the request has one.
+#[utoipa::path(
+    post, path = "/v1/jobs/{job_id}/iterations/{number}/deviations", operation_id = "create_iteration_deviations",
+    tag = "iterations",
+    params(
+        ("job_id" = Uuid, Path),
+        ("number" = u32, Path),
+        IdempotencyKey
+    ),
+    request_body(content = DeviationsRequestBody, description = "Points or a grid; the gear is that of the job where \
+        the request has none."),
+    responses(
+        (status = 201, description = "What `POST /v1/gears/deviations` answers, kept.", body = RecordBody,
+            headers(("Location" = String, description = "Where the record is.")))
+    )
+)]
+async fn create_iteration_deviations(request: RecordRequest) -> Result<Response, Problem> {
+    let build = |text: &[u8], context: &RecordContext, room: Room| {
+        let built = deviations::build(text, of_job(&context.job)?.as_ref(), Some(&context.measurand), room)?;
+        Ok(context.gear_record(RecordKind::Deviations, text, built)?.into())
+    };
+    request.keep("deviations", build).await
+}
+
+/// Keeps the evaluation of measured traces with an iteration.
+///
+/// As `POST /v1/gears/evaluate`, with the gear of the job unless the request has one. Where
+/// `evaluation` has no `tolerance_limits` or no `k_bands`, those of the job's `requirements` take
+/// their place, and the answer tells them. It stays with the iteration as a record, whatever the
+/// job requires later; by `Accept: application/x-q-das-dfq` it is answered as a file for
+/// statistical process control.
+#[utoipa::path(
+    post, path = "/v1/jobs/{job_id}/iterations/{number}/evaluations", operation_id = "create_iteration_evaluation",
+    tag = "iterations",
+    params(
+        ("job_id" = Uuid, Path),
+        ("number" = u32, Path),
+        IdempotencyKey
+    ),
+    request_body(content = EvaluateBody, description = "Traces and how they are evaluated; the gear is that of the job \
+        where the request has none."),
+    responses(
+        (status = 201, description = "What `POST /v1/gears/evaluate` answers, kept.",
+            content((RecordBody = "application/json"), (String = "application/x-q-das-dfq")),
+            headers(("Location" = String, description = "Where the record is.")))
+    )
+)]
+async fn create_iteration_evaluation(headers: HeaderMap, request: RecordRequest) -> Result<Response, Problem> {
+    let format = Format::negotiated(&headers, Format::Dfq, "Evaluations")?;
+    let build = |text: &[u8], context: &RecordContext, _: Room| {
+        let required = RequirementsBody::of(&context.job);
+        let built = evaluation::build(text, of_job(&context.job)?.as_ref(), Some(&context.measurand), required)?;
+        Ok(context.gear_record(RecordKind::Evaluation, text, built)?.into())
+    };
+    request.keep_as(format, "evaluations", build).await
+}
+
+/// Keeps pitches of all teeth and the run-out with an iteration.
+///
+/// As `POST /v1/gears/pitch`, with the gear of the job unless the request has one. Pitches are of
+/// all teeth; where the iteration says its flank, they are of that flank among others. Without
+/// `pitch_limits` those of the job's `requirements` hold, and the answer tells them. By
+/// `Accept: application/x-q-das-dfq` the answer is a file for statistical process control.
+#[utoipa::path(
+    post, path = "/v1/jobs/{job_id}/iterations/{number}/pitch", operation_id = "create_iteration_pitch",
+    tag = "iterations",
+    params(
+        ("job_id" = Uuid, Path),
+        ("number" = u32, Path),
+        IdempotencyKey
+    ),
+    request_body(content = PitchRequestBody, description = "Where the flanks are; the gear is that of the job where \
+        the request has none."),
+    responses(
+        (status = 201, description = "What `POST /v1/gears/pitch` answers, kept.",
+            content((RecordBody = "application/json"), (String = "application/x-q-das-dfq")),
+            headers(("Location" = String, description = "Where the record is.")))
+    )
+)]
+async fn create_iteration_pitch(headers: HeaderMap, request: RecordRequest) -> Result<Response, Problem> {
+    let format = Format::negotiated(&headers, Format::Dfq, "Pitches")?;
+    let build = |text: &[u8], context: &RecordContext, _: Room| {
+        let required = RequirementsBody::of(&context.job);
+        let built = pitch::build(text, of_job(&context.job)?.as_ref(), Some(&context.measurand), required.as_ref())?;
+        Ok(context.gear_record(RecordKind::Pitch, text, built)?.into())
+    };
+    request.keep_as(format, "pitch", build).await
+}
+
+/// Computes changes of machine settings by the deviations (µm) that the iteration's nodes hold, and
+/// keeps them with it.
+///
+/// By a sensitivity matrix, or by the motions of a form grinder or generating grinder, which needs
+/// flank, axes and gear. It is compared with what the next iteration of the job measures.
+#[utoipa::path(
+    post, path = "/v1/jobs/{job_id}/iterations/{number}/correction", operation_id = "create_iteration_correction",
+    tag = "iterations",
+    params(
+        ("job_id" = Uuid, Path),
+        ("number" = u32, Path),
+        IdempotencyKey
+    ),
+    request_body(content = CorrectionRequestBody, description = "What the settings do, how far they may go, and how \
+        far that is trusted."),
+    responses(
+        (status = 201, description = "The changes and what they should bring.", body = CorrectionBody,
+            headers(("Location" = String, description = "Where the record is."))),
+        (status = 409, description = "The units of the iteration are implausible (`implausible_unit`), or the first \
+            request with this idempotency key is still running.", body = Problem,
+            content_type = "application/problem+json")
+    )
+)]
+async fn create_iteration_correction(request: RecordRequest) -> Result<Response, Problem> {
+    let basis = async |state: CallerState, job, number| correct::basis_of_iteration(state.context(), job, number).await;
+    request.keep_of("correction", basis, corrected).await
+}
+
+/// Computes the correction that a request asks for.
+pub fn corrected(text: &[u8], basis: &Basis, room: Room) -> Result<NewRecord, Problem> {
+    let (draft, answer) = basis.correct(text, room)?;
+    Ok(NewRecord { draft, answer: Some(answer.into()) })
+}
+
+/// The correction of an iteration that was made last, with what was measured of it.
+///
+/// Predicted and measured are compared with the next iteration of the same flank and tooth, by the
+/// gear that the job had when the correction was made and by the changes that were entered
+/// (`applied`), else the proposed ones; `not_compared` says why where they cannot be.
+/// What is given node by node, and the fits of the settings, come with `include`.
+#[utoipa::path(
+    get, path = "/v1/jobs/{job_id}/iterations/{number}/correction", operation_id = "get_iteration_correction",
+    tag = "iterations",
+    params(
+        ("job_id" = Uuid, Path),
+        ("number" = u32, Path),
+        ("include" = Option<Vec<StoredIncludeName>>, Query, style = Form, explode = false, description = "What is \
+            answered beside, names with commas between them."),
+        ("outside_limits" = Option<OutsideLimitsName>, Query, description = "As CSV: `allowed` where predicted \
+            figures may lie outside the limits that the job requires.")
+    ),
+    responses(
+        (status = 409, description = "As CSV: predicted figures lie outside their limits \
+            (`predicted_outside_limits`).", body = Problem, content_type = "application/problem+json"),
+        (status = 200, description = "The correction; beside what it predicted what was measured, once there is a next \
+            iteration. As CSV a line for each setting, for the control of the machine: the change rounded to its \
+            increment and in words, and what it is for; under the names of OPC UA for Geometrical Measuring Systems.",
+            content((StoredCorrectionBody = "application/json"), (String = "text/csv"))),
+        (status = 406, description = "Neither application/json nor text/csv is accepted.", body = Problem,
+            content_type = "application/problem+json")
+    )
+)]
+async fn get_iteration_correction(
+    state: CallerState,
+    PathOf((job, number)): PathOf<(Uuid, u32)>,
+    QueryOf(query): QueryOf<CorrectionQuery>,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    let (format, form) = query.form(&headers)?;
+    Ok(format.response(correct::of_iteration(state.context(), job, number, form).await?))
+}

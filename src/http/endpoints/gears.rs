@@ -1,0 +1,273 @@
+//! `/v1/gears`: what follows from a gear's data, its flanks and the evaluation of measured traces;
+//! nothing is stored.
+
+use axum::{extract::State, http::HeaderMap, response::Response};
+use serde::Serialize;
+use utoipa::ToSchema;
+use utoipa_axum::{router::OpenApiRouter, routes};
+
+use super::fits::{json, json_held};
+use crate::{
+    api::{
+        faults::Faults,
+        gears::{
+            design::{
+                flank::{self, FlankBody, FlankRequestBody},
+                geometry::{self, GeometryBody, GeometryRequestBody},
+                profile::{self, EnvelopeBody, EnvelopeRequestBody, ProfileAnswerBody, ProfileRequestBody},
+                solid_mesh::{self, SolidMeshRequestBody},
+                tolerances::{self, TolerancesBody, TolerancesRequestBody},
+            },
+            deviations::{self, answer::DeviationsBody, request::DeviationsRequestBody},
+            evaluation::{
+                self,
+                answer::EvaluationBody,
+                flank_surface::{self, FlankSurfaceBody, FlankSurfaceRequestBody},
+                pitch::{self, PitchEvaluationBody, PitchRequestBody},
+                request::EvaluateBody,
+            },
+            files::gears::{self, GearsOfFileBody},
+            quality_data,
+        },
+        problem::{Problem, Room},
+    },
+    http::{
+        layers::{
+            accept::Format,
+            body::Payload,
+            compute::{read_json, read_json_in_room},
+            files::attachment,
+            multipart::read_file,
+            unsent::with_permit,
+        },
+        state::AppState,
+    },
+    usecases::import::FileForm,
+};
+
+pub fn group() -> OpenApiRouter<AppState> {
+    OpenApiRouter::new()
+        .routes(routes!(gear_geometry))
+        .routes(routes!(gear_flank))
+        .routes(routes!(read_gears))
+        .routes(routes!(gear_profile))
+        .routes(routes!(gear_solid_mesh))
+        .routes(routes!(gear_envelope))
+        .routes(routes!(gear_tolerances))
+        .routes(routes!(evaluate_gear))
+        .routes(routes!(gear_pitch))
+        .routes(routes!(gear_deviations))
+        .routes(routes!(gear_flank_surface))
+}
+
+/// Tolerances of ISO 1328-1:2013 for a class.
+///
+/// For all nine characteristics, unrounded and rounded as in the tables of the standard. A gear
+/// outside the scope of the standard is refused.
+#[utoipa::path(
+    post, path = "/v1/gears/tolerances", operation_id = "gear_tolerances", tag = "gears",
+    request_body(content = TolerancesRequestBody,
+        description = "A gear within the scope of the standard, and a class."),
+    responses((status = 200, description = "The tolerances.", body = TolerancesBody))
+)]
+async fn gear_tolerances(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
+    Ok(json(read_json(&state, payload, tolerances::answer).await?))
+}
+
+/// Evaluates measured profiles and helices by ISO 1328-1:2013.
+///
+/// Slope, form and total deviations of each trace with crowning and class, means over the teeth,
+/// twist, and the second-order surface through the traces of a flank. By
+/// `Accept: application/x-q-das-dfq` as a file for statistical process control.
+#[utoipa::path(
+    post, path = "/v1/gears/evaluate", operation_id = "evaluate_gear", tag = "gears",
+    request_body(content = EvaluateBody, description = "A gear, traces, and how they are to be evaluated."),
+    responses((status = 200, description = "Slopes, forms and totals in the order of the traces, means, twists and \
+        classes. As quality data a characteristic for each figure, in µm.",
+        content((EvaluationBody = "application/json"), (String = "application/x-q-das-dfq"))))
+)]
+async fn evaluate_gear(
+    State(state): State<AppState>,
+    headers: HeaderMap,
+    payload: Payload,
+) -> Result<Response, Problem> {
+    let format = Format::negotiated(&headers, Format::Dfq, "Evaluations")?;
+    let now = state.jobs.now();
+    let work = move |text: &[u8]| match format {
+        Format::Dfq => quality_data::of_traces(text, now),
+        _ => Ok(evaluation::build(text, None, None, None)?.result),
+    };
+    Ok(format.response(read_json(&state, payload, work).await?))
+}
+
+/// Computes deviations of measured points from the nominal flanks, optionally after a registration
+/// of the part.
+///
+/// Deviations are along the normal of the nominal or modified flank. With a registration, the
+/// motions of the part are estimated first, with standard errors; motions that the points cannot
+/// separate are listed.
+#[utoipa::path(
+    post, path = "/v1/gears/deviations", operation_id = "gear_deviations", tag = "gears",
+    request_body(content = DeviationsRequestBody, description = "A gear and points, or deviations on a grid."),
+    responses((status = 200, description = "Deviations in the order of the points.", body = DeviationsBody))
+)]
+async fn gear_deviations(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
+    let work = |text: &[u8], room: Room| Ok(deviations::build(text, None, None, room)?.result);
+    Ok(json_held(read_json_in_room(&state, payload, work).await?))
+}
+
+/// Evaluates pitches of both flanks and run-out by ISO 1328-1:2013.
+///
+/// From index deviations, angles or single pitches of each flank. The run-out is that of the
+/// readings, or follows from the pitches of both flanks. By `Accept: application/x-q-das-dfq` as a
+/// file for statistical process control.
+#[utoipa::path(
+    post, path = "/v1/gears/pitch", operation_id = "gear_pitch", tag = "gears",
+    request_body(content = PitchRequestBody, description = "A gear, and where its flanks are."),
+    responses((status = 200, description = "Single, cumulative and sector pitch deviations, run-out and classes. As \
+        quality data a characteristic for each figure, in µm.",
+        content((PitchEvaluationBody = "application/json"), (String = "application/x-q-das-dfq"))))
+)]
+async fn gear_pitch(State(state): State<AppState>, headers: HeaderMap, payload: Payload) -> Result<Response, Problem> {
+    let format = Format::negotiated(&headers, Format::Dfq, "Pitches")?;
+    let now = state.jobs.now();
+    let work = move |text: &[u8]| match format {
+        Format::Dfq => quality_data::of_pitches(text, now),
+        _ => Ok(pitch::build(text, None, None, None)?.result),
+    };
+    Ok(format.response(read_json(&state, payload, work).await?))
+}
+
+/// Fits the second-order surface of a flank's deviations: slopes, crownings and twist with standard
+/// errors and bias bounds.
+///
+/// Over roll length and face width, by any estimator and regularisation of a fit.
+#[utoipa::path(
+    post, path = "/v1/gears/flank-surface", operation_id = "gear_flank_surface", tag = "gears",
+    request_body(content = FlankSurfaceRequestBody, description = "A gear and deviations over one flank."),
+    responses((status = 200, description = "The figures of the flank, its form, and the fit.", body = FlankSurfaceBody))
+)]
+async fn gear_flank_surface(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
+    Ok(json(read_json(&state, payload, |text| flank_surface::build(text, None)).await?.result))
+}
+
+/// Derives diameters, pitches, thicknesses and measures of a gear, with warnings such as undercut
+/// or a pointed tip.
+///
+/// By ISO 21771, for external and internal spur and helical gears, with span measurement and
+/// dimension over balls on request.
+#[utoipa::path(
+    post, path = "/v1/gears/geometry", operation_id = "gear_geometry", tag = "gears",
+    request_body(content = GeometryRequestBody, description = "A gear."),
+    responses((status = 200, description = "The derived quantities.", body = GeometryBody))
+)]
+async fn gear_geometry(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
+    Ok(json(read_json(&state, payload, geometry::answer).await?))
+}
+
+/// Answers nodes of a nominal or modified flank with their normals.
+///
+/// On a grid of roll lengths and face width positions, as JSON or, by `Accept: text/csv`, as points
+/// for a measuring machine.
+#[utoipa::path(
+    post, path = "/v1/gears/flank", operation_id = "gear_flank", tag = "gears",
+    request_body(content = FlankRequestBody, description = "A gear, a flank, and where its nodes lie."),
+    responses(
+        (status = 200, description = "Points and unit normals. As CSV a line `id,x,y,z,i,j,k` for each node, row by \
+            row.", content((FlankBody = "application/json"), (String = "text/csv"))),
+        (status = 406, description = "Neither application/json nor text/csv is accepted.", body = Problem,
+            content_type = "application/problem+json")
+    )
+)]
+async fn gear_flank(State(state): State<AppState>, headers: HeaderMap, payload: Payload) -> Result<Response, Problem> {
+    let format = Format::negotiated(&headers, Format::Csv, "Nodes of a flank")?;
+    let work = move |text: &[u8], room: Room| match format {
+        Format::Csv => flank::csv(text, room),
+        _ => flank::answer(text, room),
+    };
+    let (text, permit) = read_json_in_room(&state, payload, work).await?.into_parts();
+    Ok(with_permit(format.response(text), permit))
+}
+
+// Declared for the document.
+/// A file.
+#[derive(Serialize, ToSchema)]
+#[schema(as = GearFileForm)]
+struct FileFormBody {
+    /// REXS, `.mka` or `.mew`.
+    #[schema(value_type = String, format = Binary)]
+    file: Vec<u8>,
+}
+
+/// Reads the gears in a file, in the form that jobs and other requests take.
+///
+/// The file is a REXS model, or curves or values of a gear tester. For a gear with missing data the
+/// answer lists the missing data. It also has the contents of the file: traces and pitch tables,
+/// which an import takes, and printed values.
+#[utoipa::path(
+    post, path = "/v1/gears/read", operation_id = "read_gears", tag = "gears",
+    request_body(content = FileFormBody, content_type = "multipart/form-data", description = "A REXS model, or a file \
+        of a gear tester."),
+    responses((status = 200, description = "The gears with their missing data, the traces and the values.",
+        body = GearsOfFileBody))
+)]
+async fn read_gears(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
+    let limit = state.settings.body_limit;
+    let work = move || {
+        let form = read_file(payload, limit)?;
+        let FileForm { file, name, spec, mapping } = &*form;
+        for (part, given) in [("spec", spec.is_some()), ("mapping", mapping.is_some())] {
+            if given {
+                return Err(Problem::invalid(Faults::one(
+                    format!("/{part}"),
+                    "this file takes no such part: leave it \
+                    out",
+                )));
+            }
+        }
+        gears::answer(file, name.as_deref())
+    };
+    Ok(json(state.pool.run(work).await??))
+}
+
+/// Returns the transverse section of a tooth with its fillets as a closed polygon, and of the whole
+/// gear on request.
+///
+/// The polygon consists of the tip arc, involutes, fillets and the root arc; the fillets are those
+/// that the gear's tool generates.
+#[utoipa::path(
+    post, path = "/v1/gears/profile", operation_id = "gear_profile", tag = "gears",
+    request_body(content = ProfileRequestBody, description = "A gear, and how finely."),
+    responses((status = 200, description = "Closed polygons.", body = ProfileAnswerBody))
+)]
+async fn gear_profile(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
+    Ok(json_held(read_json_in_room(&state, payload, profile::answer).await?))
+}
+
+/// Writes one tooth or several with fillets and rim as a solid mesh of hexahedra.
+///
+/// For Abaqus and CalculiX, ADINA, or Gmsh, with named sets of faces or nodes: flanks, root, tip,
+/// bore, cuts and ends. The answer is a file to be saved; material, support and load are the
+/// caller's.
+#[utoipa::path(
+    post, path = "/v1/gears/solid-mesh", operation_id = "gear_solid_mesh", tag = "gears",
+    request_body(content = SolidMeshRequestBody, description = "A gear, and how its solid is meshed."),
+    responses((status = 200, description = "The file.", content((String = "text/plain"))))
+)]
+async fn gear_solid_mesh(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
+    let now = state.jobs.now();
+    attachment(state, payload, move |text, room| solid_mesh::file(text, now, room)).await
+}
+
+/// Envelops the profile of any tool numerically.
+///
+/// The tool is a rack or a pinion that rolls with the gear, given by points of its profile. The
+/// answer is the flank of the tooth that the tool generates, between two radii.
+#[utoipa::path(
+    post, path = "/v1/gears/envelope", operation_id = "gear_envelope", tag = "gears",
+    request_body(content = EnvelopeRequestBody, description = "A tool's profile and its motion."),
+    responses((status = 200, description = "The envelope, and the flank that is left.", body = EnvelopeBody))
+)]
+async fn gear_envelope(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
+    Ok(json_held(read_json_in_room(&state, payload, profile::envelope).await?))
+}

@@ -1,0 +1,84 @@
+//! `/v1/jobs/{job_id}/import`: an iteration out of a file of a gear tester.
+
+use axum::response::Response;
+use serde::Serialize;
+use utoipa::ToSchema;
+use utoipa_axum::{router::OpenApiRouter, routes};
+use uuid::Uuid;
+
+use super::iterations::created;
+use crate::{
+    api::{
+        gears::files::spec::ImportSpecBody, jobs::iterations::NewIterationBody, problem::Problem,
+        tables::mapping::MappingBody,
+    },
+    http::{
+        caller_state::CallerState,
+        layers::{
+            body::Payload,
+            extract::PathOf,
+            idempotency::{IdempotencyKey, idempotent},
+            multipart::read_file,
+        },
+        state::AppState,
+    },
+    usecases::import,
+};
+
+pub fn group() -> OpenApiRouter<AppState> {
+    OpenApiRouter::new().routes(routes!(import_iteration))
+}
+
+// Declared for the document.
+/// A file and its description.
+#[derive(Serialize, ToSchema)]
+#[schema(as = ImportForm)]
+struct ImportFormBody {
+    /// `.mka`, a REXS model with topographies or traces, or a table of nodes or points.
+    #[schema(value_type = String, format = Binary)]
+    file: Vec<u8>,
+    /// `application/json`.
+    spec: Option<ImportSpecBody>,
+    /// `application/json`: how a table is to be read.
+    mapping: Option<MappingBody>,
+}
+
+/// Makes an iteration of a file of a gear tester, of a table of nodes or points or of a REXS model.
+///
+/// The traces of a tooth flank become its nodes (u = roll length in mm, v = z in mm, heights in µm
+/// along the normal). Nodes within the evaluation range are fitted by a second-order surface, or by
+/// the terms of it that they determine. All traces and pitch tables are evaluated, and the
+/// evaluations are stored with the iteration, with their data and the digest of the file. For
+/// points and for the topographies of a model the deviations are stored. Nodes of a table are
+/// stored in the units of its columns, as a grid where they form one. A file of another gear than
+/// the job's is refused.
+#[utoipa::path(
+    post, path = "/v1/jobs/{job_id}/import", operation_id = "import_iteration", tag = "iterations",
+    params(("job_id" = Uuid, Path), IdempotencyKey),
+    request_body(content = ImportFormBody, content_type = "multipart/form-data", description = "The file and its \
+        description."),
+    responses(
+        (status = 201, description = "The iteration. `GET …/records` has the evaluation.", body = NewIterationBody,
+            headers(
+            ("Location" = String, description = "Address of the iteration."),
+            ("ETag" = String, description = "Version of the iteration.")
+        )),
+        (status = 409, description = "The first request with this idempotency key is still running, or the gear of the \
+            job was changed meanwhile.", body = Problem, content_type = "application/problem+json")
+    )
+)]
+async fn import_iteration(
+    state: CallerState,
+    PathOf(job): PathOf<Uuid>,
+    key: IdempotencyKey,
+    payload: Payload,
+) -> Result<Response, Problem> {
+    let scope = format!("POST /v1/jobs/{job}/import");
+    idempotent(state, key, scope, payload, move |state, payload, key| async move {
+        let limit = state.settings.body_limit;
+        let keyed = key.map(|key| key.answered_by(created));
+        let (iteration, stored) = import::add(state.context(), job, move || read_file(payload, limit), keyed).await?;
+        Ok(created(&iteration, stored))
+    })
+    .await
+}

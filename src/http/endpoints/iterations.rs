@@ -1,0 +1,238 @@
+//! `/v1/jobs/{job_id}/iterations`: nodes measured, their first fit, what was decided.
+
+use std::sync::Arc;
+
+use axum::{
+    http::{HeaderMap, HeaderValue, header},
+    response::Response,
+};
+use utoipa_axum::{router::OpenApiRouter, routes};
+use uuid::Uuid;
+
+use super::fits::json;
+use crate::{
+    api::{
+        fits::{nodes_text, spec::nodes::NodesBody},
+        gears::design_at_nodes::{self, DesignAtNodesBody},
+        jobs::{
+            iteration_requests::{IterationForm, IterationPatchBody, IterationRequest, Measurement},
+            iterations::{IterationBody, NewIterationBody},
+            listed_iterations::ListedIterationBody,
+        },
+        json::writer,
+        page::PageBody,
+        problem::Problem,
+    },
+    http::{
+        caller_state::CallerState,
+        layers::{
+            accept::Format,
+            body::Payload,
+            chunked,
+            compute::read_fit_and,
+            conditional::{IfMatch, etag, set_etag},
+            extract::{JsonOf, PathOf, QueryOf},
+            idempotency::{IdempotencyKey, idempotent},
+            paging::PageQuery,
+        },
+        state::AppState,
+    },
+    jobs::{Answer, Iteration, List, NewIteration, Stored},
+    usecases::{decide, iterate, nodes},
+};
+
+pub fn group() -> OpenApiRouter<AppState> {
+    OpenApiRouter::new()
+        .routes(routes!(create_iteration, list_iterations))
+        .routes(routes!(get_iteration, update_iteration))
+        .routes(routes!(get_iteration_nodes))
+        .routes(routes!(get_iteration_design))
+}
+
+/// Fits nodes and keeps both, in one transaction, as the job's next iteration.
+///
+/// The fit is the iteration's chosen fit until another one is chosen. A request that is repeated
+/// with the same `Idempotency-Key` gets the first answer and stores nothing.
+#[utoipa::path(
+    post, path = "/v1/jobs/{job_id}/iterations", operation_id = "create_iteration", tag = "iterations",
+    params(
+        ("job_id" = Uuid, Path),
+        IdempotencyKey
+    ),
+    request_body(
+        content((IterationRequest = "application/json"), (IterationForm = "multipart/form-data")),
+        description = "Nodes, the model to fit, and details of the measurement."
+    ),
+    responses(
+        (status = 201, description = "The iteration with its first fit, which is chosen until another one is.",
+            body = NewIterationBody, headers(
+            ("Location" = String, description = "Address of the iteration."),
+            ("ETag" = String, description = "Version of the iteration.")
+        ))
+    )
+)]
+async fn create_iteration(
+    state: CallerState,
+    PathOf(job): PathOf<Uuid>,
+    key: IdempotencyKey,
+    payload: Payload,
+) -> Result<Response, Problem> {
+    let scope = format!("POST /v1/jobs/{job}/iterations");
+    idempotent(state, key, scope, payload, move |state, payload, key| async move {
+        state.jobs.check_exists(job).await?;
+        let plans = state.plans.clone();
+        let work = move |nodes, spec, measurement: Measurement, mapping| {
+            iterate::measured(nodes, spec, measurement, mapping, &plans)
+        };
+        let measured = read_fit_and(&state, payload, work).await?;
+        let keyed = key.map(|key| key.answered_by(created));
+        let (iteration, stored) = iterate::add(state.context(), job, measured, keyed).await?;
+        Ok(created(&iteration, stored))
+    })
+    .await
+}
+
+/// A new iteration as it is answered.
+pub fn created(iteration: &NewIteration, stored: Stored) -> Answer {
+    Answer {
+        status: 201,
+        location: Some(format!("/v1/jobs/{}/iterations/{}", iteration.job_id, stored.number)),
+        etag: Some(etag(stored.version)),
+        body: NewIterationBody::text(iteration, stored),
+    }
+}
+
+/// Lists the iterations of a job, each with its chosen fit.
+///
+/// By number, in pages, with the figures of the chosen fit. Slopes, crownings and twist are
+/// included where the axes place the nodes on a flank of the job's gear.
+#[utoipa::path(
+    get, path = "/v1/jobs/{job_id}/iterations", operation_id = "list_iterations", tag = "iterations",
+    params(("job_id" = Uuid, Path), PageQuery),
+    responses(
+        (status = 200, description = "Some iterations, and where the next page begins.", body = PageBody<ListedIterationBody>)
+    )
+)]
+async fn list_iterations(
+    state: CallerState,
+    PathOf(job): PathOf<Uuid>,
+    QueryOf(query): QueryOf<PageQuery>,
+) -> Result<axum::Json<PageBody<ListedIterationBody>>, Problem> {
+    let page = state.jobs.iterations(job, query.check(List::Iterations)?).await?;
+    Ok(axum::Json(PageBody::new(page, List::Iterations)))
+}
+
+/// An iteration with the figures of its fits.
+///
+/// It names the last hundred of its fits; `GET …/fits` lists all of them, `GET …/fits/{fit_id}` has
+/// each in full.
+#[utoipa::path(
+    get, path = "/v1/jobs/{job_id}/iterations/{number}", operation_id = "get_iteration", tag = "iterations",
+    params(("job_id" = Uuid, Path), ("number" = u32, Path)),
+    responses((status = 200, description = "The iteration.", body = IterationBody,
+        headers(("ETag" = String, description = "Version of the iteration."))))
+)]
+async fn get_iteration(state: CallerState, PathOf((job, number)): PathOf<(Uuid, u32)>) -> Result<Response, Problem> {
+    Ok(present(&state.jobs.iteration(job, number).await?))
+}
+
+/// Records a decision on the gear, or changes flank, tooth, axes or units of the nodes.
+///
+/// The job's trace keeps every decision with its reason, and every change with the values before
+/// it. Where a change gives the chosen fit other figures, the fit is stored again with these
+/// figures and chosen.
+#[utoipa::path(
+    patch, path = "/v1/jobs/{job_id}/iterations/{number}", operation_id = "update_iteration", tag = "iterations",
+    params(
+        ("job_id" = Uuid, Path),
+        ("number" = u32, Path),
+        ("If-Match" = Option<String>, Header, description = "Only if the iteration is still at this ETag.")
+    ),
+    request_body(content = IterationPatchBody, description = "The decision, or the changes of the nodes' description."),
+    responses(
+        (status = 200, description = "The iteration as it is from now on.", body = IterationBody,
+            headers(("ETag" = String, description = "Version of the iteration."))),
+        (status = 412, description = "The iteration has changed meanwhile.", body = Problem,
+            content_type = "application/problem+json")
+    )
+)]
+async fn update_iteration(
+    state: CallerState,
+    PathOf((job, number)): PathOf<(Uuid, u32)>,
+    IfMatch(precondition): IfMatch,
+    JsonOf(patch): JsonOf<IterationPatchBody>,
+) -> Result<Response, Problem> {
+    let iteration = state.jobs.iteration(job, number).await?;
+    Ok(present(&decide::update(state.context(), iteration, patch, precondition).await?))
+}
+
+/// An iteration as it is answered.
+pub fn present(iteration: &Iteration) -> Response {
+    let mut response = json(IterationBody::text(iteration));
+    set_etag(response.headers_mut(), iteration.version);
+    response
+}
+
+/// The nodes as they were posted, as JSON or as CSV.
+///
+/// Bit by bit the same numbers, missing nodes included.
+#[utoipa::path(
+    get, path = "/v1/jobs/{job_id}/iterations/{number}/nodes", operation_id = "get_iteration_nodes", tag = "iterations",
+    params(("job_id" = Uuid, Path), ("number" = u32, Path)),
+    responses(
+        (status = 200, description = "The nodes. They never change.",
+            content((NodesBody = "application/json"), (String = "text/csv"))),
+        (status = 406, description = "Neither application/json nor text/csv is accepted.", body = Problem,
+            content_type = "application/problem+json")
+    )
+)]
+async fn get_iteration_nodes(
+    state: CallerState,
+    PathOf((job, number)): PathOf<(Uuid, u32)>,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    let format = Format::negotiated(&headers, Format::Csv, "Nodes")?;
+    let (nodes, permit) = nodes::stored(state.context(), job, number).await?.into_parts();
+    let work = move || {
+        let mut file = match format {
+            Format::Csv => nodes_text::to_csv(Arc::new(nodes)),
+            _ => nodes_text::to_json(Arc::new(nodes)),
+        };
+        (file.next_piece(chunked::PIECE).unwrap_or_default(), file)
+    };
+    let (first, file) = state.pool.run(work).await?;
+    let mut response = format.response(Vec::new());
+    *response.body_mut() = chunked::body(state.app, first, file, permit);
+    let headers = response.headers_mut();
+    // Nodes never change, so each form has one tag.
+    headers.insert(header::ETAG, HeaderValue::from_static(if format == Format::Csv { "\"csv\"" } else { "\"json\"" }));
+    Ok(response)
+}
+
+/// Returns the job's design at the nodes of an iteration.
+///
+/// The deviations of a flank that is made as the `design` in the job's requirements says: subtract
+/// them from the measured ones for the deviations from the design.
+#[utoipa::path(
+    get, path = "/v1/jobs/{job_id}/iterations/{number}/design", operation_id = "get_iteration_design",
+    tag = "iterations",
+    params(("job_id" = Uuid, Path), ("number" = u32, Path)),
+    responses(
+        (status = 200, description = "The design at the nodes.", body = DesignAtNodesBody),
+        (status = 409, description = "The job has no design or no gear, the iteration no flank or axes, or the design \
+            is impossible on its flank.", body = Problem, content_type = "application/problem+json")
+    )
+)]
+async fn get_iteration_design(
+    state: CallerState,
+    PathOf((job, number)): PathOf<(Uuid, u32)>,
+) -> Result<Response, Problem> {
+    let iteration = state.jobs.iteration(job, number).await?;
+    let job = state.jobs.job(job).await?;
+    let (nodes, _permit) = nodes::stored(state.context(), job.id, number).await?.into_parts();
+    let work = move || {
+        let found = design_at_nodes::at_nodes(&job, &iteration.measurand, &nodes)?;
+        writer::whole(&found).map_err(Problem::not_finite)
+    };
+    Ok(json(state.pool.run(work).await??))
+}

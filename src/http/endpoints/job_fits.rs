@@ -1,0 +1,200 @@
+//! `…/iterations/{number}/fits`: further fits of stored nodes, which of them stands, and replays.
+
+use axum::{
+    http::{HeaderValue, header},
+    response::Response,
+};
+use utoipa_axum::{router::OpenApiRouter, routes};
+use uuid::Uuid;
+
+use super::{fits::json, iterations::present};
+use crate::{
+    api::{
+        fits::spec::include::IncludeName,
+        jobs::{
+            fits::{ReplayBody, ReplayRequest},
+            iteration_requests::{ChosenFitBody, RefitRequest},
+            iterations::{FitSummaryBody, IterationBody, IterationFitBody},
+        },
+        page::PageBody,
+        problem::Problem,
+    },
+    http::{
+        caller_state::CallerState,
+        layers::{
+            body::Payload,
+            compute::{read_json, read_optional_json},
+            conditional::{IfMatch, etag},
+            extract::{JsonOf, PathOf, QueryOf},
+            idempotency::{IdempotencyKey, idempotent},
+            include::IncludeQuery,
+            paging::PageQuery,
+        },
+        state::AppState,
+    },
+    jobs::{Answer, List, NewFit, Stored},
+    usecases::{fit, nodes},
+};
+
+pub fn group() -> OpenApiRouter<AppState> {
+    OpenApiRouter::new()
+        .routes(routes!(create_iteration_fit, list_iteration_fits))
+        .routes(routes!(get_iteration_fit))
+        .routes(routes!(choose_fit))
+        .routes(routes!(replay_fit))
+}
+
+/// Fits the stored nodes with another λ* or model. The fit is not used until it is chosen.
+///
+/// All fits of the iteration are kept for comparison.
+#[utoipa::path(
+    post, path = "/v1/jobs/{job_id}/iterations/{number}/fits", operation_id = "create_iteration_fit",
+    tag = "iterations",
+    params(
+        ("job_id" = Uuid, Path),
+        ("number" = u32, Path),
+        IdempotencyKey
+    ),
+    request_body(content = RefitRequest, description = "A fit request without nodes."),
+    responses(
+        (status = 201, description = "The fit.", body = IterationFitBody, headers(
+            ("Location" = String, description = "Address of the fit."),
+            ("ETag" = String, description = "Version of the iteration.")
+        ))
+    )
+)]
+async fn create_iteration_fit(
+    state: CallerState,
+    PathOf((job, number)): PathOf<(Uuid, u32)>,
+    key: IdempotencyKey,
+    payload: Payload,
+) -> Result<Response, Problem> {
+    let place = format!("/v1/jobs/{job}/iterations/{number}");
+    idempotent(state, key, format!("POST {place}/fits"), payload, move |state, payload, key| async move {
+        let nodes = nodes::stored(state.context(), job, number).await?;
+        let plans = state.plans.clone();
+        let refit = read_json(&state, payload, move |text| fit::refitted(text, nodes, &plans)).await?;
+        let answer = move |fit: &NewFit, stored: Stored| created(&place, fit, stored);
+        let keyed = key.map(|key| key.answered_by(answer.clone()));
+        let (fit, stored) = fit::add(state.context(), (job, number), refit, keyed).await?;
+        Ok(answer(&fit, stored))
+    })
+    .await
+}
+
+fn created(place: &str, fit: &NewFit, stored: Stored) -> Answer {
+    Answer {
+        status: 201,
+        location: Some(format!("{place}/fits/{}", fit.id)),
+        etag: Some(etag(stored.version)),
+        body: IterationFitBody::of(fit, false).text(),
+    }
+}
+
+/// Lists the fits of an iteration by their figures.
+///
+/// In the order in which they were made; `GET …/fits/{fit_id}` returns each in full.
+#[utoipa::path(
+    get, path = "/v1/jobs/{job_id}/iterations/{number}/fits", operation_id = "list_iteration_fits", tag = "iterations",
+    params(("job_id" = Uuid, Path), ("number" = u32, Path), PageQuery),
+    responses(
+        (status = 200, description = "Some fits, and where the next page begins.", body = PageBody<FitSummaryBody>)
+    )
+)]
+async fn list_iteration_fits(
+    state: CallerState,
+    PathOf((job, number)): PathOf<(Uuid, u32)>,
+    QueryOf(query): QueryOf<PageQuery>,
+) -> Result<axum::Json<PageBody<FitSummaryBody>>, Problem> {
+    let page = state.jobs.fits(job, number, query.check(List::Fits)?).await?;
+    Ok(axum::Json(PageBody::new(page, List::Fits)))
+}
+
+/// A fit in full, as it was answered when it was made.
+///
+/// The parts that `include` names are computed from the stored nodes and added; the stored answer
+/// itself is returned byte for byte. `spec` can be changed and sent back as a refit.
+#[utoipa::path(
+    get, path = "/v1/jobs/{job_id}/iterations/{number}/fits/{fit_id}", operation_id = "get_iteration_fit",
+    tag = "iterations",
+    params(
+        ("job_id" = Uuid, Path),
+        ("number" = u32, Path),
+        ("fit_id" = Uuid, Path),
+        ("include" = Option<Vec<IncludeName>>, Query, style = Form, explode = false, description = "What is answered \
+            beside, names with commas between them.")
+    ),
+    responses(
+        (status = 200, description = "The fit. But for `chosen` it never changes.", body = IterationFitBody,
+            headers(("ETag" = String,
+                description = "Changes only when this fit is chosen or another one is chosen instead. Absent with \
+                    `include`."))),
+        (status = 422, description = "There is nothing of that name to include.", body = Problem,
+            content_type = "application/problem+json")
+    )
+)]
+async fn get_iteration_fit(
+    state: CallerState,
+    PathOf((job, number, fit)): PathOf<(Uuid, u32, Uuid)>,
+    QueryOf(query): QueryOf<IncludeQuery>,
+) -> Result<Response, Problem> {
+    let names: Vec<IncludeName> = query.names()?;
+    let stored = state.jobs.fit(job, number, fit).await?;
+    if names.is_empty() {
+        let mut response = json(IterationFitBody::stored(&stored, &stored.result).text());
+        // nothing else of it can change
+        let tag = if stored.chosen { "\"chosen\"" } else { "\"not-chosen\"" };
+        response.headers_mut().insert(header::ETAG, HeaderValue::from_static(tag));
+        return Ok(response);
+    }
+    Ok(json(fit::with_include(state.context(), (job, number), stored, names).await?))
+}
+
+/// Chooses a fit of the iteration. Earlier choices stay in the trace.
+///
+/// Each choice is a new row in the trace; no fit is overwritten or deleted.
+#[utoipa::path(
+    put, path = "/v1/jobs/{job_id}/iterations/{number}/chosen_fit", operation_id = "choose_fit", tag = "iterations",
+    params(
+        ("job_id" = Uuid, Path),
+        ("number" = u32, Path),
+        ("If-Match" = Option<String>, Header, description = "Only if the iteration is still at this ETag.")
+    ),
+    request_body(content = ChosenFitBody, description = "The chosen fit."),
+    responses(
+        (status = 200, description = "The iteration with its new choice.", body = IterationBody,
+            headers(("ETag" = String, description = "Version of the iteration."))),
+        (status = 412, description = "The iteration has changed meanwhile.", body = Problem,
+            content_type = "application/problem+json")
+    )
+)]
+async fn choose_fit(
+    state: CallerState,
+    PathOf((job, number)): PathOf<(Uuid, u32)>,
+    IfMatch(precondition): IfMatch,
+    JsonOf(chosen): JsonOf<ChosenFitBody>,
+) -> Result<Response, Problem> {
+    let reason = chosen.reason.map(String::from);
+    let iteration = state.jobs.choose_fit(job, number, chosen.fit_id, reason, precondition).await?;
+    Ok(present(&iteration))
+}
+
+/// Computes a stored fit again from the stored nodes and compares the answers bit by bit. Stores
+/// nothing.
+///
+/// Shows that an answer can be reproduced, with this or a later version of the program. The body is
+/// empty or `{}`.
+#[utoipa::path(
+    post, path = "/v1/jobs/{job_id}/iterations/{number}/fits/{fit_id}/replay", operation_id = "replay_fit",
+    tag = "iterations",
+    params(("job_id" = Uuid, Path), ("number" = u32, Path), ("fit_id" = Uuid, Path)),
+    responses((status = 200, description = "The comparison of the two answers.", body = ReplayBody))
+)]
+async fn replay_fit(
+    state: CallerState,
+    PathOf((job, number, fit)): PathOf<(Uuid, u32, Uuid)>,
+    payload: Payload,
+) -> Result<axum::Json<ReplayBody>, Problem> {
+    let ReplayRequest {} = read_optional_json(&state, payload).await?;
+    Ok(axum::Json(fit::replay(state.context(), (job, number), fit).await?))
+}

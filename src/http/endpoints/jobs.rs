@@ -1,0 +1,183 @@
+//! `/v1/jobs`: gear jobs.
+
+use axum::{
+    http::StatusCode,
+    response::{IntoResponse, Response},
+};
+use utoipa_axum::{router::OpenApiRouter, routes};
+use uuid::Uuid;
+
+use crate::{
+    api::{
+        jobs::{
+            job::{JobBody, JobPatchBody, NewJobBody},
+            job_list::ListedJobBody,
+        },
+        json::{value::read_json, writer::text_of},
+        page::PageBody,
+        problem::Problem,
+    },
+    http::{
+        caller_state::CallerState,
+        layers::{
+            body::Payload,
+            compute::read_small_json,
+            conditional::{IfMatch, etag, set_etag},
+            extract::{JsonOf, PathOf, QueryOf},
+            idempotency::{IdempotencyKey, idempotent},
+            job_query::JobsQuery,
+        },
+        state::AppState,
+    },
+    jobs::{Answer, Job, JobSummary, Stored},
+};
+
+pub fn group() -> OpenApiRouter<AppState> {
+    OpenApiRouter::new()
+        .routes(routes!(create_job, list_jobs))
+        .routes(routes!(summarize_jobs))
+        .routes(routes!(get_job, update_job, delete_job))
+}
+
+/// Creates a job.
+///
+/// Iterations, streams and records belong to a job. Its gear is what corrections and evaluations
+/// refer to.
+#[utoipa::path(
+    post, path = "/v1/jobs", operation_id = "create_job", tag = "jobs",
+    params(IdempotencyKey),
+    request_body(content = NewJobBody, description = "Name, machine, gear and requirements of the job."),
+    responses(
+        (status = 201, description = "The job.", body = JobBody, headers(
+            ("Location" = String, description = "Address of the job."),
+            ("ETag" = String, description = "Version of the job.")
+        ))
+    )
+)]
+async fn create_job(state: CallerState, key: IdempotencyKey, payload: Payload) -> Result<Response, Problem> {
+    idempotent(state, key, "POST /v1/jobs".to_owned(), payload, |state, payload, key| async move {
+        let limit = state.settings.body_limit;
+        let read = |text: &[u8]| Ok(read_json::<NewJobBody>(text)?);
+        let draft = read_small_json(&state, payload, limit, read).await?;
+        let keyed = key.map(|key| key.answered_by(created));
+        let job = state.jobs.create_job(draft.try_into().map_err(Problem::invalid)?, keyed).await?;
+        Ok(created(&job, Stored { number: 0, version: job.version }))
+    })
+    .await
+}
+
+fn created(job: &Job, stored: Stored) -> Answer {
+    Answer {
+        status: 201,
+        location: Some(format!("/v1/jobs/{}", job.id)),
+        etag: Some(etag(stored.version)),
+        body: text_of(&JobBody::from(job.clone())).into_bytes(),
+    }
+}
+
+/// Lists jobs with the status of their last iterations, last changed first.
+///
+/// In pages: `next_cursor` of one page is the `cursor` of the next, and the last page has none. No
+/// page repeats a job; one that is changed while the list is read by `changed` goes to its first
+/// page.
+#[utoipa::path(
+    get, path = "/v1/jobs", operation_id = "list_jobs", tag = "jobs",
+    params(JobsQuery),
+    responses(
+        (status = 200, description = "Some jobs, and where the next page begins.", body = PageBody<ListedJobBody>)
+    )
+)]
+async fn list_jobs(
+    state: CallerState,
+    QueryOf(query): QueryOf<JobsQuery>,
+) -> Result<axum::Json<PageBody<ListedJobBody>>, Problem> {
+    let page = state.jobs.jobs(query.check()?).await?;
+    Ok(axum::Json(page.into()))
+}
+
+/// Counts jobs by status, by machine, and by the week in which they were changed last.
+///
+/// Weeks are those of ISO 8601 in UTC.
+#[utoipa::path(
+    get, path = "/v1/jobs/summary", operation_id = "summarize_jobs", tag = "jobs",
+    responses((status = 200, description = "Numbers of jobs.", body = JobSummary))
+)]
+async fn summarize_jobs(state: CallerState) -> Result<axum::Json<JobSummary>, Problem> {
+    Ok(axum::Json(state.jobs.summary().await?))
+}
+
+/// A job.
+///
+/// The header `ETag` has its version, for a conditional `PATCH` or `DELETE`.
+#[utoipa::path(
+    get, path = "/v1/jobs/{job_id}", operation_id = "get_job", tag = "jobs",
+    params(("job_id" = Uuid, Path)),
+    responses((status = 200, description = "The job.", body = JobBody,
+        headers(("ETag" = String, description = "Version of the job."))))
+)]
+async fn get_job(state: CallerState, PathOf(id): PathOf<Uuid>) -> Result<Response, Problem> {
+    Ok(present(state.jobs.job(id).await?))
+}
+
+/// Changes a job. Fields that are left out stay unchanged.
+///
+/// Fields that `clear` names are removed; `gear`, `requirements` and `tags` are replaced as a
+/// whole. The new gear must have every tooth that the job has an iteration of.
+#[utoipa::path(
+    patch, path = "/v1/jobs/{job_id}", operation_id = "update_job", tag = "jobs",
+    params(
+        ("job_id" = Uuid, Path),
+        ("If-Match" = Option<String>, Header, description = "Only if the job is still at this ETag.")
+    ),
+    request_body(content = JobPatchBody, description = "The fields to change."),
+    responses(
+        (status = 200, description = "The job after the change.", body = JobBody,
+            headers(("ETag" = String, description = "Version of the job."))),
+        (status = 409, description = "An iteration or an open stream is of a tooth that the new gear has not got.",
+            body = Problem, content_type = "application/problem+json"),
+        (status = 412, description = "The job has changed meanwhile.", body = Problem,
+            content_type = "application/problem+json")
+    )
+)]
+async fn update_job(
+    state: CallerState,
+    PathOf(id): PathOf<Uuid>,
+    IfMatch(precondition): IfMatch,
+    JsonOf(patch): JsonOf<JobPatchBody>,
+) -> Result<Response, Problem> {
+    Ok(present(state.jobs.patch_job(id, patch.try_into().map_err(Problem::invalid)?, precondition).await?))
+}
+
+/// Deletes a job that has no iterations.
+///
+/// A job with iterations cannot be deleted, since its trace is the record of every decision on the
+/// gear.
+#[utoipa::path(
+    delete, path = "/v1/jobs/{job_id}", operation_id = "delete_job", tag = "jobs",
+    params(
+        ("job_id" = Uuid, Path),
+        ("If-Match" = Option<String>, Header, description = "Only if the job is still at this ETag.")
+    ),
+    responses(
+        (status = 204, description = "The job is gone."),
+        (status = 409, description = "The job has iterations, which are kept for good.", body = Problem,
+            content_type = "application/problem+json"),
+        (status = 412, description = "The job has changed meanwhile.", body = Problem,
+            content_type = "application/problem+json")
+    )
+)]
+async fn delete_job(
+    state: CallerState,
+    PathOf(id): PathOf<Uuid>,
+    IfMatch(precondition): IfMatch,
+) -> Result<StatusCode, Problem> {
+    state.jobs.delete_job(id, precondition).await?;
+    Ok(StatusCode::NO_CONTENT)
+}
+
+fn present(job: Job) -> Response {
+    let version = job.version;
+    let mut response = axum::Json(JobBody::from(job)).into_response();
+    set_etag(response.headers_mut(), version);
+    response
+}

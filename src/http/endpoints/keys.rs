@@ -1,0 +1,304 @@
+//! `/v1/keys` and `/v1/whoami`: keys of the caller's tenant, and who the caller is.
+
+use axum::{
+    http::{HeaderValue, StatusCode, header},
+    response::{IntoResponse, Response},
+};
+use jiff::SignedDuration;
+use utoipa_axum::{router::OpenApiRouter, routes};
+
+use crate::{
+    api::{
+        callers::{
+            key::{KeyBody, KeyPatchBody, NewKeyBody, RotationBody},
+            whoami::{ProofName, WhoamiBody},
+        },
+        json::{value::read_json, writer::text_of},
+        page::PageBody,
+        problem::{Problem, ProblemCode},
+        warning::WarningBody,
+    },
+    http::{
+        caller_state::CallerState,
+        layers::{
+            auth::{Principal, Proof},
+            body::Payload,
+            compute::read_small_json,
+            conditional::{IfMatch, etag, set_etag},
+            extract::{JsonOf, PathOf, QueryOf},
+            idempotency::{IdempotencyKey, idempotent},
+            paging::PageQuery,
+        },
+        state::AppState,
+    },
+    jobs::{Answer, ApiKey, KeyId, List, Page, PageRequest, Role, Scope, Scopes, Secret, TenantKeys},
+};
+
+pub fn group() -> OpenApiRouter<AppState> {
+    OpenApiRouter::new()
+        .routes(routes!(create_key, list_keys))
+        .routes(routes!(get_key, update_key, revoke_key))
+        .routes(routes!(rotate_key))
+        .routes(routes!(whoami))
+}
+
+/// Makes a key of the caller's tenant.
+///
+/// Its scopes must be among those of the caller's key, except that a key with the role `admin`
+/// makes keys of every role of its tenant. A key of the kind `certificate` has no secret: clients
+/// with a certificate of its name need no other key.
+///
+/// A server that asks for no key yet must get a secret of the role `admin` first. Restarted with
+/// `--auth auto`, it asks for a key with every request, as the answer's `warnings` say.
+#[utoipa::path(
+    post, path = "/v1/keys", operation_id = "create_key", tag = "keys",
+    params(IdempotencyKey),
+    request_body(content = NewKeyBody, description = "Name, kind, scopes and lifetime of the key."),
+    responses(
+        (status = 201, description = "The key with its secret in `key`. A repeated answer to the same \
+            `Idempotency-Key` has no secret.", body = KeyBody, headers(
+            ("Location" = String, description = "Address of the key."),
+            ("ETag" = String, description = "Version of the key.")
+        )),
+        (status = 403, description = "The caller lacks a scope: `admin`, or one that the new key would allow.",
+            body = Problem, content_type = "application/problem+json"),
+        (status = 409, description = "Another key is of certificates with this name, the first key is not an \
+            administrator's, or the first request with this idempotency key is still running.",
+            body = Problem, content_type = "application/problem+json")
+    )
+)]
+async fn create_key(state: CallerState, key: IdempotencyKey, payload: Payload) -> Result<Response, Problem> {
+    idempotent(state, key, "POST /v1/keys".to_owned(), payload, |state, payload, key| async move {
+        let (keys, limit) = (state.tenant_keys(), state.settings.body_limit);
+        let read = |text: &[u8]| Ok(read_json::<NewKeyBody>(text)?);
+        let body = read_small_json(&state, payload, limit, read).await?;
+        let draft = body.draft(keys.now()).map_err(Problem::invalid)?;
+        check_grant(&state.principal, draft.scopes)?;
+        let is_first = state.callers.await_first_key().await?;
+        if is_first && (draft.role != Some(Role::Admin) || draft.san.is_some()) {
+            return Err(first_key_must_be_admin());
+        }
+        let created = move |key: &ApiKey, secret: Option<&Secret>| created(key, secret, is_first);
+        let keyed = key.map(|key| key.answered_by(move |key: &ApiKey, _| created(key, None)));
+        let (made, secret) = keys.create(draft, keyed).await?;
+        if is_first {
+            tracing::warn!(key = %made.id, "{FIRST_KEY}");
+        }
+        Ok(created(&made, secret.as_ref()))
+    })
+    .await
+}
+
+/// Warning about the consequences of the first key.
+const FIRST_KEY: &str = "this is the first key: until the server is restarted it asks for none, and from then on \
+    (with --auth auto) every request under /v1 needs one. Keep this key, with which others are made";
+
+/// 409: with any other first key no caller could create keys once they are required.
+pub(super) fn first_key_must_be_admin() -> Problem {
+    let detail = "There is no key yet, and once there is one the next start asks everybody for a key: make a secret of \
+        the role `admin` first (POST /v1/keys with \"role\": \"admin\" and no other kind), and keep it.";
+    Problem::new(ProblemCode::FirstKeyMustBeAdmin, detail)
+}
+
+fn created(key: &ApiKey, secret: Option<&Secret>, is_first: bool) -> Answer {
+    let first = || WarningBody::new("first_key", FIRST_KEY.to_owned());
+    let body = KeyBody { warnings: is_first.then(first).into_iter().collect(), ..KeyBody::of(key, secret) };
+    Answer {
+        status: 201,
+        location: Some(format!("/v1/keys/{}", key.id)),
+        etag: Some(etag(key.version)),
+        body: text_of(&body).into_bytes(),
+    }
+}
+
+/// Refuses to grant what the one who grants has not.
+fn check_grant(maker: &Principal, wanted: Scopes) -> Result<(), Problem> {
+    let grants = if maker.role == Some(Role::Admin) { Scopes::OF_TENANT } else { maker.scopes };
+    match wanted.iter().find(|scope| !grants.contains(*scope)) {
+        None => Ok(()),
+        Some(scope) => Err(Problem::lacking_scope(format!(
+            "The key allows `{}`, which this caller has not: it can neither grant that nor take it away.",
+            scope.name()
+        ))),
+    }
+}
+
+/// Lists keys of the caller's tenant, newest first, those that have ended among them.
+///
+/// In pages: `next_cursor` of one page is the `cursor` of the next, and the last page has none.
+#[utoipa::path(
+    get, path = "/v1/keys", operation_id = "list_keys", tag = "keys",
+    params(PageQuery),
+    responses((status = 200, description = "Some keys, and where the next page begins.", body = PageBody<KeyBody>))
+)]
+async fn list_keys(
+    state: CallerState,
+    QueryOf(query): QueryOf<PageQuery>,
+) -> Result<axum::Json<PageBody<KeyBody>>, Problem> {
+    let page = state.tenant_keys().list(query.check(List::Keys)?).await?;
+    Ok(axum::Json(PageBody::new(page, List::Keys)))
+}
+
+/// A key, without its secret.
+///
+/// The header `ETag` has its version, for a conditional `PATCH`.
+#[utoipa::path(
+    get, path = "/v1/keys/{key_id}", operation_id = "get_key", tag = "keys",
+    params(("key_id" = String, Path)),
+    responses((status = 200, description = "The key.", body = KeyBody,
+        headers(("ETag" = String, description = "Version of the key."))))
+)]
+async fn get_key(state: CallerState, PathOf(id): PathOf<String>) -> Result<Response, Problem> {
+    Ok(present(&state.tenant_keys().key(key_id(&id)?).await?))
+}
+
+/// Changes the name or the expiry of a key. Fields that are left out stay unchanged.
+///
+/// The scopes of a key cannot be changed: make another key. An expired key cannot be changed or
+/// renewed.
+#[utoipa::path(
+    patch, path = "/v1/keys/{key_id}", operation_id = "update_key", tag = "keys",
+    params(
+        ("key_id" = String, Path),
+        ("If-Match" = Option<String>, Header, description = "Only if the key is still at this ETag.")
+    ),
+    request_body(content = KeyPatchBody, description = "The fields to change."),
+    responses(
+        (status = 200, description = "The key after the change.", body = KeyBody,
+            headers(("ETag" = String, description = "Version of the key."))),
+        (status = 403, description = "The caller lacks a scope: `admin`, or one that the key allows.",
+            body = Problem, content_type = "application/problem+json"),
+        (status = 409, description = "The key has ended or is revoked, or it was replaced and would end later than it \
+            does.", body = Problem, content_type = "application/problem+json"),
+        (status = 412, description = "The key has changed meanwhile.", body = Problem,
+            content_type = "application/problem+json")
+    )
+)]
+async fn update_key(
+    state: CallerState,
+    PathOf(id): PathOf<String>,
+    IfMatch(precondition): IfMatch,
+    JsonOf(body): JsonOf<KeyPatchBody>,
+) -> Result<Response, Problem> {
+    let (keys, id) = (state.tenant_keys(), key_id(&id)?);
+    let patch = body.patch(keys.now()).map_err(Problem::invalid)?;
+    check_grant(&state.principal, keys.key(id).await?.scopes)?;
+    Ok(present(&keys.patch(id, patch, precondition).await?))
+}
+
+/// Ends a key for good.
+///
+/// Every server refuses it within five seconds, and connections opened with it end within thirty.
+/// It is kept as revoked.
+#[utoipa::path(
+    delete, path = "/v1/keys/{key_id}", operation_id = "revoke_key", tag = "keys",
+    params(("key_id" = String, Path)),
+    responses(
+        (status = 204, description = "The key is revoked."),
+        (status = 403, description = "The caller lacks a scope: `admin`, or one that the key allows.",
+            body = Problem, content_type = "application/problem+json"),
+        (status = 409, description = "It is the caller's own key, and no other key of the tenant allows `admin`.",
+            body = Problem, content_type = "application/problem+json")
+    )
+)]
+async fn revoke_key(state: CallerState, PathOf(id): PathOf<String>) -> Result<StatusCode, Problem> {
+    let (keys, id) = (state.tenant_keys(), key_id(&id)?);
+    check_grant(&state.principal, keys.key(id).await?.scopes)?;
+    let own = matches!(&state.principal.proof, Proof::Key(known) if known.key.id == id);
+    if own && !has_another_admin(&keys, id).await? {
+        let detail = "This key is the last one of its tenant that allows `admin`; make another one first.";
+        return Err(Problem::new(ProblemCode::Conflict, detail));
+    }
+    keys.revoke(id).await?;
+    Ok(StatusCode::NO_CONTENT)
+}
+
+/// Whether the tenant has another valid key that allows `admin`.
+async fn has_another_admin(keys: &TenantKeys, id: KeyId) -> Result<bool, Problem> {
+    let now = keys.now();
+    let mut page = PageRequest { limit: 200, after: None };
+    loop {
+        let Page { items, next } = keys.list(page).await?;
+        if items.iter().any(|key| key.id != id && key.scopes.contains(Scope::Admin) && key.is_valid(now)) {
+            return Ok(true);
+        }
+        match next {
+            Some(after) => page.after = Some(after),
+            None => return Ok(false),
+        }
+    }
+}
+
+/// Gives the holder of a key another secret.
+///
+/// The new key has an id of its own, the same name and scopes, and the same lifetime. The old key
+/// stays valid for `overlap_seconds` and cannot be rotated again. If the new key is lost, rotate
+/// the new key; its id is `replaced_by` of the old one.
+#[utoipa::path(
+    post, path = "/v1/keys/{key_id}/rotate", operation_id = "rotate_key", tag = "keys",
+    params(("key_id" = String, Path), IdempotencyKey),
+    request_body(content = RotationBody, description = "How long the old key stays valid."),
+    responses(
+        (status = 201, description = "The new key with its secret in `key`. A repeated answer to the same \
+            `Idempotency-Key` has no secret.", body = KeyBody, headers(
+            ("Location" = String, description = "Address of the new key."),
+            ("ETag" = String, description = "Version of the new key.")
+        )),
+        (status = 403, description = "The caller lacks a scope: `admin`, or one that the key allows.",
+            body = Problem, content_type = "application/problem+json"),
+        (status = 409, description = "The key has ended, is revoked, was rotated before or is of a certificate, or the \
+            first request with this idempotency key is still running.", body = Problem,
+            content_type = "application/problem+json")
+    )
+)]
+async fn rotate_key(
+    state: CallerState,
+    PathOf(id): PathOf<String>,
+    key: IdempotencyKey,
+    payload: Payload,
+) -> Result<Response, Problem> {
+    let scope = format!("POST /v1/keys/{id}/rotate");
+    idempotent(state, key, scope, payload, |state, payload, key| async move {
+        let (keys, limit) = (state.tenant_keys(), state.settings.body_limit);
+        let old = keys.key(key_id(&id)?).await?;
+        let read = |text: &[u8]| Ok(read_json::<RotationBody>(text)?);
+        let overlap = read_small_json(&state, payload, limit, read).await?.overlap_seconds;
+        check_grant(&state.principal, old.scopes)?;
+        let keyed = key.map(|key| key.answered_by(|key: &ApiKey, _| created(key, None, false)));
+        let (made, secret) = keys.rotate(&old, SignedDuration::from_secs(overlap.into()), keyed).await?;
+        Ok(created(&made, secret.as_ref(), false))
+    })
+    .await
+}
+
+/// The caller: tenant, actor and scopes.
+///
+/// For programs that show the scopes of their key, and to find out whose key this is.
+#[utoipa::path(
+    get, path = "/v1/whoami", operation_id = "whoami", tag = "keys",
+    responses((status = 200, description = "The caller.", body = WhoamiBody))
+)]
+async fn whoami(state: CallerState) -> axum::Json<WhoamiBody> {
+    let Principal { caller, scopes, role, proof } = &state.principal;
+    let mut body = WhoamiBody::of(caller, *role, *scopes);
+    match proof {
+        Proof::None => {}
+        Proof::Listed => body.kind = Some(ProofName::Secret),
+        Proof::Key(known) => body.take_key(&known.key),
+        Proof::Token(token) => body.take_token(token.expires_at),
+    }
+    axum::Json(body)
+}
+
+/// The id in a path; one of another form is an id that does not exist.
+fn key_id(segment: &str) -> Result<KeyId, Problem> {
+    KeyId::named(segment).ok_or_else(|| Problem::new(ProblemCode::NotFound, "There is no such key."))
+}
+
+fn present(key: &ApiKey) -> Response {
+    let mut response = axum::Json(KeyBody::of(key, None)).into_response();
+    set_etag(response.headers_mut(), key.version);
+    // nobody keeps what tells who may do what
+    response.headers_mut().insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
+    response
+}

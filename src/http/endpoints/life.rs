@@ -1,0 +1,156 @@
+//! Old jobs: archived, and purged.
+
+use std::{io, time::Duration};
+
+use axum::{
+    body::{Body, Bytes},
+    http::{HeaderValue, header},
+    response::Response,
+};
+use futures_util::{StreamExt, stream};
+use tokio::{sync::mpsc, time::timeout};
+use utoipa_axum::{router::OpenApiRouter, routes};
+use uuid::Uuid;
+
+use crate::{
+    api::{
+        jobs::purge::{PurgeBody, PurgeRequestBody},
+        json::{value::read_json, writer::text_of},
+        problem::{Problem, ProblemCode},
+    },
+    http::{
+        caller_state::CallerState,
+        layers::{
+            body::Payload,
+            chunked::PIECE,
+            compute::read_small_json,
+            extract::PathOf,
+            idempotency::{IdempotencyKey, idempotent},
+        },
+        state::AppState,
+    },
+    jobs::{Answer, Purge, Scope, Stored},
+};
+
+/// Pieces of lines that wait for the client.
+const PIECES: usize = 8;
+
+pub fn group() -> OpenApiRouter<AppState> {
+    OpenApiRouter::new().routes(routes!(archive_job)).routes(routes!(purge_job))
+}
+
+/// Download everything that is stored of a job: nodes, fits, records, streams, events, and the
+/// audit.
+///
+/// JSON lines in the format of `flankfit export` and `flankfit import`. The bytes are the same
+/// until the job changes. A file without its last line, `{"archive":…}`, is incomplete.
+#[utoipa::path(
+    get, path = "/v1/jobs/{job_id}/archive", operation_id = "archive_job", tag = "jobs",
+    params(("job_id" = Uuid, Path)),
+    responses(
+        (status = 200, description = "The archive.", content((String = "application/jsonl"))),
+        (status = 403, description = "The caller lacks a scope: `admin` or `read`.", body = Problem,
+            content_type = "application/problem+json")
+    )
+)]
+async fn archive_job(state: CallerState, PathOf(job): PathOf<Uuid>) -> Result<Response, Problem> {
+    if !state.principal.scopes.contains(Scope::Read) {
+        return Err(Problem::lacking_scope(
+            "An archive contains everything of a job, so it needs the scope `read` too.",
+        ));
+    }
+    state.jobs.job(job).await?;
+    let place = state.jobs.archiving().ok_or_else(|| {
+        Problem::new(ProblemCode::Overloaded, "Other archives are being sent; try again in a moment.").retry_after(5)
+    })?;
+    let (pieces, taken) = mpsc::channel(PIECES);
+    let (jobs, patience) = (state.jobs.clone(), state.settings.write_timeout());
+    tokio::spawn(async move {
+        let written = jobs.archive(place, job, |line| send(&pieces, line.into(), patience)).await;
+        match written {
+            Ok(()) => drop(timeout(patience, pieces.send(None)).await),
+            Err(error) => tracing::warn!(%job, %error, "an archive was not sent to its end"),
+        }
+    });
+    let pieces = stream::unfold(Some(taken), |taken| async move {
+        let mut taken = taken?;
+        match taken.recv().await {
+            Some(Some(piece)) => Some((Ok(piece), Some(taken))),
+            Some(None) => None,
+            // the connection ends without the end of the answer, so that no reader takes it for
+            // whole
+            None => Some((Err(io::Error::other("the archive is cut off")), None)),
+        }
+    });
+    let mut response = Response::new(Body::from_stream(pieces.fuse()));
+    let headers = response.headers_mut();
+    headers.insert(header::CONTENT_TYPE, HeaderValue::from_static("application/jsonl"));
+    if let Ok(name) = HeaderValue::from_str(&format!("attachment; filename=\"job-{job}.jsonl\"")) {
+        headers.insert(header::CONTENT_DISPOSITION, name);
+    }
+    Ok(response)
+}
+
+/// Sends a line piece by piece. A client that takes too long for one holds a connection to the
+/// database no longer.
+async fn send(to: &mpsc::Sender<Option<Bytes>>, mut line: Bytes, patience: Duration) -> io::Result<()> {
+    while !line.is_empty() {
+        let piece = line.split_to(line.len().min(PIECE));
+        let sent = timeout(patience, to.send(Some(piece))).await;
+        sent.map_err(|_| io::ErrorKind::TimedOut)?.map_err(|_| io::ErrorKind::BrokenPipe)?;
+    }
+    Ok(())
+}
+
+/// Remove nodes, results, texts and names of a job, for good.
+///
+/// Removes personal names and frees space. The job's row, its numbers, times and figures, and its
+/// audit are kept; requests for anything else are answered 410, and the job cannot be changed any
+/// more. Download the archive of the job before, if the data may be wanted again, and verify its
+/// audit: what is purged can be verified no more.
+#[utoipa::path(
+    post, path = "/v1/jobs/{job_id}/purge", operation_id = "purge_job", tag = "jobs",
+    params(("job_id" = Uuid, Path), IdempotencyKey),
+    request_body(content = PurgeRequestBody, description = "Why."),
+    responses(
+        (status = 200, description = "The purge.", body = PurgeBody),
+        (status = 410, description = "The job is purged already.", body = Problem,
+            content_type = "application/problem+json")
+    )
+)]
+async fn purge_job(
+    state: CallerState,
+    PathOf(job): PathOf<Uuid>,
+    key: IdempotencyKey,
+    payload: Payload,
+) -> Result<Response, Problem> {
+    idempotent(state, key, format!("POST /v1/jobs/{job}/purge"), payload, |state, payload, key| async move {
+        let limit = state.settings.body_limit;
+        let read = |text: &[u8]| Ok(read_json::<PurgeRequestBody>(text)?);
+        let PurgeRequestBody { reason } = read_small_json(&state, payload, limit, read).await?;
+        let keyed = key.map(|key| key.answered_by(purged));
+        let new = state.jobs.purge(job, reason.into(), keyed).await?;
+        Ok(purged(&new, Stored { number: 0, version: 0 }))
+    })
+    .await
+}
+
+fn purged(new: &Purge, _stored: Stored) -> Answer {
+    Answer { status: 200, location: None, etag: None, body: text_of(&PurgeBody::from(new)).into_bytes() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[tokio::test]
+    async fn a_client_that_takes_nothing_is_not_waited_for() {
+        let (pieces, mut taken) = mpsc::channel(1);
+        let line = Bytes::from(vec![b'x'; PIECE + 1]);
+        let sent = send(&pieces, line.clone(), Duration::from_millis(20)).await;
+        assert_eq!(sent.unwrap_err().kind(), io::ErrorKind::TimedOut);
+        assert_eq!(taken.recv().await.unwrap().unwrap().len(), PIECE);
+        drop(taken);
+        assert_eq!(send(&pieces, line, Duration::MAX).await.unwrap_err().kind(), io::ErrorKind::BrokenPipe);
+    }
+}

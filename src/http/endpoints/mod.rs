@@ -1,0 +1,32 @@
+//! Groups of endpoints, each with its handlers and its routes.
+
+pub mod applied;
+pub mod audit;
+pub mod curves;
+pub mod dashboard;
+pub mod docs;
+pub mod event_pages;
+pub mod events;
+pub mod fits;
+pub mod gear_corrections;
+pub mod gear_records;
+pub mod gears;
+pub mod imports;
+pub mod iterations;
+pub mod job_fits;
+pub mod jobs;
+pub mod keys;
+pub mod life;
+pub mod meta;
+pub mod nodes;
+pub mod previews;
+pub mod records;
+pub mod shapes;
+pub mod simulations;
+pub mod stream_host;
+pub mod stream_socket;
+pub mod streams;
+pub mod studies;
+pub mod surfaces;
+pub mod tenants;
+pub mod trace;

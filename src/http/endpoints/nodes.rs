@@ -1,0 +1,94 @@
+//! `/v1/nodes/read`: what a table of nodes or points is proposed to be.
+
+use axum::response::Response;
+use serde::Serialize;
+use utoipa::ToSchema;
+use utoipa_axum::{router::OpenApiRouter, routes};
+
+use super::fits::json_held;
+use crate::{
+    api::{
+        faults::Faults,
+        gears::files::proposal::{self, ProposalBody, TableIncludeName},
+        json::{text::ShortText, value::read_json},
+        problem::Problem,
+        tables::{kept, mapping::MappingBody},
+    },
+    http::{
+        caller_state::CallerState,
+        layers::{body::Payload, extract::QueryOf, include::TableQuery, multipart::read_any_file},
+        state::AppState,
+    },
+    usecases::{budget::WithPermit, import::FileForm},
+};
+
+pub fn group() -> OpenApiRouter<AppState> {
+    OpenApiRouter::new().routes(routes!(read_nodes))
+}
+
+// Declared for the document.
+/// A table, and how it is to be read.
+#[derive(Serialize, ToSchema)]
+#[schema(as = TableForm)]
+struct TableFormBody {
+    /// A table of nodes or points.
+    #[schema(value_type = String, format = Binary)]
+    file: Vec<u8>,
+    /// `application/json`: how it is to be read. What is left out is found from the content.
+    mapping: Option<MappingBody>,
+}
+
+/// Reads a table of nodes or points and returns how it was read; stores nothing.
+///
+/// Separators, decimal sign, character set, header and units are found from the content. The
+/// answer's `separator`, `decimal`, `header`, `matrix`, `columns` and `layout` form the `mapping`
+/// to send with the file to an import; correct it where it is wrong. The mapping of the last table
+/// of the same form and instrument that became an iteration is proposed first (`proposed_from`). A
+/// table that cannot be read is refused with one sentence and the first five places.
+#[utoipa::path(
+    post, path = "/v1/nodes/read", operation_id = "read_nodes", tag = "fits",
+    params(
+        ("include" = Option<Vec<TableIncludeName>>, Query, style = Form, explode = false, description = "Additional \
+            parts of the answer: `nodes`."),
+        ("instrument" = Option<String>, Query, min_length = 1, max_length = 200, description = "Instrument of the \
+            measurement, as in an iteration: its kept mapping is proposed. If omitted, that of tables without an \
+            instrument.")
+    ),
+    request_body(
+        content(
+            (TableFormBody = "multipart/form-data"), (String = "text/csv"), (String = "text/plain"),
+            (String = "application/octet-stream")
+        ),
+        description = "A file of any name and media type, alone or as the part `file` of a form."
+    ),
+    responses((status = 200, description = "The proposed mapping and a preview.", body = ProposalBody))
+)]
+async fn read_nodes(
+    state: CallerState,
+    QueryOf(query): QueryOf<TableQuery>,
+    payload: Payload,
+) -> Result<Response, Problem> {
+    let (with_nodes, instrument) = (!query.names::<TableIncludeName>()?.is_empty(), query.instrument()?);
+    let limit = state.settings.body_limit;
+    let read = move || {
+        let form = read_any_file(payload, limit)?;
+        if form.spec.is_some() {
+            return Err(Problem::invalid(Faults::one("/spec", "a table takes a mapping only: leave this part out")));
+        }
+        let instrument = instrument.as_ref().map(ShortText::as_str);
+        let key = if form.mapping.is_none() { kept::key(&form.file, instrument) } else { None };
+        Ok((form, key))
+    };
+    let (form, key) = state.pool.run(read).await??;
+    let kept = match key {
+        Some(key) => state.jobs.proposed_mapping(key).await,
+        None => None,
+    };
+    let work = move || {
+        let (FileForm { file, mapping, .. }, permit) = form.into_parts();
+        // another version may know more words
+        let kept = kept.and_then(|text| read_json(text.as_bytes()).ok());
+        Ok::<_, Problem>(WithPermit::new(proposal::answer(&file, mapping.as_ref(), kept.as_ref(), with_nodes)?, permit))
+    };
+    Ok(json_held(state.pool.run(work).await??))
+}

@@ -1,0 +1,42 @@
+//! `POST …/iterations/{number}/preview`: what a refit would answer; stores nothing.
+
+use axum::response::Response;
+use utoipa_axum::{router::OpenApiRouter, routes};
+use uuid::Uuid;
+
+use super::fits::json_held;
+use crate::{
+    api::{fits::answer::FitResultBody, jobs::iteration_requests::PreviewRequest, problem::Problem},
+    http::{
+        caller_state::CallerState,
+        layers::{body::Payload, compute::read_json, extract::PathOf},
+        state::AppState,
+    },
+    usecases::{fit, nodes},
+};
+
+pub fn group() -> OpenApiRouter<AppState> {
+    OpenApiRouter::new().routes(routes!(preview_iteration_fit))
+}
+
+/// Fits the stored nodes with another λ* or model, and stores nothing.
+///
+/// The answer is that of `POST /v1/fits` for the same nodes. To store such a fit, post it to
+/// `…/fits`.
+#[utoipa::path(
+    post, path = "/v1/jobs/{job_id}/iterations/{number}/preview", operation_id = "preview_iteration_fit",
+    tag = "iterations",
+    params(("job_id" = Uuid, Path), ("number" = u32, Path)),
+    request_body(content = PreviewRequest, description = "A fit request without nodes."),
+    responses((status = 200, description = "The estimate with its diagnostics.", body = FitResultBody))
+)]
+async fn preview_iteration_fit(
+    state: CallerState,
+    PathOf((job, number)): PathOf<(Uuid, u32)>,
+    payload: Payload,
+) -> Result<Response, Problem> {
+    let nodes = nodes::stored(state.context(), job, number).await?;
+    let plans = state.plans.clone();
+    let refit = read_json(&state, payload, move |text| fit::previewed(text, nodes, &plans)).await?;
+    Ok(json_held(fit::preview(state.context(), (job, number), refit).await?))
+}

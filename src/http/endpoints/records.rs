@@ -1,0 +1,312 @@
+//! `…/iterations/{number}/records`: what is kept with an iteration beside its fits, curves and
+//! surfaces for example.
+
+use std::sync::Arc;
+
+use axum::{
+    RequestExt,
+    extract::{FromRequest, Request},
+    http::{HeaderMap, header},
+    response::Response,
+};
+use utoipa_axum::{router::OpenApiRouter, routes};
+use uuid::Uuid;
+
+use crate::{
+    api::{
+        built::Built,
+        gears::{
+            correction::{
+                include::{CorrectionInclude, StoredIncludeName},
+                result::CorrectionBody,
+            },
+            quality_data::{self, Kept},
+        },
+        jobs::records::{self, RecordBody, RecordSummaryBody},
+        page::PageBody,
+        problem::{Problem, Room},
+    },
+    http::{
+        caller_state::CallerState,
+        layers::{
+            accept::{Format, chosen, preference},
+            body::Payload,
+            conditional::{etag, set_etag},
+            extract::{PathOf, QueryOf},
+            idempotency::{IdempotencyKey, REPLAYED, idempotent},
+            include::IncludeQuery,
+            paging::PageQuery,
+        },
+        state::AppState,
+    },
+    jobs::{Answer, Job, List, Measurand, Record, RecordDraft, RecordKind, Stored},
+    usecases::{budget::WithPermit, nodes},
+};
+use flankfit_engine::estimation::{Nodes, Plans};
+
+pub fn group() -> OpenApiRouter<AppState> {
+    OpenApiRouter::new().routes(routes!(list_iteration_records)).routes(routes!(get_iteration_record))
+}
+
+/// What a record may be made of beside its request.
+pub struct RecordContext {
+    pub job: Job,
+    /// Nodes of the iteration.
+    pub nodes: WithPermit<Nodes>,
+    pub measurand: Measurand,
+    pub plans: Plans,
+}
+
+impl RecordContext {
+    /// A record that refers to the gear of the job keeps it, since the job's may be changed.
+    pub fn gear_record(&self, kind: RecordKind, text: &[u8], built: Built) -> Result<RecordDraft, Problem> {
+        records::of_gear(&self.job, kind, text, built)
+    }
+}
+
+/// A record to be kept, and what is answered: the record itself where there is nothing else.
+pub struct NewRecord {
+    pub draft: RecordDraft,
+    pub answer: Option<Arc<[u8]>>,
+}
+
+impl From<RecordDraft> for NewRecord {
+    fn from(draft: RecordDraft) -> Self {
+        NewRecord { draft, answer: None }
+    }
+}
+
+/// A request for a record of an iteration.
+pub struct RecordRequest {
+    pub state: CallerState,
+    pub job: Uuid,
+    pub number: u32,
+    key: IdempotencyKey,
+    payload: Payload,
+}
+
+impl FromRequest<AppState> for RecordRequest {
+    type Rejection = Problem;
+
+    async fn from_request(mut request: Request, state: &AppState) -> Result<Self, Problem> {
+        let PathOf((job, number)) = request.extract_parts_with_state(state).await?;
+        let key = request.extract_parts_with_state(state).await?;
+        let caller = request.extract_parts_with_state(state).await?;
+        let payload = request.extract_with_state(state).await?;
+        Ok(RecordRequest { state: caller, job, number, key, payload })
+    }
+}
+
+impl RecordRequest {
+    /// Computes the record of the iteration's nodes on the pool, within the memory budget, stores
+    /// it with the iteration and answers it.
+    pub async fn keep(
+        self,
+        route: &str,
+        build: impl FnOnce(&[u8], &RecordContext, Room) -> Result<NewRecord, Problem> + Send + 'static,
+    ) -> Result<Response, Problem> {
+        let context = async |state: CallerState, job, number| {
+            let nodes = nodes::stored(state.context(), job, number).await?;
+            let measurand = state.jobs.measurand(job, number).await?;
+            Ok(RecordContext { job: state.jobs.job(job).await?, nodes, measurand, plans: state.plans.clone() })
+        };
+        self.keep_of(route, context, build).await
+    }
+
+    /// The same, with the data that `context` reads.
+    pub async fn keep_of<C: Send + 'static, F: Future<Output = Result<C, Problem>>>(
+        self,
+        route: &str,
+        context: impl FnOnce(CallerState, Uuid, u32) -> F,
+        build: impl FnOnce(&[u8], &C, Room) -> Result<NewRecord, Problem> + Send + 'static,
+    ) -> Result<Response, Problem> {
+        let RecordRequest { state, job, number, key, payload } = self;
+        let scope = format!("POST /v1/jobs/{job}/iterations/{number}/{route}");
+        let context = async move |state: CallerState, job| Ok((number, context(state, job, number).await?));
+        JobRecordRequest { state, job, key, payload }.keep_under(scope, context, build).await
+    }
+}
+
+/// A request for a record of a job, which is kept with one of its iterations.
+pub struct JobRecordRequest {
+    state: CallerState,
+    job: Uuid,
+    key: IdempotencyKey,
+    payload: Payload,
+}
+
+impl FromRequest<AppState> for JobRecordRequest {
+    type Rejection = Problem;
+
+    async fn from_request(mut request: Request, state: &AppState) -> Result<Self, Problem> {
+        let PathOf(job) = request.extract_parts_with_state(state).await?;
+        let key = request.extract_parts_with_state(state).await?;
+        let caller = request.extract_parts_with_state(state).await?;
+        let payload = request.extract_with_state(state).await?;
+        Ok(JobRecordRequest { state: caller, job, key, payload })
+    }
+}
+
+impl JobRecordRequest {
+    /// Makes the record of what `context` reads, with the iteration that it names, as
+    /// [`RecordRequest::keep_of`] does.
+    pub async fn keep_of<C: Send + 'static, F: Future<Output = Result<(u32, C), Problem>>>(
+        self,
+        route: &str,
+        context: impl FnOnce(CallerState, Uuid) -> F,
+        build: impl FnOnce(&[u8], &C, Room) -> Result<NewRecord, Problem> + Send + 'static,
+    ) -> Result<Response, Problem> {
+        let scope = format!("POST /v1/jobs/{}/{route}", self.job);
+        self.keep_under(scope, context, build).await
+    }
+
+    async fn keep_under<C: Send + 'static, F: Future<Output = Result<(u32, C), Problem>>>(
+        self,
+        scope: String,
+        context: impl FnOnce(CallerState, Uuid) -> F,
+        build: impl FnOnce(&[u8], &C, Room) -> Result<NewRecord, Problem> + Send + 'static,
+    ) -> Result<Response, Problem> {
+        let JobRecordRequest { state, job, key, payload } = self;
+        idempotent(state, key, scope, payload, move |state, payload, key| async move {
+            let (number, context) = context(state.clone(), job).await?;
+            let iteration = format!("/v1/jobs/{job}/iterations/{number}");
+            let limit = state.settings.body_limit;
+            let mut permit = state.budget.permit();
+            let made = move || {
+                let text = payload.into_json(limit)?;
+                let made = build(&text, &context, &mut |bytes| permit.grow_beside(text.permit(), bytes))?;
+                Ok::<_, Problem>((made, permit))
+            };
+            let (NewRecord { draft, answer }, _held) = state.pool.run(made).await??;
+            let answer = move |record: &Record, _: Stored| {
+                created(
+                    &iteration,
+                    record,
+                    answer.as_deref().map_or_else(|| records::record(record), |answer| with_id(answer, record)),
+                )
+            };
+            let keyed = key.map(|key| key.answered_by(answer.clone()));
+            let (record, stored): (Arc<Record>, Stored) = state.jobs.add_record(job, number, draft, keyed).await?;
+            Ok(answer(&record, stored))
+        })
+        .await
+    }
+}
+
+/// An answer, which is an object, with the id of its record.
+fn with_id(answer: &[u8], record: &Record) -> Vec<u8> {
+    let members = answer.strip_prefix(b"{").unwrap_or(answer);
+    [format!("{{\"id\":\"{}\",", record.id).as_bytes(), members].concat()
+}
+
+impl RecordRequest {
+    /// The same, answered in a form that was asked for. Under the key the record is kept as it is.
+    pub async fn keep_as(
+        self,
+        format: Format,
+        route: &str,
+        build: impl FnOnce(&[u8], &RecordContext, Room) -> Result<NewRecord, Problem> + Send + 'static,
+    ) -> Result<Response, Problem> {
+        let (state, job, number) = (self.state.clone(), self.job, self.number);
+        let mut kept = self.keep(route, build).await?;
+        chosen(kept.headers_mut());
+        if format != Format::Dfq {
+            return Ok(kept);
+        }
+        let place = kept.headers().get(header::LOCATION).and_then(|place| place.to_str().ok());
+        let id = place.and_then(|place| place.rsplit('/').next()?.parse().ok());
+        let id = id.ok_or_else(|| Problem::internal("a kept record has no place"))?;
+        let record = state.jobs.record(job, number, id).await?;
+        let mut response = as_quality_data(&state, job, number, record).await?;
+        *response.status_mut() = kept.status();
+        for name in [header::LOCATION, REPLAYED.clone()] {
+            if let Some(value) = kept.headers_mut().remove(&name) {
+                response.headers_mut().insert(name, value);
+            }
+        }
+        Ok(response)
+    }
+}
+
+/// A record as quality data.
+async fn as_quality_data(state: &CallerState, job: Uuid, number: u32, record: Record) -> Result<Response, Problem> {
+    let details = state.jobs.iteration(job, number).await?.details;
+    let kept = Kept { record, job: state.jobs.job(job).await?, number, details };
+    Ok(Format::Dfq.response(state.pool.run(move || quality_data::of_record(&kept)).await??))
+}
+
+fn created(iteration: &str, record: &Record, body: Vec<u8>) -> Answer {
+    Answer { status: 201, location: Some(format!("{iteration}/records/{}", record.id)), etag: Some(etag(1)), body }
+}
+
+/// Lists the records of an iteration (everything stored with it except its fits), oldest first.
+///
+/// In pages, without the requests and results themselves.
+#[utoipa::path(
+    get, path = "/v1/jobs/{job_id}/iterations/{number}/records", operation_id = "list_iteration_records",
+    tag = "iterations",
+    params(("job_id" = Uuid, Path), ("number" = u32, Path), PageQuery),
+    responses(
+        (status = 200, description = "Some records, and where the next page begins.", body = PageBody<RecordSummaryBody>)
+    )
+)]
+async fn list_iteration_records(
+    state: CallerState,
+    PathOf((job, number)): PathOf<(Uuid, u32)>,
+    QueryOf(query): QueryOf<PageQuery>,
+) -> Result<axum::Json<PageBody<RecordSummaryBody>>, Problem> {
+    let page = state.jobs.records(job, number, query.check(List::Records)?).await?;
+    Ok(axum::Json(PageBody::new(page, List::Records)))
+}
+
+/// A record of an iteration: the request and the result.
+///
+/// The result is the text of the original answer. For an evaluation or for pitches, `Accept:
+/// application/x-q-das-dfq` returns a file for statistical process control, with the job's current
+/// part number and machine.
+#[utoipa::path(
+    get, path = "/v1/jobs/{job_id}/iterations/{number}/records/{record_id}", operation_id = "get_iteration_record",
+    tag = "iterations",
+    params(
+        ("job_id" = Uuid, Path),
+        ("number" = u32, Path),
+        ("record_id" = Uuid, Path),
+        ("include" = Option<Vec<StoredIncludeName>>, Query, style = Form, explode = false, description = "For a \
+            correction, additional parts of the answer: names separated by commas.")
+    ),
+    responses(
+        (status = 200, description = "The record. As quality data, which evaluations and pitches have, a characteristic for \
+            each figure, in µm.", content((RecordBody = "application/json"), (String = "application/x-q-das-dfq"))),
+        (status = 422, description = "There is nothing of that name to include.", body = Problem,
+            content_type = "application/problem+json")
+    )
+)]
+async fn get_iteration_record(
+    state: CallerState,
+    PathOf((job, number, id)): PathOf<(Uuid, u32, Uuid)>,
+    QueryOf(query): QueryOf<IncludeQuery>,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    let format = Format::negotiated(&headers, Format::Dfq, "Records")?;
+    let names: Vec<StoredIncludeName> = query.names()?;
+    let mut record = state.jobs.record(job, number, id).await?;
+    let kind = record.draft.kind;
+    match format {
+        Format::Dfq if quality_data::is_quality_data(kind) => {
+            return as_quality_data(&state, job, number, record).await;
+        }
+        // what has no such form is given in another that is taken too
+        Format::Dfq if preference(&headers, "application/json").quality <= 0.0 => {
+            return Err(quality_data::not_written(kind));
+        }
+        _ => {}
+    }
+    if matches!(record.draft.kind, RecordKind::Correction | RecordKind::GearCorrection) {
+        let reduced = CorrectionInclude::of_stored(&names).of_result(CorrectionBody::of(&record)?);
+        record.draft.result = String::from_utf8_lossy(&reduced.text()?).into();
+    }
+    let mut response = Format::Json.response(records::record(&record));
+    // it is kept as it is
+    set_etag(response.headers_mut(), 1);
+    Ok(response)
+}

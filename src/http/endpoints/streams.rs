@@ -1,0 +1,287 @@
+//! `/v1/jobs/{job_id}/streams` and `/v1/streams/{stream_id}`: nodes that arrive while the probe is
+//! still moving.
+
+use std::time::Instant;
+
+use axum::{http::StatusCode, response::Response};
+use serde::Deserialize;
+use utoipa::IntoParams;
+use utoipa_axum::{router::OpenApiRouter, routes};
+use uuid::Uuid;
+
+use super::{fits::json, iterations};
+use crate::{
+    api::{
+        faults::Faults,
+        gears::fit_figures::OfFlank,
+        jobs::{fits, iteration_requests::MeasurementDetailsBody, iterations::NewIterationBody, problem::of_measured},
+        page::PageBody,
+        problem::Problem,
+        streams::{
+            listed::{self, ListedStreamBody, StreamNodesBody},
+            stream::{self, BlockBody, EstimateBody, NewStreamBody, StreamBody},
+        },
+    },
+    http::{
+        caller_state::CallerState,
+        layers::{
+            body::Payload,
+            compute::{read_json, read_optional_json},
+            conditional::{IfMatch, etag, set_etag},
+            extract::{PathOf, QueryOf},
+            idempotency::{ClaimedKey, IdempotencyKey, idempotent},
+            paging::PageQuery,
+            unsent::with_permit,
+        },
+        state::AppState,
+    },
+    jobs::{Answer, KeyedRequest, List, NewStream, PostedBlock, Stored},
+    telemetry,
+};
+use flankfit_engine::estimation::{FitSpec, Nodes};
+
+pub fn group() -> OpenApiRouter<AppState> {
+    OpenApiRouter::new()
+        .routes(routes!(create_stream, list_streams))
+        .routes(routes!(get_stream, delete_stream))
+        .routes(routes!(add_stream_nodes, get_stream_nodes))
+        .routes(routes!(finish_stream))
+}
+
+/// Opens a stream: a model that is fitted to nodes as they arrive.
+///
+/// The spec is checked as far as it can be without nodes. Blocks of nodes follow, and in the end
+/// the stream becomes an iteration.
+#[utoipa::path(
+    post, path = "/v1/jobs/{job_id}/streams", operation_id = "create_stream", tag = "streams",
+    params(
+        ("job_id" = Uuid, Path),
+        IdempotencyKey
+    ),
+    request_body(content = NewStreamBody, description = "A fit request without nodes, and how long nodes are \
+        remembered."),
+    responses(
+        (status = 201, description = "The stream, before its first block.", body = StreamBody, headers(
+            ("Location" = String, description = "Address of the stream."),
+            ("ETag" = String, description = "Version of the stream.")
+        ))
+    )
+)]
+async fn create_stream(
+    state: CallerState,
+    PathOf(job): PathOf<Uuid>,
+    key: IdempotencyKey,
+    payload: Payload,
+) -> Result<Response, Problem> {
+    let scope = format!("POST /v1/jobs/{job}/streams");
+    idempotent(state, key, scope, payload, move |state, payload, key| async move {
+        state.jobs.check_exists(job).await?;
+        let draft = read_json(&state, payload, stream::read_stream).await?;
+        let keyed = key.map(|key| key.answered_by(opened));
+        let (stream, stored) =
+            state.jobs.open_stream(job, draft, keyed).await.map_err(|error| of_measured(error, "/tooth"))?;
+        Ok(opened(&stream, stored))
+    })
+    .await
+}
+
+fn opened(stream: &NewStream, stored: Stored) -> Answer {
+    Answer {
+        status: 201,
+        location: Some(format!("/v1/streams/{}", stream.id)),
+        etag: Some(etag(stored.version)),
+        body: stream::created(stream),
+    }
+}
+
+/// Lists the streams of a job, oldest first.
+///
+/// Open ones and those that have become an iteration, in pages, without their specs and estimates.
+#[utoipa::path(
+    get, path = "/v1/jobs/{job_id}/streams", operation_id = "list_streams", tag = "streams",
+    params(("job_id" = Uuid, Path), PageQuery),
+    responses((status = 200, description = "Some streams, and where the next page begins.", body = PageBody<ListedStreamBody>))
+)]
+async fn list_streams(
+    state: CallerState,
+    PathOf(job): PathOf<Uuid>,
+    QueryOf(query): QueryOf<PageQuery>,
+) -> Result<axum::Json<PageBody<ListedStreamBody>>, Problem> {
+    let page = state.jobs.streams(job, query.check(List::Streams)?).await?;
+    Ok(axum::Json(PageBody::new(page, List::Streams)))
+}
+
+/// Which blocks are wanted.
+#[derive(Clone, Debug, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+#[into_params(parameter_in = Query)]
+struct BlocksQuery {
+    /// The number of the last block that is known; 0, the default, before the first.
+    #[param(value_type = Option<u64>, minimum = 0, default = 0)]
+    after: Option<String>,
+}
+
+/// Memory for blocks that are read at a time, as they are stored, as nodes and as text.
+const BLOCKS_IN_MEMORY: usize = 64 << 20;
+
+/// The nodes that were posted to an open stream, block by block after the one numbered `after`.
+///
+/// A page holds up to a few megabytes, and at least one block if there is one. `sequence` is the
+/// number of the stream's last block: request the next page until it is reached. The blocks of a
+/// finished stream are the nodes of its iteration.
+#[utoipa::path(
+    get, path = "/v1/streams/{stream_id}/nodes", operation_id = "get_stream_nodes", tag = "streams",
+    params(("stream_id" = Uuid, Path), BlocksQuery),
+    responses((status = 200, description = "Some blocks.", body = StreamNodesBody))
+)]
+async fn get_stream_nodes(
+    state: CallerState,
+    PathOf(id): PathOf<Uuid>,
+    QueryOf(query): QueryOf<BlocksQuery>,
+) -> Result<Response, Problem> {
+    let after = match query.after.as_deref().map(str::parse::<u64>) {
+        None => 0,
+        Some(Ok(after)) => after,
+        Some(Err(_)) => return Err(Problem::invalid(Faults::one("/after", "it must be a whole number from 0 on"))),
+    };
+    let permit = state.budget.take(BLOCKS_IN_MEMORY)?;
+    let (stream, blocks) = state.jobs.stream_blocks(id, after).await?;
+    let text = state.pool.run(move || listed::blocks(&stream, blocks)).await??;
+    Ok(with_permit(json(text), permit))
+}
+
+/// A stream, with the estimate after its last block.
+///
+/// The estimate of the nodes so far, or the iteration that the stream has become.
+#[utoipa::path(
+    get, path = "/v1/streams/{stream_id}", operation_id = "get_stream", tag = "streams",
+    params(("stream_id" = Uuid, Path)),
+    responses((status = 200, description = "The stream.", body = StreamBody,
+        headers(("ETag" = String, description = "Version of the stream."))))
+)]
+async fn get_stream(state: CallerState, PathOf(id): PathOf<Uuid>) -> Result<Response, Problem> {
+    let (stream, estimate) = state.jobs.stream_with_estimate(&state.app, id).await?;
+    let input_sha256 = stream.input_sha256;
+    let estimate = match estimate {
+        Some(estimate) => Some(state.pool.run(move || stream::estimate_text(&estimate, &input_sha256)).await??),
+        None => None,
+    };
+    let mut response = json(stream::stream(&stream, estimate));
+    set_etag(response.headers_mut(), stream.version);
+    Ok(response)
+}
+
+/// Adds a block of nodes and answers the estimate of all nodes so far.
+///
+/// Blocks are numbered by the client from 1. One that is sent again with the same nodes gets its
+/// first answer and does not count; one out of turn is refused with the number expected.
+#[utoipa::path(
+    post, path = "/v1/streams/{stream_id}/nodes", operation_id = "add_stream_nodes", tag = "streams",
+    params(
+        ("stream_id" = Uuid, Path),
+        ("Idempotency-Key" = Option<String>, Header, description = "The same key and body answers the first response \
+            again. (Blocks are known by their number and nodes without it.)", min_length = 1, max_length = 255,
+            pattern = "^[!-~]+$")
+    ),
+    request_body(content = BlockBody, description = "The next block, or one that was sent before."),
+    responses(
+        (status = 200, description = "The estimate after this block. A block sent again gets its first answer again.",
+            body = EstimateBody, headers(
+            ("ETag" = String, description = "Version of the stream after this block.")
+        )),
+        (status = 409, description = "Another block is expected next, the block was sent before with other nodes, or \
+            the stream is finished.", body = Problem, content_type = "application/problem+json")
+    )
+)]
+async fn add_stream_nodes(
+    state: CallerState,
+    PathOf(id): PathOf<Uuid>,
+    key: IdempotencyKey,
+    payload: Payload,
+) -> Result<Response, Problem> {
+    let scope = format!("POST /v1/streams/{id}/nodes");
+    idempotent(state, key, scope, payload, move |state, payload, key| async move {
+        let block = read_json(&state, payload, stream::read_block).await?;
+        add_block(&state, id, block, key.map(ClaimedKey::request)).await
+    })
+    .await
+}
+
+/// Adds a block that came as a request or as a message.
+pub async fn add_block(
+    state: &CallerState,
+    id: Uuid,
+    block: PostedBlock,
+    key: Option<KeyedRequest>,
+) -> Result<Answer, Problem> {
+    let begun = Instant::now();
+    let answer = state.jobs.add_block(&state.app, id, block, key).await;
+    metrics::histogram!(telemetry::BLOCK_SECONDS).record(begun.elapsed().as_secs_f64());
+    answer
+}
+
+/// Makes the stream an iteration of its job: all nodes are fitted at once, each counting in full.
+///
+/// Nothing is forgotten here: the forgetting factor is for the estimates while the stream is open.
+/// The iteration is answered as by `POST /v1/jobs/{job_id}/iterations`.
+#[utoipa::path(
+    post, path = "/v1/streams/{stream_id}/finish", operation_id = "finish_stream", tag = "streams",
+    params(
+        ("stream_id" = Uuid, Path),
+        IdempotencyKey
+    ),
+    request_body(content = Option<MeasurementDetailsBody>, description = "Details of the measurement; the body may be \
+        empty."),
+    responses(
+        (status = 201, description = "The iteration, as if its nodes had been posted together.",
+            body = NewIterationBody, headers(
+            ("Location" = String, description = "Address of the iteration."),
+            ("ETag" = String, description = "Version of the iteration.")
+        )),
+        (status = 409, description = "The stream is finished already, has no nodes, or the first request with this \
+            idempotency key is still running.", body = Problem, content_type = "application/problem+json")
+    )
+)]
+async fn finish_stream(
+    state: CallerState,
+    PathOf(id): PathOf<Uuid>,
+    key: IdempotencyKey,
+    payload: Payload,
+) -> Result<Response, Problem> {
+    let scope = format!("POST /v1/streams/{id}/finish");
+    idempotent(state, key, scope, payload, move |state, payload, key| async move {
+        let body: MeasurementDetailsBody = read_optional_json(&state, payload).await?;
+        let plans = state.plans.clone();
+        let stream = state.jobs.stream(id).await?;
+        let on = OfFlank::of(&state.jobs.job(stream.job_id).await?, &stream.measurand);
+        let fit = move |nodes: &Nodes, spec: &FitSpec| fits::compute_on(nodes, spec, &plans, on.as_ref());
+        let keyed = key.map(|key| key.answered_by(iterations::created));
+        let (iteration, stored) = state.jobs.finish_stream(&state.app, id, body.into(), fit, keyed).await?;
+        Ok(iterations::created(&iteration, stored))
+    })
+    .await
+}
+
+/// Deletes a stream with its nodes. The iteration of a finished stream is kept.
+///
+/// An open stream loses its nodes.
+#[utoipa::path(
+    delete, path = "/v1/streams/{stream_id}", operation_id = "delete_stream", tag = "streams",
+    params(
+        ("stream_id" = Uuid, Path),
+        ("If-Match" = Option<String>, Header, description = "Only if the stream is still at this ETag.")
+    ),
+    responses(
+        (status = 204, description = "The stream is gone."),
+        (status = 412, description = "The stream has changed meanwhile.", body = Problem,
+            content_type = "application/problem+json")
+    )
+)]
+async fn delete_stream(
+    state: CallerState,
+    PathOf(id): PathOf<Uuid>,
+    IfMatch(precondition): IfMatch,
+) -> Result<StatusCode, Problem> {
+    state.jobs.delete_stream(id, precondition).await?;
+    Ok(StatusCode::NO_CONTENT)
+}

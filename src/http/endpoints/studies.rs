@@ -1,0 +1,40 @@
+//! `POST /v1/studies/randomization`: numerical experiments; nothing is stored.
+
+use axum::{extract::State, response::Response};
+use utoipa_axum::{router::OpenApiRouter, routes};
+
+use super::fits::json;
+use crate::{
+    api::{
+        problem::Problem,
+        studies::{
+            request::RandomizationRequest,
+            result::{self, RandomizationResult},
+        },
+    },
+    http::{
+        layers::{body::Payload, compute::read_json},
+        state::AppState,
+    },
+};
+
+pub fn group() -> OpenApiRouter<AppState> {
+    OpenApiRouter::new().routes(routes!(study_randomization))
+}
+
+/// Randomises a measurement matrix over a range of levels and compares with regularised estimates;
+/// stores nothing.
+///
+/// Random matrices perturb the measurement matrix by the level; the answer has the medians and
+/// quartiles of errors and condition numbers. The same seed gives the same answer, whatever the
+/// number of threads.
+#[utoipa::path(
+    post, path = "/v1/studies/randomization", operation_id = "study_randomization", tag = "studies",
+    request_body(content = RandomizationRequest, description = "The matrix to randomise, and the levels."),
+    responses((status = 200, description = "Medians and quartiles by level, and the references.",
+        body = RandomizationResult))
+)]
+async fn study_randomization(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
+    let answer = read_json(&state, payload, |text| result::answer(text)?.to_json().map_err(Problem::internal)).await?;
+    Ok(json(answer))
+}

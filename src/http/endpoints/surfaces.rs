@@ -1,0 +1,123 @@
+//! `/v1/surfaces`: surfaces through or near nodes and borders, evaluated, and as files of CAD and
+//! FE systems; nothing is stored.
+
+use axum::{extract::State, response::Response};
+use utoipa_axum::{router::OpenApiRouter, routes};
+
+use super::fits::{json, json_held};
+use crate::{
+    api::{
+        problem::Problem,
+        shapes::export::{self, ExportSurfaceBody},
+        surfaces::{
+            self,
+            closest::{self, ClosestOnSurfaceBody, SurfaceFeetBody},
+            evaluate,
+            request::SurfaceRequest,
+            result::BuiltSurfaceBody,
+            sections::{self, SectionsBody, SectionsRequest},
+            values::{EvaluateSurfaceBody, SurfaceValuesBody},
+        },
+    },
+    http::{
+        layers::{
+            body::Payload,
+            compute::{read_json, read_json_in_room},
+            files::attachment,
+        },
+        state::AppState,
+    },
+};
+
+pub fn group() -> OpenApiRouter<AppState> {
+    OpenApiRouter::new()
+        .routes(routes!(create_surface))
+        .routes(routes!(evaluate_surface))
+        .routes(routes!(closest_points_of_surface))
+        .routes(routes!(sections_of_surface))
+        .routes(routes!(export_surface))
+}
+
+/// Builds a surface through or near nodes, or between borders, with a report on how its patches
+/// meet; stores nothing.
+///
+/// By Coons, Gregory, Bézier and B-spline patches of borders, meshes and grids, or near scattered
+/// nodes by least squares. The surface of the answer can be sent back as it is to the other
+/// operations of surfaces.
+#[utoipa::path(
+    post, path = "/v1/surfaces", operation_id = "create_surface", tag = "surfaces",
+    request_body(content = SurfaceRequest, description = "The data of the surface and the method."),
+    responses((status = 200, description = "The surface, everything needed to build it again, and a report.",
+        body = BuiltSurfaceBody))
+)]
+async fn create_surface(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
+    let plans = state.plans.clone();
+    let built = read_json(&state, payload, move |text| surfaces::build(text, None, &plans)).await?;
+    Ok(json(built.result))
+}
+
+/// Evaluates a surface at many parameters: values, derivatives, normals, fundamental forms,
+/// curvatures, area.
+///
+/// The surface is one from an earlier answer or one written by hand, evaluated at single parameters
+/// or on a grid. Parameters must lie within its domain.
+#[utoipa::path(
+    post, path = "/v1/surfaces/evaluate", operation_id = "evaluate_surface", tag = "surfaces",
+    request_body(content = EvaluateSurfaceBody, description = "A surface and its parameters."),
+    responses((status = 200, description = "Values in the order of `at`.", body = SurfaceValuesBody))
+)]
+async fn evaluate_surface(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
+    Ok(json_held(read_json_in_room(&state, payload, evaluate::answer).await?))
+}
+
+/// Finds the point of a surface that is closest to each given point.
+///
+/// Returns the parameters of the closest points and the distances, positive on the side the normal
+/// points to.
+#[utoipa::path(
+    post, path = "/v1/surfaces/closest-points", operation_id = "closest_points_of_surface", tag = "surfaces",
+    request_body(content = ClosestOnSurfaceBody, description = "A surface and points."),
+    responses((status = 200, description = "Closest points in the order of the given ones.", body = SurfaceFeetBody))
+)]
+async fn closest_points_of_surface(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
+    Ok(json(read_json(&state, payload, closest::answer).await?))
+}
+
+/// Cuts a surface by parallel planes: the curves of the sections, and the mesh of curves that two
+/// families of planes make.
+///
+/// Curves are cubic B-splines in space or polylines. They are joined across patches, seams and
+/// poles. Where the plane touches the surface, or the section cannot be determined, the answer has
+/// a warning. The mesh can be sent unchanged to `POST /v1/surfaces`, which fills it with patches.
+#[utoipa::path(
+    post, path = "/v1/surfaces/sections", operation_id = "sections_of_surface", tag = "surfaces",
+    request_body(content = SectionsRequest, description = "A surface and planes."),
+    responses((status = 200, description = "Sections in the order of the planes.", body = SectionsBody))
+)]
+async fn sections_of_surface(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
+    Ok(json_held(read_json_in_room(&state, payload, sections::answer).await?))
+}
+
+/// Writes a surface as a file: IGES 128 or STEP AP242 for CAD systems, OBJ, STL or VTK for looking,
+/// a mesh of quadrilaterals for FE systems.
+///
+/// The answer is a file to be saved. CAD formats hold the exact surface, the others facets of it.
+#[utoipa::path(
+    post, path = "/v1/surfaces/export", operation_id = "export_surface", tag = "surfaces",
+    request_body(content = ExportSurfaceBody, description = "A surface and the form of the file."),
+    responses((
+        status = 200, description = "The file.",
+        content(
+            (String = "model/step"),
+            (String = "model/iges"),
+            (String = "model/obj"),
+            (String = "model/stl"),
+            (String = "text/plain"),
+            (String = "text/csv")
+        )
+    ))
+)]
+async fn export_surface(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
+    let now = state.jobs.now();
+    attachment(state, payload, move |text, room| export::surface(text, now, room)).await
+}

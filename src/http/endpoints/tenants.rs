@@ -1,0 +1,154 @@
+//! `/v1/tenants`: for those who are of no tenant themselves.
+
+use axum::{
+    http::{HeaderValue, header},
+    response::{IntoResponse, Response},
+};
+use utoipa_axum::{router::OpenApiRouter, routes};
+
+use super::keys::first_key_must_be_admin;
+use crate::{
+    api::{
+        callers::tenant::{NewTenantBody, TenantBody, TenantPatchBody},
+        json::{value::read_json, writer::text_of},
+        page::PageBody,
+        problem::{Problem, ProblemCode},
+    },
+    http::{
+        caller_state::CallerState,
+        layers::{
+            body::Payload,
+            compute::read_small_json,
+            conditional::{IfMatch, etag, set_etag},
+            extract::{JsonOf, PathOf, QueryOf},
+            idempotency::{IdempotencyKey, idempotent},
+            paging::PageQuery,
+        },
+        state::AppState,
+    },
+    jobs::{Answer, ApiKey, KeyDraft, List, Plant, PlantDraft, Role, Secret, Tenant},
+};
+
+pub fn group() -> OpenApiRouter<AppState> {
+    OpenApiRouter::new().routes(routes!(create_tenant, list_tenants)).routes(routes!(get_tenant, update_tenant))
+}
+
+/// Creates a tenant, with its first key.
+///
+/// The key has the role `admin` and can make the tenant's other keys. A server that asks for no key
+/// yet needs an administrator's key (`POST /v1/keys`) before the first tenant.
+#[utoipa::path(
+    post, path = "/v1/tenants", operation_id = "create_tenant", tag = "tenants",
+    params(IdempotencyKey),
+    request_body(content = NewTenantBody, description = "The tenant's name."),
+    responses(
+        (status = 201, description = "The tenant with the secret of its first key in `admin_key`. A repeated answer to \
+            the same `Idempotency-Key` has no secret.", body = TenantBody, headers(
+            ("Location" = String, description = "Address of the tenant."),
+            ("ETag" = String, description = "Version of the tenant.")
+        )),
+        (status = 409, description = "There is a tenant of this name, there is no administrator's key yet, or the \
+            first request with this idempotency key is still running.", body = Problem,
+            content_type = "application/problem+json")
+    )
+)]
+async fn create_tenant(state: CallerState, key: IdempotencyKey, payload: Payload) -> Result<Response, Problem> {
+    idempotent(state, key, "POST /v1/tenants".to_owned(), payload, |state, payload, key| async move {
+        let limit = state.settings.body_limit;
+        let read = |text: &[u8]| Ok(read_json::<NewTenantBody>(text)?);
+        let body = read_small_json(&state, payload, limit, read).await?;
+        let draft = PlantDraft::try_from(body).map_err(Problem::invalid)?;
+        if state.callers.await_first_key().await? {
+            return Err(first_key_must_be_admin());
+        }
+        let keyed = key.map(|key| key.answered_by(|made: &(Plant, ApiKey), _| created(made, None)));
+        let (made, secret) = state.tenant_keys().create_plant(draft, first_key(), keyed).await?;
+        Ok(created(&made, secret.as_ref()))
+    })
+    .await
+}
+
+/// The key with which a tenant begins.
+fn first_key() -> KeyDraft {
+    let role = Role::Admin;
+    KeyDraft { name: "first key".into(), role: Some(role), scopes: role.scopes(), expires_at: None, san: None }
+}
+
+fn created(made: &(Plant, ApiKey), secret: Option<&Secret>) -> Answer {
+    let (plant, _) = made;
+    Answer {
+        status: 201,
+        location: Some(format!("/v1/tenants/{}", plant.name.as_str())),
+        etag: Some(etag(plant.version)),
+        body: text_of(&TenantBody::created(made, secret)).into_bytes(),
+    }
+}
+
+/// Lists tenants, newest first.
+///
+/// In pages: `next_cursor` of one page is the `cursor` of the next, and the last page has none.
+#[utoipa::path(
+    get, path = "/v1/tenants", operation_id = "list_tenants", tag = "tenants",
+    params(PageQuery),
+    responses((status = 200, description = "Some tenants, and where the next page begins.", body = PageBody<TenantBody>))
+)]
+async fn list_tenants(
+    state: CallerState,
+    QueryOf(query): QueryOf<PageQuery>,
+) -> Result<axum::Json<PageBody<TenantBody>>, Problem> {
+    let page = state.tenant_keys().plants(query.check(List::Tenants)?).await?;
+    Ok(axum::Json(PageBody::new(page, List::Tenants)))
+}
+
+/// A tenant.
+///
+/// The header `ETag` has its version, for a conditional `PATCH`.
+#[utoipa::path(
+    get, path = "/v1/tenants/{tenant}", operation_id = "get_tenant", tag = "tenants",
+    params(("tenant" = String, Path)),
+    responses((status = 200, description = "The tenant.", body = TenantBody,
+        headers(("ETag" = String, description = "Version of the tenant."))))
+)]
+async fn get_tenant(state: CallerState, PathOf(name): PathOf<String>) -> Result<Response, Problem> {
+    Ok(present(&state.tenant_keys().plant(named(&name)?).await?))
+}
+
+/// Changes a tenant. Fields that are left out stay unchanged.
+///
+/// The keys of a suspended tenant are refused; its data is kept, and the tenant can be resumed.
+/// (Keys in the server's settings are not affected.)
+#[utoipa::path(
+    patch, path = "/v1/tenants/{tenant}", operation_id = "update_tenant", tag = "tenants",
+    params(
+        ("tenant" = String, Path),
+        ("If-Match" = Option<String>, Header, description = "Only if the tenant is still at this ETag.")
+    ),
+    request_body(content = TenantPatchBody, description = "The fields to change."),
+    responses(
+        (status = 200, description = "The tenant after the change.", body = TenantBody,
+            headers(("ETag" = String, description = "Version of the tenant."))),
+        (status = 412, description = "The tenant has changed meanwhile.", body = Problem,
+            content_type = "application/problem+json")
+    )
+)]
+async fn update_tenant(
+    state: CallerState,
+    PathOf(name): PathOf<String>,
+    IfMatch(precondition): IfMatch,
+    JsonOf(body): JsonOf<TenantPatchBody>,
+) -> Result<Response, Problem> {
+    Ok(present(&state.tenant_keys().patch_plant(named(&name)?, body.into(), precondition).await?))
+}
+
+/// The tenant in a path; a name of another form is one that does not exist.
+fn named(segment: &str) -> Result<Tenant, Problem> {
+    Tenant::named(segment).ok_or_else(|| Problem::new(ProblemCode::NotFound, "There is no such tenant."))
+}
+
+fn present(plant: &Plant) -> Response {
+    let mut response = axum::Json(TenantBody::from(plant)).into_response();
+    set_etag(response.headers_mut(), plant.version);
+    // nobody keeps what tells who may do what
+    response.headers_mut().insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
+    response
+}

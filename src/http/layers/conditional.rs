@@ -1,0 +1,145 @@
+//! `ETag`, `If-Match` and `If-None-Match`. The tag of a job or an iteration is its version, which
+//! moves on with every change.
+
+use axum::{
+    body::Body,
+    extract::{FromRequestParts, Request},
+    http::{HeaderMap, HeaderValue, Method, StatusCode, header, request::Parts},
+    middleware::Next,
+    response::Response,
+};
+
+use sha2::{Digest, Sha256};
+
+use crate::{api::problem::Problem, http::state::AppState, jobs::Precondition};
+
+/// The version as an entity tag.
+pub fn etag(version: u64) -> String {
+    format!("\"{version}\"")
+}
+
+/// Puts the tag of a version into an answer.
+pub fn set_etag(headers: &mut HeaderMap, version: u64) {
+    if let Ok(value) = HeaderValue::from_str(&etag(version)) {
+        headers.insert(header::ETAG, value);
+    }
+}
+
+/// The tag of bytes that have no version.
+pub fn content_tag(bytes: &[u8]) -> Option<HeaderValue> {
+    let digest = Sha256::digest(bytes);
+    let digits: String = digest[..16].iter().map(|byte| format!("{byte:02x}")).collect();
+    HeaderValue::from_str(&format!("\"{digits}\"")).ok()
+}
+
+/// What the request's `If-Match` says the caller has seen.
+///
+/// `*` and no header ask for nothing (a resource that does not exist is a 404 anyway). Weak tags
+/// and tags that were never given match no version, so they lead to a 412.
+pub struct IfMatch(pub Precondition);
+
+impl FromRequestParts<AppState> for IfMatch {
+    type Rejection = Problem;
+
+    async fn from_request_parts(parts: &mut Parts, _state: &AppState) -> Result<Self, Problem> {
+        Ok(IfMatch(precondition(&parts.headers)))
+    }
+}
+
+fn precondition(headers: &HeaderMap) -> Precondition {
+    let mut seen = Vec::new();
+    let mut given = false;
+    for value in headers.get_all(header::IF_MATCH) {
+        given = true;
+        for tag in value.to_str().unwrap_or_default().split(',').map(str::trim) {
+            if tag == "*" {
+                return Precondition::None;
+            }
+            let inside = tag.strip_prefix('"').and_then(|tag| tag.strip_suffix('"'));
+            // A tag is compared as a text: `"01"` was never given.
+            seen.extend(inside.and_then(|tag| tag.parse().ok()).filter(|version| etag(*version) == tag));
+        }
+    }
+    if given { Precondition::AnyOf(seen) } else { Precondition::None }
+}
+
+/// Answers 304 without a body where a GET's `If-None-Match` has the tag of what would be answered.
+pub async fn not_modified(request: Request, next: Next) -> Response {
+    let reads = matches!(*request.method(), Method::GET | Method::HEAD);
+    let seen = if reads { tags(request.headers()) } else { Vec::new() };
+    let mut response = next.run(request).await;
+    if response.status() != StatusCode::OK || !is_match(&seen, response.headers().get(header::ETAG)) {
+        return response;
+    }
+    *response.status_mut() = StatusCode::NOT_MODIFIED;
+    // What the answer itself would say; an empty one is not compressed, so nobody else says it (RFC
+    // 9110, 15.4.5).
+    response.headers_mut().append(header::VARY, HeaderValue::from_static("accept-encoding"));
+    *response.body_mut() = Body::empty();
+    for name in [header::CONTENT_TYPE, header::CONTENT_LENGTH, header::CONTENT_ENCODING, header::CONTENT_DISPOSITION] {
+        response.headers_mut().remove(name);
+    }
+    response
+}
+
+/// The values of `If-None-Match`.
+fn tags(headers: &HeaderMap) -> Vec<HeaderValue> {
+    headers.get_all(header::IF_NONE_MATCH).iter().cloned().collect()
+}
+
+/// Whether a tag is among the seen ones, by weak comparison (RFC 9110, 8.8.3.2).
+fn is_match(seen: &[HeaderValue], tag: Option<&HeaderValue>) -> bool {
+    let Some(tag) = tag.and_then(|tag| tag.to_str().ok()) else { return false };
+    let opaque = |tag: &str| tag.strip_prefix("W/").unwrap_or(tag).to_owned();
+    let wanted = opaque(tag);
+    let lists = seen.iter().filter_map(|value| value.to_str().ok());
+    lists.flat_map(split_tags).any(|seen| seen == "*" || opaque(seen) == wanted)
+}
+
+/// The members of a list of tags. Tags may have commas between their quotes.
+fn split_tags(list: &str) -> impl Iterator<Item = &str> {
+    let mut quoted = false;
+    list.split(move |c| {
+        quoted ^= c == '"';
+        c == ',' && !quoted
+    })
+    .map(str::trim)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(values: &[&'static str]) -> Precondition {
+        let mut headers = HeaderMap::new();
+        for value in values {
+            headers.append(header::IF_MATCH, HeaderValue::from_static(value));
+        }
+        precondition(&headers)
+    }
+
+    #[test]
+    fn tags_are_read_and_strange_ones_match_nothing() {
+        assert_eq!(of(&[]), Precondition::None);
+        assert_eq!(of(&["*"]), Precondition::None);
+        assert_eq!(of(&["\"3\""]), Precondition::AnyOf(vec![3]));
+        assert_eq!(of(&["\"3\", \"4\"", "\"5\""]), Precondition::AnyOf(vec![3, 4, 5]));
+        assert_eq!(of(&["W/\"3\""]), Precondition::AnyOf(vec![]));
+        assert_eq!(of(&["\"something\""]), Precondition::AnyOf(vec![]));
+        assert_eq!(of(&["\"01\"", "\"+1\"", "1"]), Precondition::AnyOf(vec![]), "these were never given");
+    }
+
+    #[test]
+    fn seen_tags_are_compared_weakly() {
+        let seen = |values: &[&'static str], tag: &'static str| {
+            let values: Vec<_> = values.iter().map(|value| HeaderValue::from_static(value)).collect();
+            is_match(&values, Some(&HeaderValue::from_static(tag)))
+        };
+        assert!(seen(&["\"3\""], "\"3\""));
+        assert!(seen(&["W/\"3\""], "\"3\"") && seen(&["\"3\""], "W/\"3\""));
+        assert!(seen(&["\"1\", \"a,b\"", "\"3\""], "\"3\"") && seen(&["\"1\",\"a,b\""], "\"a,b\""));
+        assert!(seen(&["*"], "\"3\""));
+        assert!(!seen(&[], "\"3\"") && !seen(&["\"4\"", ""], "\"3\"") && !seen(&["3"], "\"3\""));
+        assert!(!is_match(&[HeaderValue::from_static("*")], None), "nothing that has a tag");
+    }
+}
