@@ -9,6 +9,7 @@
 mod closed;
 mod flat;
 mod generators;
+mod generics;
 pub mod nullable;
 mod problems;
 mod reach;
@@ -31,6 +32,7 @@ pub fn shape(document: &mut OpenApi) {
     let Some(mut components) = document.components.take() else { return };
     let schemas = &mut components.schemas;
     flat::flatten(schemas);
+    generics::settle(schemas);
     variants::name(schemas);
     closed::close(schemas, &document.paths);
     schemas.values_mut().for_each(without_code);
@@ -91,6 +93,7 @@ pub fn schema_of<T: ToSchema>() -> (Value, Map<String, Value>) {
     T::schemas(&mut list);
     let mut schemas: BTreeMap<_, _> = list.into_iter().collect();
     flat::flatten(&mut schemas);
+    generics::settle(&mut schemas);
     variants::name(&mut schemas);
     for schema in schemas.values_mut() {
         closed::close_one(schema);

@@ -286,7 +286,7 @@ async fn a_correction_by_a_machine_predicts_figures_by_name() {
     let changes = &told["answer"]["figure_changes"];
     are(changes, "/measured/value_um", [3.0, 2.0 * 15.0 / 13.0, 1.5, 1.0, -4.0], 1e-6);
     assert_eq!(told["answer"]["verdict"], "weaker", "{}", told["answer"]["sentence"]);
-    let slope = &told["answer"]["figure_changes"]["profile_slope"];
+    let slope = &told["answer"]["figure_changes"]["profile_slope_um"];
     for (name, want) in [("before", 6.0), ("measured", 3.0), ("change", -3.0)] {
         assert!((slope[name]["value_um"].as_f64().unwrap() - want).abs() < 1e-6, "{name} {slope}");
         let [low, high] = [0, 1].map(|end| slope[name]["interval_um"][end].as_f64().unwrap());

@@ -275,7 +275,7 @@ async fn the_next_round_is_compared_with_what_was_entered() {
     assert!((number(&kept["answer"]["response_ratio"]) - 1.0).abs() < 0.1, "{}", kept["answer"]);
     assert_eq!(kept["answer"]["predicted_um"].as_array().unwrap().len(), 40);
     for side in ["left", "right"] {
-        let change = &kept["answer"]["flanks"][side]["helix_slope"];
+        let change = &kept["answer"]["flanks"][side]["helix_slope_um"];
         let [low, high] = [0, 1].map(|end: usize| number(&change["beyond_predicted"]["interval_um"][end]));
         assert!(low <= 0.0 && 0.0 <= high, "{change}");
         assert!(number(&change["change"]["value_um"]).abs() > 5.0, "{change}");

@@ -78,7 +78,8 @@ async fn a_correction_has_the_figures_of_the_chosen_fit() {
     let kept = get(&app, &format!("{place}/iterations/1/correction")).await;
     assert_eq!(kept["answer"].get("figures"), None);
     for name in NAMES {
-        let (changes, own) = (&kept["answer"]["figure_changes"][name], format!("{name}_um"));
+        let own = format!("{name}_um");
+        let changes = &kept["answer"]["figure_changes"][&own];
         for (part, page) in [("before", &shown[&own]), ("measured", &after[&own])] {
             assert_eq!(changes[part]["value_um"], page["value"], "{name} {part}");
             assert_eq!(changes[part]["interval_um"], page["interval"], "{name} {part}");
@@ -114,7 +115,7 @@ async fn a_correction_of_the_gear_has_the_mean_of_the_fits() {
         let own = format!("{name}_um");
         let mean = 0.5 * (number(&one[&own]["value"]) + number(&two[&own]["value"]));
         assert!((number(&made["figures"]["left"][&own]["before"]) - mean).abs() < 1e-9, "{name}");
-        let changes = &kept["answer"]["flanks"]["left"][name];
+        let changes = &kept["answer"]["flanks"]["left"][&own];
         assert!((number(&changes["before"]["value_um"]) - mean).abs() < 1e-9, "{name}: {changes}");
         assert_eq!(changes["measured"]["value_um"], three[&own]["value"], "{name}");
         // errors of two teeth and of one, not of the difference of both
@@ -145,7 +146,7 @@ async fn a_prior_does_not_answer_for_the_machine() {
     for name in NAMES {
         let own = format!("{name}_um");
         let [measured, by_prior, by_nodes] =
-            [&changes[name]["measured"]["value_um"], &shown[&own]["value"], &least_squares[&own]["value"]].map(number);
+            [&changes[&own]["measured"]["value_um"], &shown[&own]["value"], &least_squares[&own]["value"]].map(number);
         assert!((measured - by_nodes).abs() < 1e-9, "{name}: {measured} {by_nodes}");
         assert!((by_prior - by_nodes).abs() > 1e-6, "{name}: {by_prior}");
     }

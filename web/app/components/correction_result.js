@@ -224,8 +224,8 @@ function figureRows({ result, answer }) {
   const estimated = (/** @type {TargetFigure | null | undefined} */ figure) =>
     figure ? { value_um: figure.before, ...(figure.std_error ? { std_error_um: figure.std_error } : {}) } : undefined;
   const figures = FIGURES.map(([key, symbol, word]) => {
-    const changes = answer?.figure_changes?.[key];
     const own = /** @type {const} */ (`${key}_um`);
+    const changes = answer?.figure_changes?.[own];
     return given({
       key,
       symbol,

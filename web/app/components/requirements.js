@@ -56,7 +56,7 @@ export function RequirementsPanel({ requirements, name }) {
 
 /** A design as one line of text. @param {NonNullable<Requirements["design"]>} design */
 function designText(design) {
-  const of = (/** @type {import("../api/client.js").Schema<"SideDesign">} */ figures) =>
+  const of = (/** @type {import("../api/client.js").Schema<"FlankFigures">} */ figures) =>
     SURFACE_FIGURES.flatMap(({ name, symbol }) => {
       const value = figures[`${name}_um`];
       if (typeof value !== "number") return [];

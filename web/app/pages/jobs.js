@@ -16,7 +16,7 @@ import { query } from "../navigation.js";
 import { href } from "../router.js";
 import { h, html, useRef } from "../../vendor/ui.js";
 
-/** @typedef {import("../api/client.js").Schema<"JobPage">} JobPage */
+/** @typedef {import("../api/client.js").Schema<"Page_ListedJob">} JobPage */
 
 export const styles = ["jobs"];
 

@@ -55,7 +55,7 @@ export function flankRows(told) {
       name,
       flank: undefined,
       cells: told.map((one) => cell(one, name)),
-      change: cell === ofTraces ? undefined : whole?.answer?.figure_changes?.[name]?.change,
+      change: cell === ofTraces ? undefined : whole?.answer?.figure_changes?.[/** @type {const} */ (`${name}_um`)]?.change,
       limits: told
         .flatMap((one) => limitsOf([cell === ofFits ? fittedFigure(one, name) : tracedFigure(one, name)]))
         .at(-1),
@@ -99,10 +99,10 @@ function covered(rows) {
 
 /** With its error where one is answered: of the own correction, or of the one before that this iteration answers. @param {Told} told @param {FlankFigureName} name @returns {Cell | undefined} */
 function ofNodes({ correction, answers }, name) {
-  const estimated =
-    answers?.answer?.figure_changes?.[name]?.measured ?? correction?.answer?.figure_changes?.[name]?.before;
-  if (estimated) return { value: estimated.value_um, error: estimated.std_error_um, interval: estimated.interval_um };
   const own = /** @type {const} */ (`${name}_um`);
+  const estimated =
+    answers?.answer?.figure_changes?.[own]?.measured ?? correction?.answer?.figure_changes?.[own]?.before;
+  if (estimated) return { value: estimated.value_um, error: estimated.std_error_um, interval: estimated.interval_um };
   const wanted = correction?.result.figures?.left ?? correction?.result.figures?.right;
   const figure = wanted?.[own];
   return figure ? { value: figure.before, error: figure.std_error } : undefined;

@@ -125,7 +125,7 @@ browserTest(
     assert.equal(await page.locator(".report").evaluate((one) => getComputedStyle(one).colorScheme), "light");
     const { pages } = await printed(world);
     const { answer } = await call("GET", `/v1/jobs/${id}/iterations/1/correction`);
-    const slope = answer.figure_changes.profile_slope.before;
+    const slope = answer.figure_changes.profile_slope_um.before;
     holds(pages[0] ?? "", [
       "Flankenbericht",
       "Unterschrift",
