@@ -55,7 +55,8 @@ export function flankRows(told) {
       name,
       flank: undefined,
       cells: told.map((one) => cell(one, name)),
-      change: cell === ofTraces ? undefined : whole?.answer?.figure_changes?.[/** @type {const} */ (`${name}_um`)]?.change,
+      change:
+        cell === ofTraces ? undefined : whole?.answer?.figure_changes?.[/** @type {const} */ (`${name}_um`)]?.change,
       limits: told
         .flatMap((one) => limitsOf([cell === ofFits ? fittedFigure(one, name) : tracedFigure(one, name)]))
         .at(-1),
