@@ -204,6 +204,7 @@ impl<R: BufRead> ArchiveReader<R> {
         };
         self.jobs += 1;
         let (job, begin) = (key.job, self.line);
+        let there = section(to, &key).await?;
         let (mut own, mut lines) = (Section::default(), spooled_tempfile(IN_MEMORY));
         own.line(&first);
         // the store locks nothing before all is there
@@ -219,7 +220,7 @@ impl<R: BufRead> ArchiveReader<R> {
             let why = "the job has changed since it was written".to_owned();
             return Err(ArchiveError::Row { line: self.line, job, why });
         }
-        match section(to, &key).await? {
+        match there {
             Some(there) if there == end => return Ok(Imported::Exists),
             Some(_) => return Err(ArchiveError::Differs { job }),
             None => lines.rewind()?,

@@ -284,7 +284,7 @@ fn limits_and_levels_that_there_are_not_are_refused() {
     let limits = |limits: ToleranceLimits| Settings { limits: limits.into(), ..settings() };
     let told = ToleranceLimits::default();
     let turned = refused(limits(ToleranceLimits { twist_um: Some([2.0, -2.0]), ..told }));
-    assert_eq!(turned.0, "evaluation.tolerance_limits.twist_um");
+    assert_eq!(turned.0, "evaluation.tolerance_limits.left.twist_um");
     assert!(turned.1.starts_with("2 to -2 µm leave nothing between them"), "{}", turned.1);
     let class = refused(limits(ToleranceLimits { class: Some(12), ..told }));
     assert_eq!(class.0, "evaluation.tolerance_limits.class");
