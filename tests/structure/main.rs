@@ -21,7 +21,7 @@ struct Rule {
     foreign: &'static [&'static str],
 }
 
-/// The only crates that the engine builds on: none that reads a wire, a clock or a file.
+/// The only crates that the engine builds on: none that reads a socket, a clock or a file.
 const ENGINE_BUILDS_ON: &[&str] = &[
     "libm",
     "miniz_oxide",
@@ -31,6 +31,7 @@ const ENGINE_BUILDS_ON: &[&str] = &[
     "rand_chacha",
     "rayon",
     "serde",
+    "serde_json",
     "serde_with_macros",
     "thiserror",
     "utoipa",

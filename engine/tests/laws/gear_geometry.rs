@@ -190,7 +190,8 @@ proptest! {
         let thickness = gear.transverse_module() * (FRAC_PI_2 + 2.0 * data.profile_shift * data.pressure_angle.tan());
         let geometry = Geometry::of(&gear);
         prop_assert!((geometry.tooth_thickness_mm - thickness).abs() < 1e-12 * thickness);
-        prop_assert!((geometry.normal_tooth_thickness_mm - thickness * data.helix_angle.cos()).abs() < 1e-12 * thickness);
+        let normal = thickness * data.helix_angle.cos();
+        prop_assert!((geometry.normal_tooth_thickness_mm - normal).abs() < 1e-12 * thickness);
         let roll = gear.roll_length(2.0 * gear.reference_radius()).unwrap();
         prop_assert!((tooth_thickness(&gear, roll).transverse - thickness).abs() < 1e-11 * gear.reference_radius());
         // From the points of both flanks, by their polar angles.

@@ -163,7 +163,8 @@ proptest! {
             prop_assert!((form - roll).abs() < 1e-10 * scale);
         }
         let geometry = Geometry::of(&gear);
-        prop_assert_eq!(geometry.undercut, geometry.least_profile_shift_coefficient.unwrap() > gear.data().profile_shift + 1e-12);
+        let least = geometry.least_profile_shift_coefficient.unwrap();
+        prop_assert_eq!(geometry.undercut, least > gear.data().profile_shift + 1e-12);
     }
 
     #[test]

@@ -255,7 +255,7 @@ async fn forged_entry(pair: &Pair, job: Uuid, action: &str, subject: &str, conte
     pair.ground.intrude(sql).await;
 }
 
-/// The faults of a job.
+/// Returns what verification finds in a job.
 async fn faults_of(pair: &Pair, job: Uuid) -> BTreeSet<(String, What)> {
     let faults = verified(&pair.handles[0]).await.faults;
     faults.into_iter().filter(|fault| fault.job == Some(job)).map(|fault| (fault.place, fault.what)).collect()

@@ -65,8 +65,8 @@ pub struct TargetFigureBody {
     /// If the machine answers as the sensitivity says: `before` and the change that the settings
     /// make by least squares over the nodes.
     pub predicted: f64,
-    /// Standard error of `before` and `predicted`: that of the fit, of a gear by noise and scatter of the
-    /// teeth; left out without degrees of freedom.
+    /// Standard error of `before` and `predicted`: that of the fit, of a gear by noise and scatter
+    /// of the teeth; left out without degrees of freedom.
     pub std_error: Option<f64>,
     /// Limits of the job, `[low, high]`, in the direction of the figures; of slopes else by the
     /// class. Left out where it requires nothing.

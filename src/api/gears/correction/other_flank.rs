@@ -33,8 +33,8 @@ pub struct OtherFlankBody {
     pub not_predicted: Option<String>,
 }
 
-/// Returns the effect of the solution for one flank on the other one; `None` of a matrix, which does
-/// not say it, and of a gear.
+/// Returns the effect of the solution for one flank on the other one; `None` of a matrix, which
+/// does not say it, and of a gear.
 pub(super) fn of(
     request: &CorrectionRequestBody,
     subject: &Subject<'_>,

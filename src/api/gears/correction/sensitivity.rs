@@ -55,8 +55,8 @@ pub struct SensitivityBody {
     #[schema(min_items = 2, max_items = 2)]
     pub helix_range_mm: Option<[f64; 2]>,
     /// With `machine`: settings that it has for each flank by itself, such as the profile angle of
-    /// a wheel that is dressed on both sides. Their names end in `_left` or `_right`, and they leave
-    /// the other flank as it is. Default none: all settings act on both flanks.
+    /// a wheel that is dressed on both sides. Their names end in `_left` or `_right`, and they
+    /// leave the other flank as it is. Default none: all settings act on both flanks.
     pub by_flank: Option<Vec<String>>,
 }
 

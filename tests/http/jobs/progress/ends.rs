@@ -223,7 +223,7 @@ async fn answered(app: &TestApp, status: u16) -> f64 {
     metrics.lines().find_map(|line| line.strip_prefix(&series)).map_or(0.0, |count| count.parse().unwrap())
 }
 
-/// What was computed is not lost because others have the memory.
+/// A finished result is not lost because others have the memory.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_result_is_sent_whoever_holds_the_memory() {
     let settings = |settings: &mut flankfit::config::ServeSettings| {
@@ -238,7 +238,7 @@ async fn a_result_is_sent_whoever_holds_the_memory() {
     assert!(name == "result" && data.len() > 4 << 10, "{name} {}", data.len());
 }
 
-/// Where it is known before the events begin, as of an answer that is kept.
+/// The header is sent if the response is known before the events begin.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_result_that_is_given_again_says_so() {
     let app = TestApp::around(harness::TestApp::start_with(|settings| settings.pace.look = super::PATIENCE).await);
