@@ -75,8 +75,7 @@ pub const TLS_EXPIRY: &str = "flankfit_tls_expiry_seconds";
 pub const AUDIT_SEAL_AGE: &str = "flankfit_audit_seal_age_seconds";
 /// Seconds between two turns of sealing, as they are set.
 pub const AUDIT_SEAL_INTERVAL: &str = "flankfit_audit_seal_interval_seconds";
-/// Spans that no collector has got. Label: `reason` (`queue`: it was full; `export`: the collector
-/// did not take them).
+/// Spans of batches that the collector did not take.
 pub const SPANS_DROPPED: &str = "flankfit_trace_spans_dropped_total";
 /// 1 if the last request for the identity provider's keys succeeded.
 pub const IDENTITY_PROVIDER_UP: &str = "flankfit_identity_provider_up";
@@ -187,7 +186,7 @@ pub fn metrics() -> &'static PrometheusHandle {
             "Time since the last turn that sealed all entries of the audit and wrote all seals"
         );
         metrics::describe_gauge!(AUDIT_SEAL_INTERVAL, metrics::Unit::Seconds, "Time between seals, as it is set");
-        metrics::describe_counter!(SPANS_DROPPED, "Spans that no collector has got, by reason");
+        metrics::describe_counter!(SPANS_DROPPED, "Spans that the collector did not take");
         metrics::describe_gauge!(
             IDENTITY_PROVIDER_UP,
             "1 if the last request for the identity provider's keys \
@@ -246,8 +245,8 @@ pub fn record_store_up(up: bool) {
 }
 
 /// Notes that spans were dropped.
-fn record_dropped_spans(reason: &'static str, count: u64) {
-    metrics::counter!(SPANS_DROPPED, "reason" => reason).increment(count);
+fn record_dropped_spans(count: u64) {
+    metrics::counter!(SPANS_DROPPED).increment(count);
 }
 
 /// Notes whether the identity provider told its keys.
