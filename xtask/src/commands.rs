@@ -82,8 +82,6 @@ fn scipy(_: &[String]) -> Outcome {
 }
 
 fn figures(_: &[String]) -> Outcome {
-    let study = ["run", "--locked", "--release", "--bin", "flankfit", "--", "study", "--svg"];
-    run(cargo().args(study).arg("docs/explanation/figures"))?;
     run(program("python3").arg("tools/draw_machine_settings.py"))
 }
 

@@ -1,10 +1,8 @@
-//! `flankfit study [FILE]`: the answer of `POST /v1/studies/randomization` as tables, and the
-//! paper's Figs. 4 and 5 as SVG; also in parts, on several machines.
+//! `flankfit study [FILE]`: the answer of `POST /v1/studies/randomization` as tables; also in parts,
+//! on several machines.
 
-mod figures;
 mod parts;
 mod raw;
-mod svg;
 mod tables;
 
 use std::{
@@ -35,7 +33,7 @@ pub struct StudyArguments {
     shown: Shown,
     /// Compute only these repetitions, A to B - 1 (counted from 0), or part I of N equal parts (I
     /// from 0), for `study join`.
-    #[arg(long, value_name = "A..B|I/N", requires = "raw", conflicts_with_all = ["svg", "json", "output"])]
+    #[arg(long, value_name = "A..B|I/N", requires = "raw", conflicts_with_all = ["json", "output"])]
     repetitions: Option<parts::Which>,
     /// File for the results of these repetitions.
     #[arg(long, value_name = "FILE", requires = "repetitions")]
@@ -61,9 +59,6 @@ struct JoinArguments {
 /// Output of an answer.
 #[derive(Debug, Args)]
 struct Shown {
-    /// Also write both figures into this folder, as fig4.svg and fig5.svg.
-    #[arg(long, value_name = "DIR")]
-    svg: Option<PathBuf>,
     /// Print the answer as JSON instead of tables.
     #[arg(long)]
     json: bool,
@@ -95,20 +90,11 @@ impl Shown {
             shown.push(b'\n');
         }
         match &self.output {
-            None => out().write_all(&shown)?,
-            Some(file) => write(file, &shown)?,
+            None => Ok(out().write_all(&shown)?),
+            Some(file) => std::fs::write(file, &shown)
+                .map_err(|error| format!("cannot write {}: {error}", file.display()).into()),
         }
-        if let Some(folder) = &self.svg {
-            std::fs::create_dir_all(folder).map_err(|error| format!("cannot make {}: {error}", folder.display()))?;
-            write(&folder.join("fig4.svg"), figures::stability(result).as_bytes())?;
-            write(&folder.join("fig5.svg"), figures::accuracy(result).as_bytes())?;
-        }
-        Ok(())
     }
-}
-
-fn write(file: &Path, text: &[u8]) -> Result<(), CommandError> {
-    std::fs::write(file, text).map_err(|error| format!("cannot write {}: {error}", file.display()).into())
 }
 
 fn read(file: &Path) -> Result<Vec<u8>, CommandError> {
