@@ -141,7 +141,8 @@ fn servers_are_renewed_without_a_gap() {
 fn all_servers_fit_the_database() {
     let (deployment, scaling) = (manifest("Deployment"), manifest("HorizontalPodAutoscaler"));
     let container = at(&deployment, "/spec/template/spec/containers/0");
-    let each = set(container, "FLANKFIT_STORE_WRITERS") + set(container, "FLANKFIT_DATABASE_READERS") + 2;
+    // with 4 connections for long reads, and one each for LISTEN and NOTIFY
+    let each = set(container, "FLANKFIT_STORE_WRITERS") + set(container, "FLANKFIT_DATABASE_READERS") + 4 + 2;
     let surge = number(&deployment, "/spec/strategy/rollingUpdate/maxSurge");
     let connections = (number(&scaling, "/spec/maxReplicas") + surge) * each;
     let most = at(&scaling, "/metadata/annotations/flankfit~1max-connections").as_str().unwrap();
