@@ -61,7 +61,7 @@ pub const BLOCK_SECONDS: &str = "flankfit_stream_block_duration_seconds";
 pub const LISTENERS: &str = "flankfit_open_connections";
 
 /// Requests and connections that were turned away for others' sake. Label: `reason` (`queue`,
-/// `tenant_share`, `body_memory`, `idle_connection`, `rate_limit`, `refusals`).
+/// `body_memory`, `idle_connection`, `rate_limit`, `refusals`).
 pub const SHED: &str = "flankfit_shed_total";
 /// Requests to the versioned interface by what their key is. Label: `outcome` (`ok`, `none` where
 /// none is asked for, `missing`, `invalid`, `unavailable` where nobody could be asked; once more as

@@ -12,7 +12,6 @@ mod network;
 mod oidc;
 mod origin;
 mod pace;
-mod share;
 mod store;
 mod tls;
 mod traces;
@@ -32,7 +31,6 @@ pub use network::{Networks, parse_networks};
 pub use oidc::{Audiences, OidcSettings};
 pub use origin::{Origin, Origins, parse_origins};
 pub use pace::Pace;
-pub use share::{parse_part, parse_share};
 pub use store::{MigrateMode, PostgresArguments};
 pub use tls::{ClientAuthentication, TlsSettings};
 pub use traces::{EndpointError, HeadersError, TraceSettings};
@@ -83,13 +81,9 @@ pub struct ServeSettings {
     /// Threads that compute fits; 0 means one per processor.
     #[arg(long, env = "FLANKFIT_WORKERS", default_value_t = 0, value_parser = within(0..=bounds::MOST_WORKERS))]
     pub workers: usize,
-    /// Maximum number of requests waiting for a worker; more are answered 503.
+    /// Maximum number of requests of a tenant waiting for a worker; more are answered 503.
     #[arg(long, env = "FLANKFIT_QUEUE", default_value_t = 1024, value_parser = within(1..=bounds::MOST_WAITING))]
     pub queue: usize,
-    /// Share (0 to 1, such as 0.5) of the workers and of that queue that one tenant may use while
-    /// others wait.
-    #[arg(long, env = "FLANKFIT_TENANT_SHARE", default_value_t = 0.5, value_parser = parse_share)]
-    pub tenant_share: f64,
     /// Largest request body in bytes, counted after decompression.
     #[arg(long, env = "FLANKFIT_BODY_LIMIT", default_value_t = 256 * 1024 * 1024,
         value_parser = within(bounds::LEAST_BODY..=bounds::MOST_BYTES))]
@@ -229,7 +223,6 @@ impl Default for ServeSettings {
             postgres: PostgresArguments::default(),
             workers: 0,
             queue: 1024,
-            tenant_share: 0.5,
             body_limit: 256 * 1024 * 1024,
             body_memory: 1 << 30,
             body_timeout: 60,

@@ -67,7 +67,7 @@ impl AppState {
     ) -> Result<Self, StateError> {
         let rates = Rates::new(&settings);
         let budget = Budget::new(settings.body_memory);
-        let pool = WorkPool::new(settings.worker_count(), settings.queue, settings.tenant_share)?;
+        let pool = WorkPool::new(settings.worker_count(), settings.queue)?;
         let callers = Callers::of(&settings, &jobs, tokens).await?;
         let dashboard = settings.dashboard.then(|| Files::of(settings.dashboard_dir.as_deref()));
         Ok(AppState(Arc::new(Shared {

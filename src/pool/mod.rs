@@ -7,9 +7,8 @@
 //! done by the thread that has it, in the [`WorkerSlot`] of an idle worker; one at a time even
 //! where all are busy, so that some microseconds do not wait for seconds of others' work.
 //!
-//! Work is done for somebody: what is awaited [`on_behalf_of`] a party is that party's. Parties
-//! have turns, and none holds more than its share of workers and queue while others wait
-//! (`turns`).
+//! Work is done for somebody: what is awaited [`on_behalf_of`] a party is that party's. Each party
+//! has a queue of its own, and no more workers than another that waits (`turns`).
 //!
 //! Work runs under a [`Handle`], which its loops ask. That of [`WorkPool::run`] is cancelled when
 //! the future is dropped, which is what happens when a client leaves or a request's time is over.
@@ -28,7 +27,7 @@ use tokio::sync::oneshot;
 use tracing::Span;
 
 use crate::telemetry;
-use turns::{NoPlace, Turns};
+use turns::Turns;
 
 pub use flankfit_engine::numerics::cancel::{Handle, checkpoint};
 pub use turns::Party;
@@ -37,8 +36,6 @@ pub use turns::Party;
 trait Job: Send {
     /// True if the work came to its end and somebody heard of it.
     fn run(self: Box<Self>) -> bool;
-    /// Reports that another request has taken its place in the queue.
-    fn refuse(self: Box<Self>, error: PoolError);
     fn handle(&self) -> &Handle;
 }
 
@@ -69,10 +66,6 @@ impl<T: Send, F: FnOnce() -> T + Send> Job for Task<T, F> {
         }
     }
 
-    fn refuse(self: Box<Self>, error: PoolError) {
-        let _gone = self.answer.send(Err(error));
-    }
-
     fn handle(&self) -> &Handle {
         &self.handle
     }
@@ -81,15 +74,9 @@ impl<T: Send, F: FnOnce() -> T + Send> Job for Task<T, F> {
 /// Reason why work was not done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PoolError {
-    /// The queue is at its limit.
-    #[error("{limit} requests are already waiting for a worker")]
-    Full {
-        /// The queue's length.
-        limit: usize,
-    },
-    /// The party has its share of the queue, and others wait.
-    #[error("this tenant has its share of requests waiting, and others wait")]
-    Share,
+    /// The party's queue is at its limit.
+    #[error("too many requests are already waiting for a worker")]
+    Full,
     /// Its handle was cancelled.
     #[error("the work was cancelled")]
     Cancelled,
@@ -105,7 +92,6 @@ pub enum PoolError {
 #[derive(Debug)]
 pub struct WorkPool {
     shared: Arc<Shared>,
-    limit: usize,
 }
 
 struct Shared {
@@ -253,16 +239,16 @@ impl Drop for CancelOnDrop {
 }
 
 impl WorkPool {
-    /// Starts `workers` threads (at least one) with a queue of `limit` places (at least one);
-    /// `share` is what a party may have of both while others wait.
-    pub fn new(workers: usize, limit: usize, share: f64) -> std::io::Result<Self> {
+    /// Starts `workers` threads (at least one) with a queue of `limit` places (at least one) for
+    /// each party.
+    pub fn new(workers: usize, limit: usize) -> std::io::Result<Self> {
         telemetry::metrics();
         let (workers, limit) = (workers.max(1), limit.max(1));
         let (depth, busy) = (metrics::gauge!(telemetry::QUEUE_DEPTH), metrics::gauge!(telemetry::BUSY_WORKERS));
-        let shared = Shared::new(workers, Turns::new(limit, workers, share), depth, busy);
+        let shared = Shared::new(workers, Turns::new(limit), depth, busy);
         // The threads are not joined: they end when the pool stops, and the process does not wait
         // for them.
-        let pool = WorkPool { shared, limit };
+        let pool = WorkPool { shared };
         for worker in 0..workers {
             let shared = Arc::clone(&pool.shared);
             std::thread::Builder::new().name(format!("fit-{worker}")).spawn(move || shared.work(worker))?;
@@ -304,27 +290,20 @@ impl WorkPool {
         if state.stopped {
             return Err(PoolError::Stopped);
         }
-        if !state.queue.has_room(&party) {
+        if state.queue.is_full(&party) {
             // Requests that were given up (timeouts, lost connections) do not hold places.
             for _skipped in 0..state.queue.retain(|job| !job.handle().is_cancelled()) {
                 telemetry::record_cancelled(reason(false), Duration::ZERO);
             }
+            if state.queue.is_full(&party) {
+                // The work is dropped after the lock is released: it may own anything.
+                return Err(PoolError::Full);
+            }
         }
-        let full = PoolError::Full { limit: self.limit };
-        let refusal = |refused| match refused {
-            NoPlace::Full => full,
-            NoPlace::Share => PoolError::Share,
-        };
-        // Refused work is dropped after the lock is released: it may own anything.
-        state.queue.check(&party).map_err(refusal)?;
-        let displaced = state.queue.push(party, job).map_err(refusal)?;
+        state.queue.push(party, job);
         self.shared.depth.set(state.queue.len() as f64);
         if state.idle > 0 {
             self.shared.wake.notify_one();
-        }
-        drop(state);
-        if let Some(displaced) = displaced {
-            displaced.refuse(full);
         }
         Ok(())
     }

@@ -23,7 +23,7 @@ async fn occupied(pool: &Arc<WorkPool>) -> (mpsc::Sender<()>, JoinHandle<Result<
 
 #[tokio::test]
 async fn work_is_done_and_a_panic_costs_only_its_own_request() {
-    let pool = WorkPool::new(1, 4, 0.5).unwrap();
+    let pool = WorkPool::new(1, 4).unwrap();
     assert_eq!(pool.run(|| 6 * 7).await, Ok(42));
     assert_eq!(pool.run(|| -> u8 { panic!("on purpose") }).await, Err(PoolError::Lost));
     assert_eq!(pool.run(|| 1).await, Ok(1));
@@ -31,7 +31,7 @@ async fn work_is_done_and_a_panic_costs_only_its_own_request() {
 
 #[tokio::test]
 async fn a_slot_is_that_of_an_idle_worker_or_the_one_beside() {
-    let pool = Arc::new(WorkPool::new(1, 4, 0.5).unwrap());
+    let pool = Arc::new(WorkPool::new(1, 4).unwrap());
     while pool.shared.lock().idle == 0 {
         std::thread::yield_now();
     }
@@ -73,7 +73,7 @@ async fn until_idle(pool: &WorkPool) {
 
 #[tokio::test]
 async fn work_that_nobody_waits_for_any_more_ends() {
-    let pool = WorkPool::new(1, 4, 0.5).unwrap();
+    let pool = WorkPool::new(1, 4).unwrap();
     let (begun, work) = endless();
     {
         let mut running = Box::pin(pool.run(work));
@@ -90,7 +90,7 @@ async fn work_that_nobody_waits_for_any_more_ends() {
 
 #[tokio::test]
 async fn a_handle_of_the_caller_does_not_hang_on_the_one_who_waits() {
-    let pool = WorkPool::new(1, 4, 0.5).unwrap();
+    let pool = WorkPool::new(1, 4).unwrap();
     let (begun, work) = endless();
     let handle = Handle::new();
     {
@@ -115,7 +115,7 @@ async fn a_handle_of_the_caller_does_not_hang_on_the_one_who_waits() {
 
 #[tokio::test]
 async fn a_stopped_pool_cancels_what_runs_and_what_waits() {
-    let pool = Arc::new(WorkPool::new(1, 4, 0.5).unwrap());
+    let pool = Arc::new(WorkPool::new(1, 4).unwrap());
     let (begun, work) = endless();
     let running = tokio::spawn({
         let pool = Arc::clone(&pool);
@@ -133,7 +133,7 @@ async fn a_stopped_pool_cancels_what_runs_and_what_waits() {
 
 #[tokio::test]
 async fn cancelled_work_is_counted_with_its_seconds() {
-    let pool = WorkPool::new(1, 4, 0.5).unwrap();
+    let pool = WorkPool::new(1, 4).unwrap();
     let (begun, work) = endless();
     {
         let mut running = Box::pin(pool.run(work));
@@ -151,12 +151,12 @@ async fn cancelled_work_is_counted_with_its_seconds() {
 
 #[tokio::test]
 async fn a_full_queue_refuses_at_once() {
-    let pool = Arc::new(WorkPool::new(1, 1, 0.5).unwrap());
+    let pool = Arc::new(WorkPool::new(1, 1).unwrap());
     let (open, busy) = occupied(&pool).await;
     let mut waiting = Box::pin(pool.run(|| true));
     assert!(std::future::poll_fn(|cx| std::task::Poll::Ready(waiting.as_mut().poll(cx).is_pending())).await);
     assert_eq!(pool.waiting(), 1);
-    assert_eq!(pool.run(|| true).await, Err(PoolError::Full { limit: 1 }));
+    assert_eq!(pool.run(|| true).await, Err(PoolError::Full));
     drop(open);
     assert_eq!(busy.await.unwrap(), Ok(true));
     assert_eq!(waiting.await, Ok(true));
@@ -177,27 +177,20 @@ async fn waiting_for(pool: &Arc<WorkPool>, name: &'static str, done: &Served) ->
 }
 
 #[tokio::test]
-async fn parties_have_turns_and_the_noisiest_makes_way() {
-    let pool = Arc::new(WorkPool::new(1, 4, 0.5).unwrap());
+async fn parties_have_turns_and_queues_of_their_own() {
+    let pool = Arc::new(WorkPool::new(1, 4).unwrap());
     let (open, busy) = occupied(&pool).await;
     let done = Served::default();
-    let mut noisy = Vec::new();
+    let mut all = Vec::new();
     for _ in 0..4 {
-        noisy.push(waiting_for(&pool, "n", &done).await);
+        all.push(waiting_for(&pool, "n", &done).await);
     }
-    assert_eq!(waiting_for(&pool, "n", &done).await.await.unwrap(), Err(PoolError::Full { limit: 4 }));
-    let quiet = tokio::spawn(on_behalf_of(Some("q".into()), {
-        let (pool, done) = (Arc::clone(&pool), Arc::clone(&done));
-        async move { pool.run(move || done.lock().unwrap().push('q')).await }
-    }));
-    // the youngest of those that wait hears so at once
-    assert_eq!(noisy.pop().unwrap().await.unwrap(), Err(PoolError::Full { limit: 4 }));
-    assert_eq!(waiting_for(&pool, "n", &done).await.await.unwrap(), Err(PoolError::Share));
+    assert_eq!(waiting_for(&pool, "n", &done).await.await.unwrap(), Err(PoolError::Full));
+    all.push(waiting_for(&pool, "q", &done).await);
     drop(open);
     assert_eq!(busy.await.unwrap(), Ok(true));
-    assert_eq!(quiet.await.unwrap(), Ok(()));
-    for one in noisy {
+    for one in all {
         assert_eq!(one.await.unwrap(), Ok(()));
     }
-    assert_eq!(*done.lock().unwrap(), "nqnn");
+    assert_eq!(*done.lock().unwrap(), "nqnnn");
 }

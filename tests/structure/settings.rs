@@ -79,7 +79,6 @@ fn defaults_of_a_plant_stay() {
         ("--body-memory", "1073741824"),
         ("--write-timeout", "30"),
         ("--progress-timeout", "3600"),
-        ("--tenant-share", "0.5"),
         ("--tls-client-auth", "off"),
         ("--drain-delay", "0"),
         ("--audit-seal-seconds", "10"),

@@ -60,7 +60,7 @@ impl Remaining {
             let work = move || file.lock().unwrap_or_else(PoisonError::into_inner).next_piece(PIECE);
             match pool::on_behalf_of(self.party.clone(), self.state.pool.run(work)).await {
                 Ok(piece) => return Ok(piece),
-                Err(PoolError::Full { .. } | PoolError::Share) => tokio::time::sleep(QUEUE_PAUSE).await,
+                Err(PoolError::Full) => tokio::time::sleep(QUEUE_PAUSE).await,
                 // the connection ends without the end of the answer, so that no reader takes it for
                 // whole
                 Err(error) => return Err(io::Error::other(error)),

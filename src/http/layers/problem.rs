@@ -37,18 +37,13 @@ impl IntoResponse for Problem {
 impl From<PoolError> for Problem {
     fn from(error: PoolError) -> Self {
         match error {
-            PoolError::Full { .. } => {
+            PoolError::Full => {
                 telemetry::record_shed("queue");
                 Problem::new(
                     ProblemCode::Overloaded,
                     "Every worker is busy and the queue is full; try again in a moment.",
                 )
                 .retry_after(1)
-            }
-            PoolError::Share => {
-                telemetry::record_shed("tenant_share");
-                let detail = "This tenant has its share of the queue, and others wait; try again in a moment.";
-                Problem::new(ProblemCode::Overloaded, detail).retry_after(1)
             }
             PoolError::Cancelled | PoolError::Stopped => {
                 Problem::new(ProblemCode::Overloaded, "The server is stopping; ask again in a moment.").retry_after(1)

@@ -63,24 +63,21 @@ async fn the_quiet_tenant_has_its_turn_in_a_full_queue() {
     // alone it has the whole queue, and no more
     ask(&app, &noisy, &text).await.problem(503, "overloaded");
     let quiet = asked(&quiet, "quiet");
-    // the youngest makes way for it, and hears so at once
-    let displaced = all.pop().unwrap().await.unwrap();
-    displaced.problem(503, "overloaded");
-    assert_eq!(displaced.header("retry-after"), "1");
-    let refused = ask(&app, &noisy, &text).await.problem(503, "overloaded");
-    assert!(refused["detail"].as_str().unwrap().contains("its share"), "{refused}");
+    app.until_waiting(5).await;
+    let refused = ask(&app, &noisy, &text).await;
+    refused.problem(503, "overloaded");
+    assert_eq!(refused.header("retry-after"), "1");
     drop(worker);
     assert_eq!(quiet.await.unwrap().status, 200);
     for one in all {
         assert_eq!(one.await.unwrap().status, 200);
     }
     let order = order.lock().unwrap().clone();
-    assert_eq!(order[0], ("noisy", 503));
     // one of the other's before it, whichever answer is read first
     let place = order.iter().position(|(name, _)| *name == "quiet").unwrap();
-    assert!(place <= 2, "{order:?}");
+    assert!(place <= 1, "{order:?}");
     let metrics = send(app.get("/metrics")).await.text;
-    assert!(metrics.contains("flankfit_shed_total{reason=\"tenant_share\"}"), "{metrics}");
+    assert!(metrics.contains("flankfit_shed_total{reason=\"queue\"}"), "{metrics}");
     app.stop().await;
 }
 
