@@ -214,11 +214,6 @@ pub async fn upkeep() {
     }
 }
 
-/// Notes how long one operation of the store took.
-pub fn record_store(operation: &'static str, elapsed: Duration) {
-    metrics::histogram!(STORE_SECONDS, "operation" => operation).record(elapsed.as_secs_f64());
-}
-
 /// Notes that work was cancelled, and how long it had run.
 pub fn record_cancelled(reason: &'static str, elapsed: Duration) {
     metrics::histogram!(CANCELLED_SECONDS, "reason" => reason).record(elapsed.as_secs_f64());

@@ -22,8 +22,6 @@ pub struct Fault {
 pub struct Faults {
     faults: Vec<Fault>,
     count: usize,
-    /// Places of which one fault says all.
-    settled: Vec<String>,
 }
 
 impl Faults {
@@ -49,11 +47,9 @@ impl Faults {
 
     /// Adds a fault that was found elsewhere.
     pub fn add(&mut self, fault: Fault) {
-        if !self.settled.contains(&fault.pointer) {
-            self.count += 1;
-            if self.faults.len() < Self::MOST {
-                self.faults.push(fault);
-            }
+        self.count += 1;
+        if self.faults.len() < Self::MOST {
+            self.faults.push(fault);
         }
     }
 
@@ -61,22 +57,6 @@ impl Faults {
     pub fn push_with(&mut self, pointer: impl Into<String>, detail: impl FnOnce() -> String) {
         let kept = self.faults.len() < Self::MOST;
         self.push(pointer, if kept { detail() } else { String::new() });
-    }
-
-    /// Adds a fault that says all of its place: no other one is taken there.
-    pub fn settle(&mut self, pointer: impl Into<String>, detail: impl Into<String>) {
-        let pointer = pointer.into();
-        if !self.settled.contains(&pointer) && self.settled.len() < Self::MOST {
-            self.forget(&pointer);
-            self.push(pointer.clone(), detail);
-            self.settled.push(pointer);
-        }
-    }
-
-    fn forget(&mut self, pointer: &str) {
-        let before = self.faults.len();
-        self.faults.retain(|fault| fault.pointer != pointer);
-        self.count -= before - self.faults.len();
     }
 
     /// Places each fault in a larger object, in which the checked one is at `pointer`.
@@ -87,11 +67,7 @@ impl Faults {
 
     /// Takes over another list's faults.
     pub fn append(&mut self, other: impl Into<Faults>) {
-        let mut other = other.into();
-        self.settled.iter().for_each(|pointer| other.forget(pointer));
-        other.settled.retain(|pointer| !self.settled.contains(pointer));
-        other.settled.iter().for_each(|pointer| self.forget(pointer));
-        self.settled.append(&mut other.settled);
+        let other = other.into();
         self.count += other.count;
         let room = Self::MOST - self.faults.len();
         self.faults.extend(other.faults.into_iter().take(room));
@@ -151,7 +127,7 @@ impl Faults {
             detail: message.clone(),
             missing: false,
         });
-        Faults { faults: each.collect(), count: found.count(), settled: Vec::new() }
+        Faults { faults: each.collect(), count: found.count() }
     }
 }
 
@@ -204,20 +180,5 @@ mod tests {
         }
         let found = check::Faults::one("gear.teeth", "too few").within("left");
         assert_eq!(Faults::of_engine("/spec", &found).list()[0].pointer, "/spec/left/gear/teeth");
-    }
-
-    #[test]
-    fn of_a_settled_place_one_thing_is_said() {
-        let mut faults = Faults::one("/a", "before");
-        faults.settle("/a", "all");
-        faults.push("/a", "after");
-        faults.push("/b", "other");
-        let mut second = Faults::one("/a", "elsewhere");
-        second.push("/b", "again");
-        second.settle("/b", "all of b");
-        faults.append(second);
-        let told: Vec<_> = faults.list().iter().map(|fault| (&*fault.pointer, &*fault.detail)).collect();
-        assert_eq!(told, [("/a", "all"), ("/b", "all of b")]);
-        assert_eq!(faults.count(), 2);
     }
 }

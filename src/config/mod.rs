@@ -28,7 +28,7 @@ pub use count::parse_positive;
 pub use digest::{Digest, Digests, parse_digests};
 pub use host::{Host, Hosts, parse_hosts};
 pub use network::{Networks, parse_networks};
-pub use oidc::{Audiences, OidcSettings};
+pub use oidc::OidcSettings;
 pub use origin::{Origin, Origins, parse_origins};
 pub use pace::Pace;
 pub use store::{MigrateMode, PostgresArguments};

@@ -38,11 +38,6 @@ impl EncodedText {
         &self.text
     }
 
-    /// The text as a frame of zstd, where it is long and that is shorter.
-    pub fn frame(&self) -> Option<&Arc<[u8]>> {
-        self.frame.as_ref()
-    }
-
     /// The frame, or the text where there is none.
     pub fn bytes(&self) -> &[u8] {
         self.frame.as_deref().unwrap_or(self.text.as_bytes())
@@ -202,12 +197,12 @@ mod tests {
         let noise: String = (0..9000_u32).map(|i| char::from_u32(0x4e00 + i * 7919 % 20_000).unwrap()).collect();
         for text in ["", "{}", &"x".repeat(LONG), &"x".repeat(LONG + 1), &"ä1.5,".repeat(1 << 18), &noise] {
             let encoded = EncodedText::from(text);
-            assert_eq!(encoded.frame().is_some(), encoded.bytes().len() < text.len());
-            assert_eq!(encoded.frame().is_some(), encoded.bytes().starts_with(&FRAME));
+            assert_eq!(encoded.frame.is_some(), encoded.bytes().len() < text.len());
+            assert_eq!(encoded.frame.is_some(), encoded.bytes().starts_with(&FRAME));
             assert_eq!((EncodedText::read(encoded.bytes()).unwrap().as_str(), &*encoded), (text, text));
         }
-        assert!(EncodedText::from("x".repeat(LONG)).frame().is_none());
-        assert!(EncodedText::from("x".repeat(LONG + 1)).frame().is_some());
+        assert!(EncodedText::from("x".repeat(LONG)).frame.is_none());
+        assert!(EncodedText::from("x".repeat(LONG + 1)).frame.is_some());
         assert!(EncodedText::read(&[0xff]).is_err());
         assert!(EncodedText::read(&FRAME).is_err());
         // a head that tells of more than any text has, and nothing behind it

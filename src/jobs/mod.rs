@@ -63,10 +63,9 @@ pub use callers::{
     PlantDraft, PlantPatch, Role, Rotation, San, Scope, Scopes, Secret, Tenant, TenantKeys, actor, secret,
 };
 pub use draft::{AmendmentDraft, DecisionDraft, ExpectedGear, IterationDraft, JobDraft, RefitDraft, StreamDraft};
-pub use encoded_nodes::EncodedNodes;
-pub use encoded_text::{EncodedResult, EncodedText, KeptBeside, Told};
-pub use event::{EVENTS_TOLD, EventKind, EventPlace, JobChange, JobEvent, JobNotifier, StreamEvent, ToldEvent};
-pub use fit::{Computed, Figures, FitRecord, NewFit, scheme_name};
+pub use encoded_text::{EncodedResult, EncodedText, Told};
+pub use event::{EVENTS_TOLD, EventKind, EventPlace, JobChange, JobEvent, StreamEvent, ToldEvent};
+pub use fit::{Computed, Figures, FitRecord, NewFit};
 pub use gear::JobGear;
 pub use idempotency::{ANSWERS_KEPT, Answer, KeyClaim, Keyed, KeyedRequest, Receipt, RunningKeys};
 pub use iteration::{
@@ -94,5 +93,5 @@ pub use service::{JobService, Jobs};
 pub use streams::{
     Block, FinishedStream, NewBlock, NewStream, PostedBlock, Stream, StreamError, StreamHost, StreamState, is_state,
 };
-pub use summary::{JobCounts, JobSummary, MOST_MACHINES, MOST_WEEKS};
+pub use summary::{JobCounts, JobSummary, MOST_MACHINES};
 pub use wake::Wake;

@@ -62,11 +62,6 @@ impl Json {
         Object { out: self, first: true }
     }
 
-    /// The text, which has no numbers but those in finished JSON or of serde.
-    pub fn into_bytes(self) -> Vec<u8> {
-        self.text
-    }
-
     /// The text, if every number in it was finite.
     pub fn finish(self) -> Result<Vec<u8>, Unwritable> {
         match (self.broken, self.finite) {
@@ -137,20 +132,6 @@ impl Object<'_> {
     /// A field written by serde.
     pub fn field(&mut self, name: &'static str, value: &impl Serialize) -> &mut Self {
         self.key(name).serde(value);
-        self
-    }
-
-    /// A field that is left out when it does not exist.
-    pub fn maybe(&mut self, name: &'static str, value: Option<impl Serialize>) -> &mut Self {
-        match value {
-            Some(value) => self.field(name, &value),
-            None => self,
-        }
-    }
-
-    /// A field that holds finished JSON.
-    pub fn raw(&mut self, name: &'static str, json: &str) -> &mut Self {
-        self.key(name).text.extend_from_slice(json.as_bytes());
         self
     }
 

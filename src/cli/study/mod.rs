@@ -91,8 +91,9 @@ impl Shown {
         }
         match &self.output {
             None => Ok(out().write_all(&shown)?),
-            Some(file) => std::fs::write(file, &shown)
-                .map_err(|error| format!("cannot write {}: {error}", file.display()).into()),
+            Some(file) => {
+                std::fs::write(file, &shown).map_err(|error| format!("cannot write {}: {error}", file.display()).into())
+            }
         }
     }
 }

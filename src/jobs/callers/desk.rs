@@ -54,10 +54,6 @@ impl JobService {
 }
 
 impl TenantKeys {
-    pub fn tenant(&self) -> &Tenant {
-        &self.tenant
-    }
-
     pub fn now(&self) -> Timestamp {
         self.service.now()
     }

@@ -73,15 +73,6 @@ impl Scopes {
         self.0 & scope.bit() != 0
     }
 
-    /// Whether each of the others is among these.
-    pub fn contain(self, others: Scopes) -> bool {
-        others.0 & !self.0 == 0
-    }
-
-    pub fn is_empty(self) -> bool {
-        self.0 == 0
-    }
-
     /// In the order of their declaration.
     pub fn iter(self) -> impl Iterator<Item = Scope> {
         Scope::ALL.into_iter().filter(move |scope| self.contains(*scope))
@@ -115,8 +106,6 @@ mod tests {
             let set = Scopes(bits);
             assert_eq!(Scopes::named(&set.to_string()), Some(set));
             assert_eq!(Scopes::of(&set.iter().collect::<Vec<_>>()), set);
-            assert!(Scopes::ALL.contain(set) && set.contain(Scopes::default()));
-            assert_eq!(set.contain(Scopes::ALL), set == Scopes::ALL);
         }
         assert_eq!(Scopes::named("read write"), None);
         assert_eq!(Scopes::of(&[Scope::Judge, Scope::Read]).to_string(), "read judge");

@@ -142,11 +142,6 @@ impl Db {
         }
     }
 
-    /// Returns the end of a statement that locks the rows which it reads, where others may write.
-    pub fn locked(&self) -> &'static str {
-        self.pick("", " FOR NO KEY UPDATE")
-    }
-
     pub fn is_postgres(&self) -> bool {
         matches!(self, Db::Postgres(_))
     }
@@ -181,14 +176,6 @@ impl Db {
         (Cell<T>,): Record,
     {
         Ok(self.maybe::<(Cell<T>,)>(sql, args).await?.map(|(Cell(value),)| value))
-    }
-
-    /// Returns the only value of each row.
-    pub async fn values<T>(&mut self, sql: impl SqlSafeStr, args: &[Value<'_>]) -> Result<Vec<T>, sqlx::Error>
-    where
-        (Cell<T>,): Record,
-    {
-        Ok(self.all::<(Cell<T>,)>(sql, args).await?.into_iter().map(|(Cell(value),)| value).collect())
     }
 
     /// Returns whether there is a row.

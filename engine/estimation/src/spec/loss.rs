@@ -16,7 +16,6 @@ use std::f64::consts::PI;
 /// assert_eq!(Loss::HUBER.psi(2.69), 1.345);
 /// // Tukey's biweight leaves it out above 4.685 scales.
 /// assert_eq!(Loss::TUKEY.weight(5.0), 0.0);
-/// assert!(Loss::TUKEY.rejects() && !Loss::HUBER.rejects());
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Loss {
@@ -164,11 +163,6 @@ impl Loss {
     /// True if ρ is convex, so that no start can lead astray.
     pub fn is_convex(self) -> bool {
         matches!(self, Loss::Huber { .. })
-    }
-
-    /// True if far residuals get no weight at all.
-    pub fn rejects(self) -> bool {
-        !self.is_convex()
     }
 }
 

@@ -18,15 +18,13 @@ use crate::{
 use flankfit_engine::{
     estimation::Nodes,
     formats::{FileError, Note, Notes},
-    gear::{Gear, Side, Trace, deviation::Deviations, evaluation::OwnZeros},
+    gear::{Gear, Side, deviation::Deviations, evaluation::OwnZeros},
 };
 
 /// A file, read.
 pub struct FileRead {
     pub gear: Gear,
-    /// Signs as DIN has them.
-    pub traces: Vec<Trace>,
-    /// Of the traces, where there are any; with the warnings about the file.
+    /// Of the traces (signs as DIN has them), where there are any; with the warnings about the file.
     pub evaluation: Option<EvaluationBody>,
     /// All traces of the file, as they would be posted to be evaluated again; beside `evaluation`.
     pub request: Option<EvaluateBody>,

@@ -112,7 +112,7 @@ pub(super) fn of_traces(
         modification_range: None,
         evaluation: found.evaluation.clone(),
     });
-    Ok(FileRead { gear, traces, evaluation, request, pitch: None, deviations: None, nodes, warnings })
+    Ok(FileRead { gear, evaluation, request, pitch: None, deviations: None, nodes, warnings })
 }
 
 /// Ranges and lengths of the file where the caller left them out; deviations have the sign of DIN.

@@ -156,16 +156,7 @@ fn of_deviations(gear: Gear, deviations: Deviations, warnings: Vec<NoticeBody>) 
     if nodes.is_empty() {
         return Err(nothing_measured("no point lies on a flank of this gear"));
     }
-    Ok(FileRead {
-        gear,
-        traces: Vec::new(),
-        evaluation: None,
-        request: None,
-        pitch: None,
-        deviations: Some(deviations),
-        nodes,
-        warnings,
-    })
+    Ok(FileRead { gear, evaluation: None, request: None, pitch: None, deviations: Some(deviations), nodes, warnings })
 }
 
 /// Whether a place is between root and tip circle, and not far beyond the face (whose z may begin

@@ -5,10 +5,7 @@ mod request;
 
 use std::collections::BTreeMap;
 
-pub use self::{
-    body::SectionsBody,
-    request::{SectionFormName, SectionsRequest},
-};
+pub use self::{body::SectionsBody, request::SectionsRequest};
 
 use self::{
     body::{SectionFamilyBody, coordinates, written},
