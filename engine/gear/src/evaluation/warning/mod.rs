@@ -69,8 +69,8 @@ pub enum Warning {
     /// Traces that contradict any surface of second order, rms in µm.
     #[error(
         "{flank}: the traces contradict a common surface of second order by {rms_together_um:.2} µm rms, while \
-         each leaves {rms_own_um:.2} µm of a parabola of its own; look at signs, sections and teeth of the traces before its figures are \
-         used"
+         each leaves {rms_own_um:.2} µm of a parabola of its own; look at signs, sections and teeth of the traces \
+         before its figures are used"
     )]
     SurfaceMisfit {
         /// Of these traces.
