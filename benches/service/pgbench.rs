@@ -16,7 +16,7 @@ use flankfit::{
     app::App,
     config::{Authentication, ServeSettings},
     jobs::{
-        Caller, Clock, Computed, Ids, Job, Measurand, MeasurementDetails, NewFit, NewIteration, OrderedIds,
+        Caller, Clock, Computed, Ids, Job, JobStatus, Measurand, MeasurementDetails, NewFit, NewIteration, OrderedIds,
         PageRequest, Repository, Store, SystemClock, Tenant, Upkeep,
     },
     store::{PostgresSettings, open_postgres},
@@ -150,6 +150,7 @@ async fn ours(work: &Arc<Work>) -> (f64, f64) {
             gear,
             requirements,
             tags,
+            status: JobStatus::New,
             version: 1,
             created_at: now,
             updated_at: now,

@@ -39,9 +39,9 @@ public static class RoundTrip
         var request = Read<CorrectionRequest>(text("iteration_correction"));
         var correction = iterations.CreateIterationCorrection(job.Id, made.Number, request);
         var kept = iterations.GetIterationCorrection(job.Id, made.Number);
-        var changes = correction.Settings.Select(one => one.Change);
+        var changes = correction.Result.Settings.Select(one => one.Change);
         held(kept.Result.Settings.Select(one => one.Change).SequenceEqual(changes), "another correction");
-        var told = correction.Settings.Select(one => one.Name + " " + one.Change.ToString("G3") + " " + one.Unit);
+        var told = correction.Result.Settings.Select(one => one.Name + " " + one.Change.ToString("G3") + " " + one.Unit);
         Console.WriteLine("correction: " + string.Join(", ", told));
         Console.WriteLine("round trip: ok");
         return 0;

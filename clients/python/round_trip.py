@@ -89,8 +89,8 @@ def main(url, examples):
         request = example(flankfit.CorrectionRequest, "iteration_correction")
         correction = held(iterations.create_iteration_correction_with_http_info(job.id, made.number, request))
         kept = iterations.get_iteration_correction(job.id, made.number)
-        assert [s.change for s in kept.result.settings] == [s.change for s in correction.settings]
-        print("correction: " + ", ".join(f"{s.name} {s.change:.3g} {s.unit}" for s in correction.settings))
+        assert [s.change for s in kept.result.settings] == [s.change for s in correction.result.settings]
+        print("correction: " + ", ".join(f"{s.name} {s.change:.3g} {s.unit}" for s in correction.result.settings))
 
         try:
             jobs.create_job(flankfit.NewJob.model_construct(name=""))

@@ -49,8 +49,8 @@ async function main(url: string, examples: string): Promise<void> {
   const correction = (await iterations.createIterationCorrection({ ...at, correctionRequest })).data;
   const kept = (await iterations.getIterationCorrection(at)).data;
   const changes = (settings: { change: number }[]): string => JSON.stringify(settings.map((one) => one.change));
-  held(changes(kept.result.settings) === changes(correction.settings), "another correction");
-  const told = correction.settings.map((one) => `${one.name} ${one.change.toPrecision(3)} ${one.unit}`);
+  held(changes(kept.result.settings) === changes(correction.result.settings), "another correction");
+  const told = correction.result.settings.map((one) => `${one.name} ${one.change.toPrecision(3)} ${one.unit}`);
   console.log("correction: " + told.join(", "));
 
   try {

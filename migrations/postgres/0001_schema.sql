@@ -145,12 +145,12 @@ CREATE TABLE fit_choices (
     FOREIGN KEY (job, number, fit) REFERENCES fits (job, number, position)
 );
 
--- The decision with the greatest position holds. concession: a decision to accept that needed a reason.
+-- The decision with the greatest position holds. concession: an acceptance that needed a reason.
 CREATE TABLE decisions (
     job        uuid        NOT NULL,
     number     bigint      NOT NULL,
     position   bigint      NOT NULL CHECK (position >= 1),
-    decision   text        NOT NULL CHECK (decision IN ('accept', 'remachine', 'reject')),
+    decision   text        NOT NULL CHECK (decision IN ('accepted', 'remachine', 'rejected')),
     concession bigint      CHECK (concession = 1),
     reason     text,
     actor      text,
@@ -429,7 +429,7 @@ CREATE VIEW measured AS
 SELECT i.job, i.number, i.id, i.measured_at, i.instrument, i.operator, i.note, i.created_at,
        coalesce(r.measurand ->> 'flank', i.flank) AS flank, coalesce(r.measurand ->> 'tooth', i.tooth) AS tooth,
        coalesce((r.measurand -> 'axes')::text, i.axes) AS axes,
-       coalesce((r.measurand ->> 'accept_units')::boolean, false) AS units_accepted
+       coalesce((r.measurand ->> 'accept_units')::boolean, false) AS accept_units
 FROM iterations i
 LEFT JOIN LATERAL (SELECT m.measurand::json AS measurand FROM records m
                    WHERE m.job = i.job AND m.number = i.number AND m.kind = 'measurand'
@@ -439,7 +439,7 @@ LEFT JOIN LATERAL (SELECT m.measurand::json AS measurand FROM records m
 CREATE VIEW expected_flanks AS
 SELECT f.job, f.flank, f.tooth, f.number, CASE (
     SELECT d.decision FROM decisions d WHERE d.job = f.job AND d.number = f.number ORDER BY d.position DESC LIMIT 1
-) WHEN 'reject' THEN 1 WHEN 'remachine' THEN 2 WHEN 'accept' THEN 4 ELSE 3 END::bigint AS rank
+) WHEN 'rejected' THEN 1 WHEN 'remachine' THEN 2 WHEN 'accepted' THEN 4 ELSE 3 END::bigint AS rank
 FROM (SELECT m.job, coalesce(m.flank, '') AS flank, coalesce(m.tooth, '') AS tooth, max(m.number) AS number
       FROM measured m GROUP BY 1, 2, 3) AS f;
 
@@ -600,7 +600,7 @@ CREATE TRIGGER class_of_jobs AFTER INSERT ON records FOR EACH ROW WHEN (NEW.kind
 CREATE FUNCTION note_decision() RETURNS trigger LANGUAGE plpgsql AS $$
 BEGIN
     UPDATE jobs SET changed_at = NEW.created_at WHERE id = NEW.job AND changed_at < NEW.created_at;
-    UPDATE flanks SET rank = CASE NEW.decision WHEN 'reject' THEN 1 WHEN 'remachine' THEN 2 ELSE 4 END
+    UPDATE flanks SET rank = CASE NEW.decision WHEN 'rejected' THEN 1 WHEN 'remachine' THEN 2 ELSE 4 END
     WHERE job = NEW.job AND number = NEW.number;
     RETURN NULL;
 END

@@ -110,7 +110,7 @@ CREATE TABLE decisions (
     job        BLOB    NOT NULL,
     number     INTEGER NOT NULL,
     position   INTEGER NOT NULL CHECK (position >= 1),
-    decision   TEXT    NOT NULL CHECK (decision IN ('accept', 'remachine', 'reject')),
+    decision   TEXT    NOT NULL CHECK (decision IN ('accepted', 'remachine', 'rejected')),
     concession INTEGER CHECK (concession = 1),
     reason     TEXT,
     actor      TEXT,
@@ -344,7 +344,7 @@ CREATE VIEW measured AS
 SELECT i.job AS job, i.number AS number, i.id AS id, i.measured_at AS measured_at, i.instrument AS instrument,
        i.operator AS operator, i.note AS note, i.created_at AS created_at,
        coalesce(r.measurand ->> '$.flank', i.flank) AS flank, coalesce(r.measurand ->> '$.tooth', i.tooth) AS tooth,
-       coalesce(r.measurand -> '$.axes', i.axes) AS axes, coalesce(r.measurand ->> '$.accept_units', 0) AS units_accepted
+       coalesce(r.measurand -> '$.axes', i.axes) AS axes, coalesce(r.measurand ->> '$.accept_units', 0) AS accept_units
 FROM iterations i
 LEFT JOIN records r ON r.job = i.job AND r.number = i.number AND r.position = (
     SELECT max(m.position) FROM records m WHERE m.job = i.job AND m.number = i.number AND m.kind = 'measurand'
@@ -353,7 +353,7 @@ LEFT JOIN records r ON r.job = i.job AND r.number = i.number AND r.position = (
 CREATE VIEW expected_flanks AS
 SELECT f.job AS job, f.flank AS flank, f.tooth AS tooth, f.number AS number, CASE (
     SELECT d.decision FROM decisions d WHERE d.job = f.job AND d.number = f.number ORDER BY d.position DESC LIMIT 1
-) WHEN 'reject' THEN 1 WHEN 'remachine' THEN 2 WHEN 'accept' THEN 4 ELSE 3 END AS rank
+) WHEN 'rejected' THEN 1 WHEN 'remachine' THEN 2 WHEN 'accepted' THEN 4 ELSE 3 END AS rank
 FROM (SELECT m.job AS job, coalesce(m.flank, '') AS flank, coalesce(m.tooth, '') AS tooth, max(m.number) AS number
       FROM measured m GROUP BY 1, 2, 3) AS f;
 
@@ -582,7 +582,7 @@ END;
 CREATE TRIGGER change_of_decisions AFTER INSERT ON decisions
 BEGIN
     UPDATE jobs SET changed_at = NEW.created_at WHERE id = NEW.job AND changed_at < NEW.created_at;
-    UPDATE flanks SET rank = CASE NEW.decision WHEN 'reject' THEN 1 WHEN 'remachine' THEN 2 ELSE 4 END
+    UPDATE flanks SET rank = CASE NEW.decision WHEN 'rejected' THEN 1 WHEN 'remachine' THEN 2 ELSE 4 END
     WHERE job = NEW.job AND number = NEW.number;
 END;
 

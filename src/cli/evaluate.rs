@@ -18,10 +18,8 @@ use crate::{
                 spec::ImportSpecBody,
             },
             gear::GearBody,
-            trace::KindName,
         },
         json::value::read_json,
-        measurand::side::SideName,
         problem::Problem,
     },
     cli::{CommandError, called, content_of, out::out, progress, table::Table, wrong_in},
@@ -29,7 +27,7 @@ use crate::{
 use flankfit_engine::{
     formats::{GearFile, gear_file, klingelnberg::ResultValue},
     gear::{
-        Gear,
+        Gear, Kind, Side,
         evaluation::{Evaluated, flank_surface::Figure},
     },
     words::Shown,
@@ -151,8 +149,8 @@ fn tenths(x: f64) -> String {
     format!("{:.1}", (10.0 * x).round() / 10.0 + 0.0)
 }
 
-fn side_word(side: SideName) -> &'static str {
-    if side == SideName::Left { "left" } else { "right" }
+fn side_word(side: Side) -> &'static str {
+    if side == Side::Left { "left" } else { "right" }
 }
 
 fn of_gear(gear: &Gear) -> String {
@@ -191,8 +189,8 @@ fn flanks(read: &FileRead) -> Result<String, std::fmt::Error> {
 
 fn tables(read: &FileRead, found: &EvaluationBody) -> Result<String, std::fmt::Error> {
     let mut out = of_gear(&read.gear);
-    trace_table(&mut out, found, KindName::Profile, "Profiles", ["f_Hα", "f_fα", "F_α", "C_α"])?;
-    trace_table(&mut out, found, KindName::Helix, "Helices", ["f_Hβ", "f_fβ", "F_β", "C_β"])?;
+    trace_table(&mut out, found, Kind::Profile, "Profiles", ["f_Hα", "f_fα", "F_α", "C_α"])?;
+    trace_table(&mut out, found, Kind::Helix, "Helices", ["f_Hβ", "f_fβ", "F_β", "C_β"])?;
     surface_table(&mut out, found)?;
     twists(&mut out, found)?;
     Ok(out)
@@ -202,7 +200,7 @@ fn tables(read: &FileRead, found: &EvaluationBody) -> Result<String, std::fmt::E
 fn trace_table(
     out: &mut String,
     found: &EvaluationBody,
-    kind: KindName,
+    kind: Kind,
     title: &str,
     [slope, form, total, crowning]: [&str; 4],
 ) -> std::fmt::Result {
@@ -280,9 +278,9 @@ fn surface_table(out: &mut String, found: &EvaluationBody) -> std::fmt::Result {
 
 fn twists(out: &mut String, found: &EvaluationBody) -> std::fmt::Result {
     for twist in &found.twists {
-        let by = if twist.kind == KindName::Helix { "helices" } else { "profiles" };
+        let by = if twist.kind == Kind::Helix { "helices" } else { "profiles" };
         let between = twist.sections_mm.map_or_else(String::new, |[a, b]| {
-            let unit = if twist.kind == KindName::Helix { "d" } else { "z" };
+            let unit = if twist.kind == Kind::Helix { "d" } else { "z" };
             format!(" between {unit} {} and {} mm", Shown(a), Shown(b))
         });
         let flank = side_word(twist.flank);

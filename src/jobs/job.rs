@@ -5,7 +5,7 @@ use std::{collections::BTreeMap, sync::Arc};
 use jiff::Timestamp;
 use uuid::Uuid;
 
-use super::gear::JobGear;
+use super::{gear::JobGear, listing::JobStatus};
 
 /// What is known of a job. Iterations are kept apart: a job may gather many.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,6 +19,8 @@ pub struct Job {
     /// What its flanks must be like: a JSON document.
     pub requirements: Option<Arc<str>>,
     pub tags: BTreeMap<String, String>,
+    /// That of its measured flanks.
+    pub status: JobStatus,
     /// 1 when created, one more with every change.
     pub version: u64,
     pub created_at: Timestamp,
@@ -111,6 +113,7 @@ mod tests {
             gear: None,
             requirements: None,
             tags: BTreeMap::new(),
+            status: JobStatus::New,
             version: 1,
             created_at: now,
             updated_at: now,

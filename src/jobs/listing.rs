@@ -52,7 +52,6 @@ impl JobStatus {
 #[derive(Clone, Debug, PartialEq)]
 pub struct ListedJob {
     pub job: Job,
-    pub status: JobStatus,
     pub iteration_count: u32,
     /// When anything of the job was stored last: its data, an iteration, a fit, a choice, a
     /// decision, a record.

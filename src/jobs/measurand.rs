@@ -16,7 +16,7 @@ pub struct Measurand {
     /// What the axes of the nodes mean: a JSON document, checked on reading the request.
     pub axes: Option<Arc<str>>,
     /// Whether the units were confirmed although they are implausible.
-    pub units_accepted: bool,
+    pub accept_units: bool,
 }
 
 impl Measurand {

@@ -33,25 +33,26 @@ pub struct DecisionEvent {
 /// Decision on the gear.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize, utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]
-#[schema(as = DecisionName)]
 pub enum Decision {
-    Accept,
+    Accepted,
     Remachine,
-    Reject,
+    Rejected,
 }
 
 impl Decision {
     /// The contract's name.
     pub fn name(self) -> &'static str {
         match self {
-            Decision::Accept => "accept",
+            Decision::Accepted => "accepted",
             Decision::Remachine => "remachine",
-            Decision::Reject => "reject",
+            Decision::Rejected => "rejected",
         }
     }
 
     /// The decision of that name.
     pub fn named(name: &str) -> Option<Self> {
-        [Decision::Accept, Decision::Remachine, Decision::Reject].into_iter().find(|decision| decision.name() == name)
+        [Decision::Accepted, Decision::Remachine, Decision::Rejected]
+            .into_iter()
+            .find(|decision| decision.name() == name)
     }
 }

@@ -26,7 +26,7 @@ use crate::{
             gear::of_job,
             requirements::RequirementsBody,
         },
-        jobs::records,
+        jobs::records::{self, Shown},
         problem::{Problem, ProblemCode, Room},
     },
     jobs::{Job, RecordDraft, RecordKind, Rounds, Successors},
@@ -74,9 +74,9 @@ pub async fn basis_of_gear(context: Context<'_>, job: Uuid) -> Result<(u32, Basi
 }
 
 impl Basis {
-    /// Computes the correction that a request asks for: its record, and the JSON text of the
-    /// response without the record's id. Processor work.
-    pub fn correct(&self, text: &[u8], room: Room) -> Result<(RecordDraft, Vec<u8>), Problem> {
+    /// Computes the correction that a request asks for: its record, and the parts of it that are
+    /// returned. Processor work.
+    pub fn correct(&self, text: &[u8], room: Room) -> Result<(RecordDraft, Shown), Problem> {
         let level = match self.kind {
             RecordKind::GearCorrection => {
                 room(aligned(&self.measured))?;
@@ -93,8 +93,11 @@ impl Basis {
             gear: gear.as_ref(),
             requirements: required.as_ref(),
         };
-        let (built, answer) = correction::build(text, &subject)?;
-        Ok((records::of_gear(&self.job, self.kind, text, built)?, answer))
+        let (built, include, result) = correction::build(text, &subject)?;
+        let draft = records::of_gear(&self.job, self.kind, text, built)?;
+        let request = include.of_request(&draft.request).map_err(Problem::internal)?;
+        let result = String::from_utf8_lossy(&result).into();
+        Ok((draft, Shown { request, result }))
     }
 }
 

@@ -42,11 +42,11 @@ pub async fn update(
     }
     precondition.check(iteration.version)?;
     let (job_id, number) = (iteration.job_id, iteration.number);
-    if let Some(decision) = decision.filter(|decision| *decision != Decision::Accept && !says_measurand) {
+    if let Some(decision) = decision.filter(|decision| *decision != Decision::Accepted && !says_measurand) {
         let draft = DecisionDraft { decision, concession: false, reason };
         return Ok(context.jobs.decide(job_id, number, draft, precondition).await?);
     }
-    let accepts = decision == Some(Decision::Accept);
+    let accepts = decision == Some(Decision::Accepted);
     let job = context.jobs.job(job_id).await?;
     let standing = standing(context, &iteration).await?;
     let limits = accepts && acceptance::has_limits(&job);
@@ -58,7 +58,7 @@ pub async fn update(
         let nodes = nodes::stored(context, job_id, number).await?;
         let merged = amendments::merged(patch.measurand(), &measurand).map_err(Problem::internal)?;
         measurand = merged.checked(Some(&nodes)).map_err(Problem::invalid)?;
-        measurand.units_accepted = accept_units.unwrap_or(iteration.measurand.units_accepted);
+        measurand.accept_units = accept_units.unwrap_or(iteration.measurand.accept_units);
         if let Some(on) = OfFlank::of(&job, &measurand).filter(|_| may_be_told(&nodes)) {
             if limits {
                 acceptance::refuse_unknown(&job, &measurand).map_err(Problem::invalid)?;

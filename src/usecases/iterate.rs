@@ -59,7 +59,7 @@ pub fn measured(
     let mapping = mapping.map(|sent| sent.kept(measurement.details.instrument.as_ref().map(ShortText::as_str)));
     let Measurement { measurand, accept_units, details, applied: _ } = measurement;
     let mut measurand = measurand.checked(Some(&nodes)).map_err(Problem::invalid)?;
-    measurand.units_accepted = accept_units.unwrap_or(false);
+    measurand.accept_units = accept_units.unwrap_or(false);
     let fit = if prior::waits(&spec) || fit_figures::may_be_told(&nodes) {
         Fit::Waiting(Box::new(Waiting { nodes, spec, measurand, details }))
     } else {
@@ -125,8 +125,8 @@ fn draft(
     computed: Computed,
 ) -> Result<IterationDraft, Problem> {
     let mut records = Vec::new();
-    if measurand.units_accepted {
-        let before = Measurand { units_accepted: false, ..measurand.clone() };
+    if measurand.accept_units {
+        let before = Measurand { accept_units: false, ..measurand.clone() };
         let request = r#"{"accept_units":true}"#.to_owned();
         records.push(amendments::record(&before, &measurand, "posted", request).map_err(Problem::internal)?);
     }

@@ -88,11 +88,11 @@ async fn unpacking_is_work() {
     let fit = iteration.json()["fits"][0]["id"].as_str().unwrap().to_owned();
     let iteration = iteration.header("location").to_owned();
     let choice = format!(r#"{{"fit_id":"{fit}"}}"#);
-    let decision = r#"{"decision":"accept"}"#;
+    let decision = r#"{"decision":"accepted"}"#;
     for (method, path, body) in [
         ("PATCH", job.clone(), r#"{"name":"z53"}"#),
         ("PATCH", iteration.clone(), decision),
-        ("PUT", format!("{iteration}/chosen_fit"), &choice),
+        ("PUT", format!("{iteration}/chosen-fit"), &choice),
         ("POST", "/v1/jobs".into(), r#"{"name":"z54"}"#),
         ("POST", "/v1/fits".into(), CURVE),
         ("POST", "/v1/gears/tolerances".into(), "{}"),

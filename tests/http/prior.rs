@@ -48,7 +48,8 @@ async fn refit(app: &TestApp, job: &str, number: u32, prior: Value) -> Answer {
 
 async fn correct(app: &TestApp, job: &str, number: u32) -> Value {
     let rows: Vec<[f64; 2]> = places().map(|(u, v)| [u, v]).collect();
-    let body = json!({"sensitivity": {"settings": ["a", "b"], "matrix": rows}, "noise_sigma_um": 0.2});
+    let body =
+        json!({"sensitivity": {"type": "matrix", "settings": ["a", "b"], "matrix": rows}, "noise_sigma_um": 0.2});
     let made = send(app.post(&format!("{job}/iterations/{number}/correction"), body.to_string())).await;
     assert_eq!(made.status, 201, "{}", made.text);
     send(app.get(&format!("{job}/iterations/{number}/correction"))).await.json()["id"].clone()
@@ -154,11 +155,11 @@ async fn a_replay_stands_on_the_same_iterations_whatever_is_said_later() {
     assert_eq!(replayed(&app, &job, 6, fit).await, json!({"identical": true}));
     // another correction of the second iteration, another fit of the third, one more iteration
     let rows: Vec<[f64; 1]> = places().map(|(u, _)| [u]).collect();
-    let other = json!({"sensitivity": {"settings": ["a"], "matrix": rows}, "noise_sigma_um": 0.2});
+    let other = json!({"sensitivity": {"type": "matrix", "settings": ["a"], "matrix": rows}, "noise_sigma_um": 0.2});
     let kept = send(app.post(&format!("{job}/iterations/2/correction"), other.to_string())).await;
     assert_eq!(kept.status, 201, "{}", kept.text);
     let further = refit(&app, &job, 3, previous()).await.json();
-    let choice = app.client.put(app.url(&format!("{job}/iterations/3/chosen_fit")));
+    let choice = app.client.put(app.url(&format!("{job}/iterations/3/chosen-fit")));
     assert_eq!(send(choice.json(&json!({"fit_id": further["id"]}))).await.status, 200);
     measure(&app, &job, &flank(6, AFTER, None)).await;
     assert_eq!(replayed(&app, &job, 6, fit).await, json!({"identical": true}));
@@ -350,7 +351,8 @@ async fn a_prior_takes_the_correction_of_the_gear() {
     correct(&app, &job, 1).await;
     measure(&app, &job, &flank(2, BEFORE, None)).await;
     let rows: Vec<[f64; 2]> = places().map(|(u, v)| [u, v]).collect();
-    let body = json!({"sensitivity": {"settings": ["a", "b"], "matrix": rows}, "noise_sigma_um": 0.2});
+    let body =
+        json!({"sensitivity": {"type": "matrix", "settings": ["a", "b"], "matrix": rows}, "noise_sigma_um": 0.2});
     let made = send(app.post(&format!("{job}/correction"), body.to_string())).await;
     assert_eq!(made.status, 201, "{}", made.text);
     let made = made.json();

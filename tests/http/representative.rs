@@ -99,7 +99,7 @@ async fn a_stored_fit_is_the_piece_of_others_and_stays_it() {
                        "regularization": {"type": "spectral", "count": 1}});
     let other = stored(&app, &format!("{iterations}/1/fits"), &other).await;
     let chosen = json!({"fit_id": other["id"]}).to_string();
-    let chosen = send(app.put(&format!("{iterations}/1/chosen_fit"), chosen)).await;
+    let chosen = send(app.put(&format!("{iterations}/1/chosen-fit"), chosen)).await;
     assert_eq!(chosen.status, 200, "{}", chosen.text);
     let path = format!("{iterations}/2/fits/{}", fit["id"].as_str().unwrap());
     assert_eq!(send(app.post(&format!("{path}/replay"), "")).await.json(), json!({"identical": true}));

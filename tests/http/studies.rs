@@ -28,7 +28,7 @@ async fn the_documented_examples_are_answered() {
         assert!(
             body.levels
                 .iter()
-                .all(|l| l.figures.bias_norm_squared.is_some_and(|q| q.q1 <= q.median && q.median <= q.q3))
+                .all(|l| l.results.bias_norm_squared.is_some_and(|q| q.q1 <= q.median && q.median <= q.q3))
         );
         let references = &json["references"];
         for name in ["spectral_first_order", "spectral_exact", "ridge"] {

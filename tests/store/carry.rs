@@ -95,7 +95,7 @@ async fn fill(place: &Place, opened: &Opened) -> Uuid {
     for fit_id in [second.id, first.fit.id] {
         store.choose(job, 1, Choice { fit_id, event: event() }, Precondition::None).await.unwrap();
     }
-    for decision in [Decision::Remachine, Decision::Accept] {
+    for decision in [Decision::Remachine, Decision::Accepted] {
         let decision = DecisionEvent { decision, concession: false, event: event() };
         store.decide(job, 1, decision, Precondition::None).await.unwrap();
     }
@@ -336,7 +336,7 @@ async fn what_its_audit_contradicts_is_not_stored() {
     let whole = exported(&url(&place.file()));
     let turn = |name: &str, columns: &mut Value| {
         if name == "decisions" && columns["position"] == 2 {
-            columns["decision"] = json!("reject");
+            columns["decision"] = json!("rejected");
         }
     };
     for (text, why) in [

@@ -51,7 +51,7 @@ async fn every_kind_of_write_is_synced_when_it_is_answered() {
     store.choose(job.id, 1, Choice { fit_id: fit.id, event: event() }, none()).await.unwrap();
     assert!(disk::is_synced(&log));
     store
-        .decide(job.id, 1, DecisionEvent { decision: Decision::Accept, concession: false, event: event() }, none())
+        .decide(job.id, 1, DecisionEvent { decision: Decision::Accepted, concession: false, event: event() }, none())
         .await
         .unwrap();
     assert!(disk::is_synced(&log));
@@ -76,7 +76,7 @@ async fn every_kind_of_write_is_synced_when_it_is_answered() {
         (iteration.id, iteration.fits.iter().find(|fit| fit.chosen).map(|fit| fit.id), iteration.fits.len()),
         (first.id, Some(fit.id), 2)
     );
-    assert_eq!(iteration.decision.unwrap().decision, Decision::Accept);
+    assert_eq!(iteration.decision.unwrap().decision, Decision::Accepted);
     assert_eq!(after.record(job.id, 1, record.id).await.unwrap(), *record);
     assert_eq!(after.job(job.id).await.unwrap().machine.as_deref(), Some("K300"));
 }

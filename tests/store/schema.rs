@@ -35,13 +35,13 @@ async fn every_table_is_strict() {
              SELECT id, {number}, {position}, '{decision}', {at} FROM jobs"
         )
     };
-    let wrong_type = refusal(&mut own, &decision(1, "'one'", "accept", at)).await;
+    let wrong_type = refusal(&mut own, &decision(1, "'one'", "accepted", at)).await;
     assert!(wrong_type.contains("cannot store TEXT value in INTEGER column"), "{wrong_type}");
     let wrong_word = refusal(&mut own, &decision(1, "1", "perhaps", at)).await;
     assert!(wrong_word.contains("CHECK constraint failed"), "{wrong_word}");
-    let wrong_time = refusal(&mut own, &decision(1, "1", "accept", "'today'")).await;
+    let wrong_time = refusal(&mut own, &decision(1, "1", "accepted", "'today'")).await;
     assert!(wrong_time.contains("CHECK constraint failed"), "{wrong_time}");
-    let no_iteration = refusal(&mut own, &decision(99, "1", "accept", at)).await;
+    let no_iteration = refusal(&mut own, &decision(99, "1", "accepted", at)).await;
     assert!(no_iteration.contains("FOREIGN KEY constraint failed"), "{no_iteration}");
     let twice = refusal(
         &mut own,

@@ -12,9 +12,9 @@ use std::{
 
 use flankfit::{
     jobs::{
-        Answer, Caller, Clock, Computed, Event, Figures, Ids, Job, JobFilter, JobPlace, JobQuery, KeyedRequest,
-        Measurand, MeasurementDetails, NewBlock, NewFit, NewIteration, NewStream, OrderedIds, PageRequest, Purge,
-        Receipt, Record, RecordDraft, RecordKind, Repository, Store, Stored, Tenant,
+        Answer, Caller, Clock, Computed, Event, Figures, Ids, Job, JobFilter, JobPlace, JobQuery, JobStatus,
+        KeyedRequest, Measurand, MeasurementDetails, NewBlock, NewFit, NewIteration, NewStream, OrderedIds,
+        PageRequest, Purge, Receipt, Record, RecordDraft, RecordKind, Repository, Store, Stored, Tenant,
         archive::{Key, export},
         audit::{Evidence, Seal, Sealing, Verdict, examine},
     },
@@ -157,6 +157,7 @@ impl Values {
             gear: Some(r#"{"teeth":52,"normal_module_mm":1.0}"#.to_owned().into()),
             requirements: Some(r#"{"tolerance_limits":{"class":6}}"#.into()),
             tags: BTreeMap::from([("shift".to_owned(), "night".to_owned())]),
+            status: JobStatus::New,
             version: 1,
             created_at: now,
             updated_at: now,
@@ -225,7 +226,7 @@ impl Values {
                 flank: Some(Side::Right),
                 tooth: Some("3".to_owned()),
                 axes: Some(Arc::from(r#"{"u":{"quantity":"face_width","unit":"mm"}}"#)),
-                units_accepted: false,
+                accept_units: false,
             },
             details: MeasurementDetails {
                 measured_at: Some("2026-11-20T23:00:00Z".parse().unwrap()),

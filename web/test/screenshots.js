@@ -62,7 +62,7 @@ async function jobs(world) {
     const { id } = await job(fields);
     if (i === 1) continue;
     await iteration(id, i === 2 ? "flank_z52_remachined.json" : "flank_z52.json");
-    const decision = ["remachine", "", "accept"][i];
+    const decision = ["remachine", "", "accepted"][i];
     if (decision)
       await call("PATCH", `/v1/jobs/${id}/iterations/1`, { decision, reason: "as the limits of class 6 say" });
   }
@@ -99,7 +99,7 @@ async function jobs(world) {
   await call("POST", `${at}/1/correction`, correction);
   await decide(world, `${at}/1`, "remachine");
   await iteration(id, "flank_z52_remachined.json");
-  await decide(world, `${at}/2`, "accept");
+  await decide(world, `${at}/2`, "accepted");
   return id;
 }
 

@@ -70,7 +70,8 @@ pub struct Domain {
 #[cfg(feature = "contract")]
 flankfit_numerics::alternatives!(
     Degree,
-    "One degree for every axis, or one for each: `3` or `[p, q]`.",
+    "Degree of a curve. Of a surface one for each direction, `[p, q]`; `2` is `[2, 2]`, the tensor degree in both \
+     directions (terms up to u²v²), and not a total degree, unless `terms` is `total`.",
     whole(0),
     list(whole(0), Some((2, 2))),
 );

@@ -145,17 +145,17 @@ pub fn list(items: impl Into<RefOr<Schema>>, lengths: Option<(usize, usize)>) ->
 /// ```text
 /// alternatives!(Count, "Number of eigenvalues: a number or `auto`.", name("auto"), whole(0));
 /// alternatives!(CountBody as "Count", "…", name("auto"), whole(0));
+/// // with the value where it is left out
+/// alternatives!(Count = "auto", "…", name("auto"), whole(0));
 /// ```
 #[macro_export]
 macro_rules! alternatives {
-    ($type:ident, $($rest:tt)+) => {
-        $crate::alternatives!($type as stringify!($type), $($rest)+);
-    };
-    ($type:ident as $name:expr, $description:expr, $($item:expr),+ $(,)?) => {
+    ($type:ident $(as $name:literal)? $(= $default:literal)?, $description:expr, $($item:expr),+ $(,)?) => {
         impl $crate::contract::utoipa::PartialSchema for $type {
             fn schema() -> $crate::contract::utoipa::openapi::RefOr<$crate::contract::utoipa::openapi::schema::Schema> {
                 $crate::contract::utoipa::openapi::schema::OneOfBuilder::new()
                     .description(Some($description))
+                    $(.default(Some($default.into())))?
                     $(.item($item))+
                     .into()
             }
@@ -163,7 +163,7 @@ macro_rules! alternatives {
 
         impl $crate::contract::utoipa::ToSchema for $type {
             fn name() -> ::std::borrow::Cow<'static, str> {
-                $name.into()
+                [$($name,)? stringify!($type)][0].into()
             }
         }
     };

@@ -3,7 +3,7 @@
 use flankfit_engine::{
     estimation::{
         FitSpec,
-        inference::{Decision, Inferred},
+        inference::{ConformityOutcome, Inferred},
         spec::Model,
     },
     gear::{
@@ -132,8 +132,8 @@ fn a_held_figure_is_that_of_the_fit_and_moves_from_there() {
     assert_eq!((one.measured, one.target), (of_fit(0.33, 0.36), 0.0));
     assert!((one.after(&[0.1]) - 0.13).abs() < 1e-15);
     // (0.5 − 0.36)/0.1 = 1.4 standard errors are too few, (0.5 − 0.16)/0.1 = 3.4 are enough
-    let decided = |value: f64| one.conformity(value).unwrap().decision;
-    assert_eq!((decided(0.33), decided(0.13)), (Decision::CannotBeTold, Decision::Conforms));
+    let decided = |value: f64| one.conformity(value).unwrap().outcome;
+    assert_eq!((decided(0.33), decided(0.13)), (ConformityOutcome::CannotBeTold, ConformityOutcome::Conforms));
     // of several teeth their mean, with the error of the mean over the nodes
     let mean = held.clone().by_fits(&[of_fit(0.3, 0.3), of_fit(0.4, 0.4)]);
     assert!((mean.measured.value - 0.35).abs() < 1e-15 && mean.measured.std_error == held.measured.std_error);

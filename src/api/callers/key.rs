@@ -6,7 +6,7 @@ use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use super::{
-    names::{KeyKindName, RoleName, ScopeName, names_of},
+    names::{KeyKindName, names_of},
     offered,
 };
 use crate::{
@@ -15,7 +15,7 @@ use crate::{
         json::text::{Moment, ShortText},
         warning::WarningBody,
     },
-    jobs::{ApiKey, KeyDraft, KeyPatch, San, Scope, Scopes, Secret},
+    jobs::{ApiKey, KeyDraft, KeyPatch, Role, San, Scope, Scopes, Secret},
 };
 
 /// A key to make.
@@ -29,11 +29,11 @@ pub struct NewKeyBody {
     /// What it allows. Either this or `scopes`.
     #[serde(default)]
     #[schema(schema_with = offered::role_schema)]
-    pub role: Option<RoleName>,
+    pub role: Option<Role>,
     /// Scopes of the key. Either this or `role`.
     #[serde(default)]
     #[schema(schema_with = offered::scopes_schema)]
-    pub scopes: Option<Vec<ScopeName>>,
+    pub scopes: Option<Vec<Scope>>,
     /// When it ends; without it the key does not end by itself.
     #[schema(value_type = Option<String>, format = DateTime)]
     pub expires_at: Option<Moment>,
@@ -83,9 +83,9 @@ pub struct KeyBody {
     /// Name of the key's holder, a person or a program.
     pub name: String,
     /// Absent where scopes were named one by one.
-    pub role: Option<RoleName>,
+    pub role: Option<Role>,
     /// Scopes of the key.
-    pub scopes: Vec<ScopeName>,
+    pub scopes: Vec<Scope>,
     pub kind: KeyKindName,
     /// For a certificate: its subject alternative name.
     pub san: Option<String>,

@@ -3,9 +3,7 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-pub use crate::jobs::Role as RoleName;
-pub use crate::jobs::Scope as ScopeName;
-use crate::jobs::Scopes;
+use crate::jobs::{Scope, Scopes};
 
 /// Proof of a key: a secret that is sent, or a client certificate.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
@@ -18,6 +16,6 @@ pub enum KeyKindName {
 }
 
 /// The names of a set.
-pub fn names_of(scopes: Scopes) -> Vec<ScopeName> {
+pub fn names_of(scopes: Scopes) -> Vec<Scope> {
     scopes.iter().collect()
 }

@@ -44,6 +44,8 @@ pub struct TenantPatchBody {
 #[derive(Clone, Serialize, Deserialize, ToSchema)]
 #[schema(as = Tenant)]
 pub struct TenantBody {
+    /// Identifier in paths and keys: the name.
+    pub id: String,
     /// Name of the tenant, unique.
     pub name: String,
     /// For people.
@@ -94,6 +96,7 @@ impl From<Plant> for TenantBody {
 impl From<&Plant> for TenantBody {
     fn from(plant: &Plant) -> Self {
         TenantBody {
+            id: plant.name.as_str().to_owned(),
             name: plant.name.as_str().to_owned(),
             description: plant.description.clone(),
             suspended: plant.suspended,

@@ -5,10 +5,10 @@ use serde::{Deserialize, Serialize};
 use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
-use super::names::{RoleName, ScopeName, names_of};
+use super::names::names_of;
 use crate::{
     api::json::text::Moment,
-    jobs::{ApiKey, Caller, Role, Scopes},
+    jobs::{ApiKey, Caller, Role, Scope, Scopes},
 };
 
 /// The caller, as the server identifies it.
@@ -26,9 +26,9 @@ pub struct WhoamiBody {
     pub kind: Option<ProofName>,
     /// Absent where scopes were listed one by one or a token has several roles, and where no key is
     /// required.
-    pub role: Option<RoleName>,
+    pub role: Option<Role>,
     /// Scopes of the caller.
-    pub scopes: Vec<ScopeName>,
+    pub scopes: Vec<Scope>,
     /// The key's id, where the database has it.
     pub key_id: Option<String>,
     /// The key's name.

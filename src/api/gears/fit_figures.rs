@@ -6,7 +6,6 @@ use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use super::{
-    evaluation::request::DirectionName,
     figure_limits::{self, Spanned},
     gear::of_text,
     notice::NoticeBody,
@@ -30,6 +29,7 @@ use flankfit_engine::{
     gear::{
         Gear, ProfileAxis, Side,
         evaluation::flank_surface::{Figure, FittedFlank, FlankFigures, NoRollLengths, over_roll_lengths},
+        trace::Direction,
     },
 };
 
@@ -48,7 +48,7 @@ pub struct FitFiguresBody {
     #[schema(inline)]
     pub figures: FlankFigures<Figure>,
     /// Direction in which the figures count: that of the job's requirements.
-    pub direction: Option<DirectionName>,
+    pub direction: Option<Direction>,
     /// Length that the profile slope refers to: the range of the nodes.
     pub profile_reference_length_mm: Option<f64>,
     /// Length that the helix slope refers to: by default the face width, where the gear has one.
@@ -77,7 +77,7 @@ pub struct OfFlank {
     side: Option<Side>,
     gear: Option<Gear>,
     requirements: RequirementsBody,
-    units_accepted: bool,
+    accept_units: bool,
 }
 
 /// Codes of the warnings about data of an iteration that its figures lack.
@@ -133,8 +133,8 @@ impl OfFlank {
         }
         let gear = job.gear.as_deref().and_then(|document| of_text(document).ok());
         let requirements = RequirementsBody::of(job).unwrap_or_default();
-        let units_accepted = measurand.units_accepted;
-        Some(OfFlank { axes, side: measurand.flank, gear, requirements, units_accepted })
+        let accept_units = measurand.accept_units;
+        Some(OfFlank { axes, side: measurand.flank, gear, requirements, accept_units })
     }
 
     /// Returns the sums to request from a fit, or the warnings why there are no figures; `None` for
@@ -238,7 +238,7 @@ impl Asked<'_> {
         let sums = result.sums.as_deref();
         let without_suspected = result.without_suspected.as_ref().and_then(|without| without.sums.as_deref());
         let implausible = implausible(nodes, &of.axes, of.gear.as_ref(), noise(result));
-        let implausible = implausible.filter(|_| !of.units_accepted);
+        let implausible = implausible.filter(|_| !of.accept_units);
         // with an implausible unit no figure is compared with limits
         let held = flank.as_ref().filter(|_| implausible.is_none());
         let (limits, uncovered) =

@@ -53,7 +53,7 @@ pub fn refuse_others<'a>(
         ToothOf::Unknown => None,
     };
     let other =
-        Measurand { flank: Some(side), tooth: tooth.filter(|_| own.is_some()), axes: None, units_accepted: false };
+        Measurand { flank: Some(side), tooth: tooth.filter(|_| own.is_some()), axes: None, accept_units: false };
     let detail = format!("the iteration is of {}, not of {}", of.words(), other.words());
     Err(Faults::one(if on_flank.is_some() { tooth_at } else { flank_at }, detail))
 }

@@ -5,9 +5,8 @@ use utoipa::ToSchema;
 
 use super::{
     evaluation::{
-        against::AgainstName,
         band::{self, KBandBody},
-        request::{DirectionName, EvaluationSettingsBody, ReferenceName, figure_terms},
+        request::{EvaluationSettingsBody, figure_terms},
     },
     flank_design::DesignBody,
     notice::NoticeBody,
@@ -15,8 +14,13 @@ use super::{
 use crate::{api::faults::Faults, jobs::Job};
 use flankfit_engine::gear::{
     Gear, Side,
-    evaluation::{SidedLimits, flank_surface::FigureTerms, pitch_limits::PitchLimits},
+    evaluation::{
+        Against, SidedLimits,
+        flank_surface::{FigureTerms, Reference},
+        pitch_limits::PitchLimits,
+    },
     tolerance::Tolerances,
+    trace::Direction,
 };
 
 /// What the flanks of a job must be like. Evaluations of its iterations are held against it unless
@@ -44,10 +48,10 @@ pub struct RequirementsBody {
     /// in which their limits are given. Default `normal`. Evaluations of traces are transverse, as
     /// ISO 1328-1 has them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub direction: Option<DirectionName>,
+    pub direction: Option<Direction>,
     /// Length that slopes of flanks refer to. Default `reference_length`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub reference: Option<ReferenceName>,
+    pub reference: Option<Reference>,
     /// Bands that traces must lie in; at most 20, of at most 4,000 points together.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[schema(required = false, max_items = 20)]
@@ -80,7 +84,7 @@ impl RequirementsBody {
                 limits.class = None;
                 notices.push(class_left_aside(&why));
             }
-            if evaluation.against == Some(AgainstName::Design) && limits != limits.about_design() {
+            if evaluation.against == Some(Against::Design) && limits != limits.about_design() {
                 limits = limits.about_design();
                 notices.push(aside(
                     "the job's limits of slopes, crownings and twist: they are of the flank, not of its distance from \

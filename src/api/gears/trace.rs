@@ -4,11 +4,10 @@ use serde::{Deserialize, Serialize};
 use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
-use crate::api::{faults::Faults, measurand::side::SideName};
-pub use flankfit_engine::gear::Kind as KindName;
+use crate::api::faults::Faults;
 use flankfit_engine::{
     gear::{
-        Gear, Kind, Trace,
+        Gear, Kind, Side, Trace,
         tooth::{Position, check_name},
     },
     words::{Shown, entries},
@@ -25,8 +24,8 @@ pub struct TraceBody {
     /// end. These count for the twist, not in the means. A number is written in one way: `01` is
     /// refused.
     pub tooth: String,
-    pub flank: SideName,
-    pub kind: KindName,
+    pub flank: Side,
+    pub kind: Kind,
     /// Of a profile: where its samples lie, as diameters …
     pub diameter_mm: Option<Vec<f64>>,
     /// … or as roll lengths.

@@ -9,20 +9,18 @@ use utoipa::ToSchema;
 use crate::{
     api::{
         json::{text::ShortText, writer::text_of},
-        measurand::{
-            axes::{AxesBody, MeasurandBody},
-            side::SideName,
-        },
+        measurand::axes::{AxesBody, MeasurandBody},
     },
     jobs::{Measurand, RecordDraft, RecordKind},
 };
+use flankfit_engine::gear::Side;
 
 /// Description of an iteration's nodes.
 #[skip_serializing_none]
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = KnownMeasurand)]
 pub struct KnownMeasurandBody {
-    pub flank: Option<SideName>,
+    pub flank: Option<Side>,
     /// The tooth that was measured, as on traces: its number from 1, or a name.
     #[schema(value_type = Option<String>, example = "1")]
     pub tooth: Option<ShortText>,
@@ -61,7 +59,7 @@ impl From<&Measurand> for KnownMeasurandBody {
             flank: measurand.flank,
             tooth: measurand.tooth.as_deref().and_then(ShortText::new),
             axes: measurand.axes.as_ref().and_then(|_| AxesBody::of(measurand).ok()),
-            accept_units: measurand.units_accepted.then_some(true),
+            accept_units: measurand.accept_units.then_some(true),
         }
     }
 }

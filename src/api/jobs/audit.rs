@@ -80,25 +80,6 @@ pub struct SealBody {
     pub public_key: Option<String>,
 }
 
-/// Kind of fault.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-#[schema(as = AuditFaultKind)]
-pub enum WhatName {
-    /// It is not as it was written.
-    Changed,
-    /// It was there once.
-    Missing,
-    /// A row that no entry has.
-    Unaudited,
-    /// It cannot be read.
-    Unreadable,
-    /// A value that follows from others contradicts them.
-    Derived,
-    /// A seal has another digest of the entry, or no seal has one.
-    Seal,
-}
-
 /// Something that is not as it was written.
 #[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -109,7 +90,7 @@ pub struct FaultBody {
     /// The name of the row, such as `decisions/3/1`; `entry` or `seal` and its number in the chain.
     pub place: String,
     /// Kind of fault.
-    pub what: WhatName,
+    pub what: What,
 }
 
 /// Result of a verification.
@@ -170,22 +151,9 @@ impl From<Seal> for SealBody {
     }
 }
 
-impl From<What> for WhatName {
-    fn from(what: What) -> Self {
-        match what {
-            What::Changed => WhatName::Changed,
-            What::Missing => WhatName::Missing,
-            What::Unaudited => WhatName::Unaudited,
-            What::Unreadable => WhatName::Unreadable,
-            What::Derived => WhatName::Derived,
-            What::Seal => WhatName::Seal,
-        }
-    }
-}
-
 impl From<Verdict> for VerdictBody {
     fn from(Verdict { entries, unsealed, faults, .. }: Verdict) -> Self {
-        let fault = |Fault { job, place, what, .. }| FaultBody { job_id: job, place, what: WhatName::from(what) };
+        let fault = |Fault { job, place, what, .. }| FaultBody { job_id: job, place, what };
         VerdictBody {
             intact: faults.is_empty(),
             entries,

@@ -6,17 +6,16 @@ use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 use uuid::Uuid;
 
-use super::{iteration_requests::DecisionName, records::RecordKindName};
 use crate::{
     api::json::text::Moment,
-    jobs::{EventKind, EventPlace, JobChange, JobEvent, StreamEvent, ToldEvent},
+    jobs::{Decision, EventKind, EventPlace, JobChange, JobEvent, RecordKind, StreamEvent, ToldEvent},
 };
 
 /// The `data` of an event. Its `event` is the `type`, its `id` the number.
 #[skip_serializing_none]
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = JobEvent, example = json!({"number": 3, "type": "decision", "created_at": "2026-11-21T08:30:00.000000Z",
-    "iteration_number": 1, "decision": "accept"}))]
+    "iteration_number": 1, "decision": "accepted"}))]
 pub struct JobEventBody {
     /// 1, 2, 3 … within the job; 0 where the job was created or deleted, and of a `reset`, which
     /// only those hear who listen to all jobs.
@@ -36,7 +35,7 @@ pub struct JobEventBody {
     pub fit_id: Option<Uuid>,
     /// For a fit: true if it was chosen, false if it was only added.
     pub chosen: Option<bool>,
-    pub decision: Option<DecisionName>,
+    pub decision: Option<Decision>,
     /// Reason of a decision, a choice, a new fit or a purge, as posted.
     pub reason: Option<String>,
     /// The stream, for an event of a stream.
@@ -49,7 +48,7 @@ pub struct JobEventBody {
     pub node_count: Option<u64>,
     /// The record that was stored with the iteration.
     pub record_id: Option<Uuid>,
-    pub record_kind: Option<RecordKindName>,
+    pub record_kind: Option<RecordKind>,
     /// Change of the job itself.
     pub job_state: Option<JobChange>,
 }

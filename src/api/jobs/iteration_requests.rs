@@ -6,7 +6,6 @@ use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 use uuid::Uuid;
 
-pub use crate::jobs::Decision as DecisionName;
 use crate::{
     api::{
         fits::spec::{nodes::NodesBody, request::FitSpecBody},
@@ -15,14 +14,12 @@ use crate::{
             request::request,
             text::{LongText, Moment, ShortText},
         },
-        measurand::{
-            axes::{AxesBody, MeasurandBody},
-            side::SideName,
-        },
+        measurand::axes::{AxesBody, MeasurandBody},
         tables::mapping::MappingBody,
     },
-    jobs::MeasurementDetails,
+    jobs::{Decision, MeasurementDetails},
 };
+use flankfit_engine::gear::Side;
 
 /// A fit request with details of the measurement.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
@@ -161,11 +158,11 @@ pub struct ChosenFitBody {
 #[serde(deny_unknown_fields)]
 #[schema(as = IterationPatch, example = json!({"decision": "remachine", "reason": "profile slope out of tolerance"}))]
 pub struct IterationPatchBody {
-    /// `accept` needs a `reason` where a figure does not conform, gross errors are suspected or the
+    /// `accepted` needs a `reason` where a figure does not conform, gross errors are suspected or the
     /// units are implausible; in a job with limits it needs the figures that they are of.
-    pub decision: Option<DecisionName>,
+    pub decision: Option<Decision>,
     /// The flank that was measured.
-    pub flank: Option<SideName>,
+    pub flank: Option<Side>,
     /// The tooth that was measured.
     #[schema(value_type = Option<String>, min_length = 1, max_length = 200, example = "1")]
     pub tooth: Option<ShortText>,

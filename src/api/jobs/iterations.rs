@@ -9,14 +9,16 @@ use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 use uuid::Uuid;
 
-use super::{amendments::KnownMeasurandBody, iteration_requests::DecisionName};
+use super::amendments::KnownMeasurandBody;
 use crate::{
     api::{
         fits::{answer::FitResultBody, spec::request::FitSpecBody},
         gears::{fit_figures::FitFiguresBody, notice::NoticeBody},
         json::{gather::gathered, raw::Raw, text::Moment, writer::text_of},
     },
-    jobs::{Event, FitRecord, FitSummary, Iteration, Measurand, MeasurementDetails, NewFit, NewIteration, Stored},
+    jobs::{
+        Decision, Event, FitRecord, FitSummary, Iteration, Measurand, MeasurementDetails, NewFit, NewIteration, Stored,
+    },
 };
 use flankfit_engine::estimation::spec::{ChosenBy, Scheme};
 
@@ -80,7 +82,7 @@ pub struct IterationBody {
     #[schema(inline)]
     pub posted: PostedIterationBody,
     /// The latest decision; absent before the first.
-    pub decision: Option<DecisionName>,
+    pub decision: Option<Decision>,
     /// Actor of the caller who decided; absent where no key was required.
     pub decided_by: Option<String>,
     /// The last hundred fits in the order in which they were made; `GET …/fits/{fit_id}` has each

@@ -14,7 +14,7 @@ use crate::{
             writer::text_of,
         },
     },
-    jobs::{Job, JobDraft, JobGear, JobPatch, Update},
+    jobs::{Job, JobDraft, JobGear, JobPatch, JobStatus, Update},
 };
 
 /// A job to create.
@@ -71,6 +71,7 @@ pub struct JobBody {
     /// Names and values by which the job can be found again.
     #[schema(value_type = std::collections::BTreeMap<String, String>)]
     pub tags: Tags,
+    pub status: JobStatus,
     /// When the job was stored.
     #[schema(value_type = String, format = DateTime, example = "2026-11-21T08:30:00.000000Z")]
     pub created_at: Moment,
@@ -213,6 +214,7 @@ impl From<Job> for JobBody {
             gear: job.gear.and_then(|text| serde_json::from_str(&text).ok()),
             requirements,
             tags: Tags(job.tags),
+            status: job.status,
             created_at: Moment(job.created_at),
             updated_at: Moment(job.updated_at),
             purged_at: job.purged_at.map(Moment),

@@ -4,14 +4,13 @@ use serde::{Deserialize, Serialize};
 use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
-use super::{iteration_requests::DecisionName, job::JobBody};
-pub use crate::jobs::JobSort as JobSortName;
-pub use crate::jobs::JobStatus as JobStatusName;
+use super::job::JobBody;
 use crate::{
-    api::{gears::fit_figures::FitFiguresBody, json::text::Moment, measurand::side::SideName, page::PageBody},
-    jobs::{JobPage, ListedJob},
+    api::{gears::fit_figures::FitFiguresBody, json::text::Moment, page::PageBody},
+    jobs::{Decision, JobPage, JobStatus, ListedJob},
 };
 use flankfit_engine::gear::{
+    Side,
     evaluation::flank_surface::FlankFigures,
     tolerance::{COARSEST, FINEST},
 };
@@ -24,7 +23,6 @@ pub struct ListedJobBody {
     #[serde(flatten)]
     #[schema(inline)]
     pub job: JobBody,
-    pub status: JobStatusName,
     /// Number of iterations.
     pub iteration_count: u32,
     /// When anything of the job was stored last: its data, an iteration, a fit, a choice, a
@@ -36,13 +34,13 @@ pub struct ListedJobBody {
     #[schema(value_type = Option<String>, format = DateTime)]
     pub last_measured_at: Option<Moment>,
     /// The flank that the last iteration is of.
-    pub flank: Option<SideName>,
+    pub flank: Option<Side>,
     /// Status of the left flanks alone, defined as `status`. Absent where none was measured.
-    pub left_status: Option<JobStatusName>,
+    pub left_status: Option<JobStatus>,
     /// The same of the right flanks.
-    pub right_status: Option<JobStatusName>,
+    pub right_status: Option<JobStatus>,
     /// The latest decision on the last iteration; absent before the first.
-    pub decision: Option<DecisionName>,
+    pub decision: Option<Decision>,
     /// Root mean square of the residuals of the last iteration's chosen fit, in the unit of its
     /// heights; left out where it does not exist.
     pub rms: Option<f64>,
@@ -92,7 +90,6 @@ impl From<ListedJob> for ListedJobBody {
     fn from(listed: ListedJob) -> Self {
         ListedJobBody {
             job: JobBody { requirements: None, ..listed.job.into() },
-            status: listed.status,
             iteration_count: listed.iteration_count,
             changed_at: Moment(listed.changed_at),
             last_measured_at: listed.last_measured_at.map(Moment),

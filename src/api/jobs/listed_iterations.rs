@@ -4,11 +4,8 @@ use serde::{Deserialize, Serialize};
 use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
-use super::{
-    iteration_requests::DecisionName,
-    iterations::{FitSummaryBody, MeasuredIterationBody},
-};
-use crate::jobs::ListedIteration;
+use super::iterations::{FitSummaryBody, MeasuredIterationBody};
+use crate::jobs::{Decision, ListedIteration};
 
 /// An iteration with its chosen fit.
 #[skip_serializing_none]
@@ -19,7 +16,7 @@ pub struct ListedIterationBody {
     #[schema(inline)]
     pub measured: MeasuredIterationBody,
     /// The latest decision; absent before the first.
-    pub decision: Option<DecisionName>,
+    pub decision: Option<Decision>,
     /// Actor of the caller who decided; absent where no key was required.
     pub decided_by: Option<String>,
     /// The chosen fit.

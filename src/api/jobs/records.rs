@@ -9,7 +9,6 @@ use utoipa::ToSchema;
 use uuid::Uuid;
 
 use super::amendments::MeasurandChangeBody;
-pub use crate::jobs::RecordKind as RecordKindName;
 use crate::{
     api::{
         built::Built,
@@ -28,7 +27,7 @@ use crate::{
 pub struct RecordBody {
     /// UUIDv7.
     pub id: Uuid,
-    pub kind: RecordKindName,
+    pub kind: RecordKind,
     /// Method, as named in the request.
     pub method: String,
     /// When it was stored.
@@ -62,7 +61,7 @@ pub struct RecordBody {
 pub struct RecordSummaryBody {
     /// UUIDv7.
     pub id: Uuid,
-    pub kind: RecordKindName,
+    pub kind: RecordKind,
     /// Method, as named in the request.
     pub method: String,
     /// When it was stored.
@@ -110,9 +109,17 @@ fn class_of(result: &[u8]) -> Option<u8> {
     serde_json::from_slice::<Classed>(result).ok()?.class
 }
 
-/// Returns a stored record as JSON.
-pub fn record(record: &Record) -> Vec<u8> {
+/// Parts of the request and of the result of a record that are returned; all of them are stored.
+#[derive(Clone)]
+pub struct Shown {
+    pub request: Arc<str>,
+    pub result: Arc<str>,
+}
+
+/// Returns a stored record as JSON: all of it, or the parts that are `shown`.
+pub fn record(record: &Record, shown: Option<&Shown>) -> Vec<u8> {
     let RecordDraft { kind, method, request, result, gear, .. } = &record.draft;
+    let (request, result) = shown.map_or((request, result), |shown| (&shown.request, &shown.result));
     let body = RecordBody {
         id: record.id,
         kind: *kind,

@@ -6,14 +6,13 @@ use utoipa::ToSchema;
 use uuid::Uuid;
 
 use super::{
-    iteration_requests::DecisionName,
     iterations::{FitSummaryBody, MeasuredIterationBody},
     job::JobBody,
     records::RecordSummaryBody,
 };
 use crate::{
     api::json::{raw::Raw, text::Moment},
-    jobs::{Choice, DecisionEvent, Earlier, List, Trace, TracedFit, TracedIteration},
+    jobs::{Choice, Decision, DecisionEvent, Earlier, List, Trace, TracedFit, TracedIteration},
 };
 use flankfit_engine::estimation::result::{Coefficient, PriorReport};
 
@@ -38,7 +37,7 @@ pub struct TracedIterationBody {
     #[schema(inline)]
     pub measured: MeasuredIterationBody,
     /// The latest decision; absent before the first.
-    pub decision: Option<DecisionName>,
+    pub decision: Option<Decision>,
     /// In the order in which they were made.
     pub fits: Vec<TracedFitBody>,
     /// Which fit stood, from when on and why; the first is made with the iteration.
@@ -104,7 +103,7 @@ pub struct TracedChoiceBody {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = TracedDecision)]
 pub struct TracedDecisionBody {
-    pub decision: DecisionName,
+    pub decision: Decision,
     /// True if it accepts a gear with a figure that does not conform, suspected gross errors, or
     /// implausible units; a reason is then required. Absent otherwise.
     pub concession: Option<bool>,

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
-use super::{side::SideName, units};
+use super::units;
 use crate::{
     api::{
         faults::Faults,
@@ -19,7 +19,7 @@ use crate::{
 };
 use flankfit_engine::{
     estimation::{FitSpec, Nodes, Recursive},
-    gear::{ProfileAxis, evaluation::OwnZeros, tooth::check_name},
+    gear::{ProfileAxis, Side, evaluation::OwnZeros, tooth::check_name},
 };
 
 request! {
@@ -29,7 +29,7 @@ request! {
     #[serde(deny_unknown_fields)]
     pub struct MeasurandBody as MeasurandMembers, read whole {
         /// The flank that was measured.
-        optional flank: SideName,
+        optional flank: Side,
         /// The tooth that was measured, as on traces: its number from 1, or a name.
         #[schema(value_type = Option<String>, min_length = 1, max_length = 200, example = "1")]
         optional tooth: ShortText,
@@ -136,7 +136,7 @@ impl MeasurandBody {
         }
         let axes = self.axes.clone().map(|axes| Arc::from(text_of(&axes.canonical())));
         let tooth = self.tooth.clone().map(String::from);
-        faults.into_result(Measurand { flank: self.flank, tooth, axes, units_accepted: false })
+        faults.into_result(Measurand { flank: self.flank, tooth, axes, accept_units: false })
     }
 }
 

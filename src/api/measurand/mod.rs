@@ -1,5 +1,4 @@
 //! Description of the measurement: flank, tooth and axes.
 
 pub mod axes;
-pub mod side;
 pub mod units;

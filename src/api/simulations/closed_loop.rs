@@ -12,7 +12,7 @@ use crate::{
         built::Built,
         faults::{Faults, is_within, moved, pointer_of},
         fits::canonical,
-        gears::correction::{result::CorrectionBody, target::AimName},
+        gears::correction::{result::CorrectionResultBody, target::AimName},
         jobs::{fits, records},
         json::value::read_json,
         problem::Problem,
@@ -156,7 +156,7 @@ fn simulate_run(
             round.changes = Some(changes);
             if store {
                 let (aim, digest) = ((AimName::Nominal, None), canonical::request_sha256(&request));
-                let body = CorrectionBody::new(&correction, &solution, aim, Vec::new(), &digest);
+                let body = CorrectionResultBody::new(&correction, &solution, aim, Vec::new(), &digest);
                 let built = Built { method: "matrix".to_owned(), result: body.map_err(Problem::not_finite)?.text()? };
                 record = Some(records::draft(RecordKind::Correction, &request, built)?);
             }
@@ -228,6 +228,7 @@ fn request(machine: &MachineSpec, uncertainty: f64, strategy: &Strategy) -> Vec<
     let units: Vec<&str> = machine.settings.iter().map(|setting| setting.unit.as_str()).collect();
     let mut request = serde_json::json!({
         "sensitivity": {
+            "type": "matrix",
             "settings": names,
             "units": units,
             "matrix": machine.sensitivity.chunks(columns.max(1)).collect::<Vec<_>>(),

@@ -32,7 +32,7 @@ request! {
         /// itself.
         #[schema(min_items = 1, max_items = 200)]
         required levels: Vec<f64>,
-        /// Number of random matrices for each level. More give smoother figures and take longer.
+        /// Number of random matrices for each level. More give smoother results and take longer.
         #[schema(minimum = 1, maximum = 10000)]
         required repetitions: usize,
         /// Equal seeds give equal studies. Default 0.

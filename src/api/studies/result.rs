@@ -14,7 +14,7 @@ use crate::api::{faults::moved, problem::Problem, warning::WarningBody};
 use flankfit_engine::estimation::{
     FitError,
     randomization::{
-        self, Figures, LevelResult, Optimum, Outcome, Reference, ReferenceChoice, Regularized, StudyResult,
+        self, LevelResult, MethodResults, Optimum, Outcome, Reference, ReferenceChoice, Regularized, StudyResult,
     },
     spec::Criterion,
 };
@@ -50,9 +50,9 @@ pub struct RandomizationResult {
     pub along_smallest: Option<f64>,
     /// ‖A‖² in the columns of the study, by which an estimate of 0 errs.
     pub coefficient_norm_squared: f64,
-    /// Note on reading the figures.
+    /// Note on reading the results.
     pub remark: String,
-    /// Figures of each level, in ascending order.
+    /// Results of each level, in ascending order.
     pub levels: Vec<LevelResult>,
     pub references: StudyReferences,
     /// The level of least median ‖A − Â_R‖²; absent without noise, where least squares is exact.
@@ -68,7 +68,7 @@ pub struct RandomizationResult {
 #[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct StudyReferences {
-    pub least_squares: Figures,
+    pub least_squares: MethodResults,
     /// Absent where the columns are linearly dependent.
     pub spectral_first_order: Option<RegularizedReference>,
     /// Absent where the columns are linearly dependent.
@@ -76,7 +76,7 @@ pub struct StudyReferences {
     pub ridge: RegularizedReference,
 }
 
-/// A regularised estimate: figures of the default criterion (`min_mse`), and of every criterion in
+/// A regularised estimate: results of the default criterion (`min_mse`), and of every criterion in
 /// `choices`.
 #[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]

@@ -39,7 +39,7 @@ struct Round {
 }
 
 #[derive(Deserialize)]
-struct KeptCorrection {
+struct StoredCorrection {
     answer: Option<Answer>,
 }
 
@@ -82,7 +82,7 @@ answers 1 % off, the probe is 0.3 µm off and misses every tenth node.",
         write!(out, "{table}")?;
         let Some(job) = run.job_id.as_ref().map(|id| format!("/v1/jobs/{id}")) else { continue };
         for number in 1..=CORRECTIONS {
-            let kept: KeptCorrection = client.get(&format!("{job}/iterations/{number}/correction"))?;
+            let kept: StoredCorrection = client.get(&format!("{job}/iterations/{number}/correction"))?;
             if let Some(answer) = kept.answer {
                 writeln!(out, "  correction {number}: {}", answer.sentence)?;
             }

@@ -49,7 +49,7 @@ pub fn run(client: &Client, out: &mut impl Write, verbose: bool) -> Result<Strin
     let _: Value = client.post(&format!("{path}/iterations/1/pitch"), &serde_json::from_str(PITCH)?)?;
     decide(client, &path, &before)?;
 
-    let asked = json!({"sensitivity": {"machine": "form_grinding"},
+    let asked = json!({"sensitivity": {"type": "machine", "machine": "form_grinding"},
         "limits": {"profile_angle": {"increment": 0.05}, "helix_angle": {"increment": 0.01},
             "profile_crowning": {"increment": 0.1}, "helix_crowning": {"increment": 0.1}}});
     let correction = format!("{path}/iterations/1/correction");
@@ -127,7 +127,7 @@ fn decide(client: &Client, job: &str, measured: &[NewIterationBody]) -> Result<(
             .map(|(symbol, figure)| format!("{symbol} {} µm is outside {}", value(&figure), limits(&figure)))
             .collect();
         let (decision, reason) = match outside.is_empty() {
-            true => ("accept", "slopes, crownings and twist are within their limits".to_owned()),
+            true => ("accepted", "slopes, crownings and twist are within their limits".to_owned()),
             false => ("remachine", outside.join(", ")),
         };
         let body = json!({"decision": decision, "reason": reason});
@@ -181,7 +181,7 @@ fn limits(figure: &Figure) -> String {
 }
 
 fn settings(correction: &Value) -> impl Iterator<Item = &Value> {
-    correction["settings"].as_array().into_iter().flatten()
+    correction["result"]["settings"].as_array().into_iter().flatten()
 }
 
 /// Returns the settings that are changed: name, change, unit.

@@ -145,7 +145,7 @@ impl<W: Write> Story<'_, W> {
             _ => (fit, "the refit promises no smaller error of the coefficients"),
         };
         let _: Value =
-            self.client.put(&format!("{iteration}/chosen_fit"), &json!({"fit_id": better.id, "reason": reason}))?;
+            self.client.put(&format!("{iteration}/chosen-fit"), &json!({"fit_id": better.id, "reason": reason}))?;
         self.heading(&format!("Refit of the stored nodes by {}, and the choice", criterion.name()))?;
         write!(self.out, "{}", report::fits(&[(fit.id, &result), (refit.id, &refitted)], better.id))?;
         Ok(())

@@ -9,7 +9,7 @@ use std::{
     path::Path,
 };
 
-use flankfit_engine::estimation::randomization::{LevelFigures, Outcome};
+use flankfit_engine::estimation::randomization::{LevelOutcome, Outcome};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 use sha2::{Digest as _, Sha256};
 use zstd::stream::{read::Decoder, write::Encoder};
@@ -115,7 +115,7 @@ impl Head {
 
 impl From<&Outcome> for Repetition {
     fn from(outcome: &Outcome) -> Self {
-        let level = |l: &LevelFigures| [l.condition, l.log10_determinant, l.error, l.rss, l.fitted_rss].map(Exact);
+        let level = |l: &LevelOutcome| [l.condition, l.log10_determinant, l.error, l.rss, l.fitted_rss].map(Exact);
         Repetition {
             levels: outcome.levels.iter().map(level).collect(),
             rss: Exact(outcome.rss),
@@ -126,9 +126,9 @@ impl From<&Outcome> for Repetition {
 
 impl From<Repetition> for Outcome {
     fn from(repetition: Repetition) -> Self {
-        let level = |figures: [Exact; 5]| {
-            let [condition, log10_determinant, error, rss, fitted_rss] = figures.map(|exact| exact.0);
-            LevelFigures { condition, log10_determinant, error, rss, fitted_rss }
+        let level = |results: [Exact; 5]| {
+            let [condition, log10_determinant, error, rss, fitted_rss] = results.map(|exact| exact.0);
+            LevelOutcome { condition, log10_determinant, error, rss, fitted_rss }
         };
         Outcome {
             levels: repetition.levels.into_iter().map(level).collect(),

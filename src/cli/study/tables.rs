@@ -7,7 +7,7 @@ use crate::{
     api::studies::result::{RandomizationResult, RegularizedReference},
     cli::table::Table,
 };
-use flankfit_engine::estimation::randomization::{Figures, LevelRatios, Summary};
+use flankfit_engine::estimation::randomization::{LevelRatios, MethodResults, Summary};
 
 /// Everything a person wants to see of a study.
 pub fn text(result: &RandomizationResult) -> String {
@@ -30,32 +30,32 @@ pub fn text(result: &RandomizationResult) -> String {
     let _ = writeln!(out, "{}\n", result.remark);
     let mut table = Table::new(["k", "cond", "log10 det", "‖A−Â‖²", "quartiles", "", "RSS", "RSS on X̃"], 0);
     for level in &result.levels {
-        let bias = |field: fn(Summary) -> f64| number(level.figures.bias_norm_squared.map(field));
+        let bias = |field: fn(Summary) -> f64| number(level.results.bias_norm_squared.map(field));
         table.row([
             format!("{:.3e}", level.level),
-            median(level.figures.condition),
-            level.figures.log10_determinant.map_or_else(String::new, |q| format!("{:.2}", q.median)),
-            median(level.figures.bias_norm_squared),
+            median(level.results.condition),
+            level.results.log10_determinant.map_or_else(String::new, |q| format!("{:.2}", q.median)),
+            median(level.results.bias_norm_squared),
             bias(|q| q.q1),
             bias(|q| q.q3),
-            median(level.figures.rss),
+            median(level.results.rss),
             median(level.fitted_rss),
         ]);
     }
     let _ = writeln!(out, "{table}");
     let mut table = Table::new(["estimate", "λ* by", "cond", "log10 det", "‖A−Â‖²", "quartiles", "", "RSS"], 2);
     let determinant = |q: Option<Summary>| q.map_or_else(String::new, |q| format!("{:.2}", q.median));
-    let cells = |name: &str, by: String, figures: &Figures| {
-        let bias = figures.bias_norm_squared;
+    let cells = |name: &str, by: String, results: &MethodResults| {
+        let bias = results.bias_norm_squared;
         [
             name.to_owned(),
             by,
-            median(figures.condition),
-            determinant(figures.log10_determinant),
-            median(figures.bias_norm_squared),
+            median(results.condition),
+            determinant(results.log10_determinant),
+            median(results.bias_norm_squared),
             number(bias.map(|q| q.q1)),
             number(bias.map(|q| q.q3)),
-            median(figures.rss),
+            median(results.rss),
         ]
     };
     table.row(cells("least squares", String::new(), &result.references.least_squares));
@@ -67,7 +67,7 @@ pub fn text(result: &RandomizationResult) -> String {
     for (name, reference) in references {
         for choice in reference.iter().flat_map(|reference| &reference.choices) {
             let by = text_of(&choice.criterion);
-            table.row(cells(name, by.trim_matches('"').to_owned(), &choice.chosen.figures));
+            table.row(cells(name, by.trim_matches('"').to_owned(), &choice.chosen.results));
         }
     }
     let _ = writeln!(out, "{table}");
@@ -90,17 +90,17 @@ fn beside_least_squares(result: &RandomizationResult) -> Table {
     let mut table = Table::new(heads, 0);
     let base = &result.references.least_squares;
     let over = |a: Option<Summary>, b: Option<Summary>| a.zip(b).map(|(a, b)| a.median / b.median);
-    let three = |figures: &Figures| {
+    let three = |results: &MethodResults| {
         [
-            number(over(base.bias_norm_squared, figures.bias_norm_squared).map(f64::sqrt)),
-            number(over(base.condition, figures.condition)),
-            number(over(figures.rss, base.rss)),
+            number(over(base.bias_norm_squared, results.bias_norm_squared).map(f64::sqrt)),
+            number(over(base.condition, results.condition)),
+            number(over(results.rss, base.rss)),
         ]
     };
     for level in &result.levels {
-        let [error, condition, rss] = three(&level.figures);
+        let [error, condition, rss] = three(&level.results);
         let b = level.matrix_b.as_ref();
-        let [b_error, b_condition, b_rss] = b.map_or_else(Default::default, |b| three(&b.figures));
+        let [b_error, b_condition, b_rss] = b.map_or_else(Default::default, |b| three(&b.results));
         let lambda_star = number(b.map(|b| b.lambda_star));
         table.row([format!("{:.3e}", level.level), error, condition, rss, lambda_star, b_error, b_condition, b_rss]);
     }

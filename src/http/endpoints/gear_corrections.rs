@@ -8,8 +8,7 @@ use super::{gear_records::corrected, records::JobRecordRequest};
 use crate::{
     api::{
         gears::correction::{
-            csv::OutsideLimitsName, include::StoredIncludeName, request::CorrectionRequestBody, result::CorrectionBody,
-            stored::StoredCorrectionBody,
+            csv::OutsideLimitsName, include::StoredIncludeName, request::CorrectionRequestBody, stored::CorrectionBody,
         },
         problem::Problem,
     },
@@ -75,7 +74,7 @@ async fn create_gear_correction(request: JobRecordRequest) -> Result<Response, P
     responses(
         (status = 200, description = "The correction with its request, and the answer of the machine once there is \
             one. As CSV a line for each setting, named as in OPC UA for Geometrical Measuring Systems.",
-            content((StoredCorrectionBody = "application/json"), (String = "text/csv"))),
+            content((CorrectionBody = "application/json"), (String = "text/csv"))),
         (status = 406, description = "Neither application/json nor text/csv is accepted.", body = Problem,
             content_type = "application/problem+json"),
         (status = 409, description = "As CSV: predicted figures lie outside their limits \

@@ -10,7 +10,7 @@ use crate::{
         gears::{
             correction::{
                 csv::OutsideLimitsName, include::StoredIncludeName, request::CorrectionRequestBody,
-                result::CorrectionBody, stored::StoredCorrectionBody,
+                stored::CorrectionBody,
             },
             deviations::{self, request::DeviationsRequestBody},
             evaluation::{
@@ -168,8 +168,8 @@ async fn create_iteration_correction(request: RecordRequest) -> Result<Response,
 
 /// Computes the correction that a request asks for.
 pub fn corrected(text: &[u8], basis: &Basis, room: Room) -> Result<NewRecord, Problem> {
-    let (draft, answer) = basis.correct(text, room)?;
-    Ok(NewRecord { draft, answer: Some(answer.into()) })
+    let (draft, shown) = basis.correct(text, room)?;
+    Ok(NewRecord { draft, shown: Some(shown) })
 }
 
 /// The correction of an iteration that was made last, with what was measured of it.
@@ -195,7 +195,7 @@ pub fn corrected(text: &[u8], basis: &Basis, room: Room) -> Result<NewRecord, Pr
         (status = 200, description = "The correction; beside what it predicted what was measured, once there is a next \
             iteration. As CSV a line for each setting, for the control of the machine: the change rounded to its \
             increment and in words, and what it is for; under the names of OPC UA for Geometrical Measuring Systems.",
-            content((StoredCorrectionBody = "application/json"), (String = "text/csv"))),
+            content((CorrectionBody = "application/json"), (String = "text/csv"))),
         (status = 406, description = "Neither application/json nor text/csv is accepted.", body = Problem,
             content_type = "application/problem+json")
     )

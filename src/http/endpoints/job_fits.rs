@@ -154,7 +154,7 @@ async fn get_iteration_fit(
 ///
 /// Each choice is a new row in the trace; no fit is overwritten or deleted.
 #[utoipa::path(
-    put, path = "/v1/jobs/{job_id}/iterations/{number}/chosen_fit", operation_id = "choose_fit", tag = "iterations",
+    put, path = "/v1/jobs/{job_id}/iterations/{number}/chosen-fit", operation_id = "choose_fit", tag = "iterations",
     params(
         ("job_id" = Uuid, Path),
         ("number" = u32, Path),

@@ -22,7 +22,7 @@ use crate::{
         layers::{
             body::Payload,
             compute::read_small_json,
-            conditional::{IfMatch, etag, set_etag},
+            conditional::{IfMatch, job_etag, set_tag},
             extract::{JsonOf, PathOf, QueryOf},
             idempotency::{IdempotencyKey, idempotent},
             job_query::JobsQuery,
@@ -66,11 +66,11 @@ async fn create_job(state: CallerState, key: IdempotencyKey, payload: Payload) -
     .await
 }
 
-fn created(job: &Job, stored: Stored) -> Answer {
+fn created(job: &Job, _: Stored) -> Answer {
     Answer {
         status: 201,
         location: Some(format!("/v1/jobs/{}", job.id)),
-        etag: Some(etag(stored.version)),
+        etag: Some(job_etag(job)),
         body: text_of(&JobBody::from(job.clone())).into_bytes(),
     }
 }
@@ -176,8 +176,8 @@ async fn delete_job(
 }
 
 fn present(job: Job) -> Response {
-    let version = job.version;
+    let tag = job_etag(&job);
     let mut response = axum::Json(JobBody::from(job)).into_response();
-    set_etag(response.headers_mut(), version);
+    set_tag(response.headers_mut(), &tag);
     response
 }

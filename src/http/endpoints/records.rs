@@ -18,11 +18,11 @@ use crate::{
         gears::{
             correction::{
                 include::{CorrectionInclude, StoredIncludeName},
-                result::CorrectionBody,
+                result::CorrectionResultBody,
             },
             quality_data::{self, Kept},
         },
-        jobs::records::{self, RecordBody, RecordSummaryBody},
+        jobs::records::{self, RecordBody, RecordSummaryBody, Shown},
         page::PageBody,
         problem::{Problem, Room},
     },
@@ -64,15 +64,15 @@ impl RecordContext {
     }
 }
 
-/// A record to be kept, and what is answered: the record itself where there is nothing else.
+/// A record to be kept, and the parts of it that are returned; by default all.
 pub struct NewRecord {
     pub draft: RecordDraft,
-    pub answer: Option<Arc<[u8]>>,
+    pub shown: Option<Shown>,
 }
 
 impl From<RecordDraft> for NewRecord {
     fn from(draft: RecordDraft) -> Self {
-        NewRecord { draft, answer: None }
+        NewRecord { draft, shown: None }
     }
 }
 
@@ -177,26 +177,15 @@ impl JobRecordRequest {
                 let made = build(&text, &context, &mut |bytes| permit.grow_beside(text.permit(), bytes))?;
                 Ok::<_, Problem>((made, permit))
             };
-            let (NewRecord { draft, answer }, _held) = state.pool.run(made).await??;
-            let answer = move |record: &Record, _: Stored| {
-                created(
-                    &iteration,
-                    record,
-                    answer.as_deref().map_or_else(|| records::record(record), |answer| with_id(answer, record)),
-                )
-            };
+            let (NewRecord { draft, shown }, _held) = state.pool.run(made).await??;
+            let answer =
+                move |record: &Record, _: Stored| created(&iteration, record, records::record(record, shown.as_ref()));
             let keyed = key.map(|key| key.answered_by(answer.clone()));
             let (record, stored): (Arc<Record>, Stored) = state.jobs.add_record(job, number, draft, keyed).await?;
             Ok(answer(&record, stored))
         })
         .await
     }
-}
-
-/// An answer, which is an object, with the id of its record.
-fn with_id(answer: &[u8], record: &Record) -> Vec<u8> {
-    let members = answer.strip_prefix(b"{").unwrap_or(answer);
-    [format!("{{\"id\":\"{}\",", record.id).as_bytes(), members].concat()
 }
 
 impl RecordRequest {
@@ -302,10 +291,10 @@ async fn get_iteration_record(
         _ => {}
     }
     if matches!(record.draft.kind, RecordKind::Correction | RecordKind::GearCorrection) {
-        let reduced = CorrectionInclude::of_stored(&names).of_result(CorrectionBody::of(&record)?);
+        let reduced = CorrectionInclude::of_stored(&names).of_result(CorrectionResultBody::of(&record)?);
         record.draft.result = String::from_utf8_lossy(&reduced.text()?).into();
     }
-    let mut response = Format::Json.response(records::record(&record));
+    let mut response = Format::Json.response(records::record(&record, None));
     // it is kept as it is
     set_etag(response.headers_mut(), 1);
     Ok(response)

@@ -1,5 +1,5 @@
-//! `ETag`, `If-Match` and `If-None-Match`. The tag of a job or an iteration is its version, which
-//! moves on with every change.
+//! `ETag`, `If-Match` and `If-None-Match`. The tag of an iteration is its version, which moves on
+//! with every change; that of a job has its status too, which changes with decisions.
 
 use axum::{
     body::Body,
@@ -11,16 +11,30 @@ use axum::{
 
 use sha2::{Digest, Sha256};
 
-use crate::{api::problem::Problem, http::state::AppState, jobs::Precondition};
+use crate::{
+    api::problem::Problem,
+    http::state::AppState,
+    jobs::{Job, JobStatus, Precondition},
+};
 
 /// The version as an entity tag.
 pub fn etag(version: u64) -> String {
     format!("\"{version}\"")
 }
 
+/// Returns the entity tag of a job.
+pub fn job_etag(job: &Job) -> String {
+    format!("\"{}-{}\"", job.version, job.status.name())
+}
+
 /// Puts the tag of a version into an answer.
 pub fn set_etag(headers: &mut HeaderMap, version: u64) {
-    if let Ok(value) = HeaderValue::from_str(&etag(version)) {
+    set_tag(headers, &etag(version));
+}
+
+/// Puts a tag into an answer.
+pub fn set_tag(headers: &mut HeaderMap, tag: &str) {
+    if let Ok(value) = HeaderValue::from_str(tag) {
         headers.insert(header::ETAG, value);
     }
 }
@@ -56,11 +70,18 @@ fn precondition(headers: &HeaderMap) -> Precondition {
                 return Precondition::None;
             }
             let inside = tag.strip_prefix('"').and_then(|tag| tag.strip_suffix('"'));
-            // A tag is compared as a text: `"01"` was never given.
-            seen.extend(inside.and_then(|tag| tag.parse().ok()).filter(|version| etag(*version) == tag));
+            seen.extend(inside.and_then(version_of));
         }
     }
     if given { Precondition::AnyOf(seen) } else { Precondition::None }
+}
+
+/// Returns the version in a tag. The status of a job is left aside: no request changes it by itself.
+fn version_of(tag: &str) -> Option<u64> {
+    let (digits, status) = tag.split_once('-').map_or((tag, None), |(digits, status)| (digits, Some(status)));
+    // a tag is compared as a text: `"01"` was never given
+    let version: u64 = digits.parse().ok().filter(|version: &u64| version.to_string() == digits)?;
+    status.is_none_or(|status| JobStatus::named(status).is_some()).then_some(version)
 }
 
 /// Answers 304 without a body where a GET's `If-None-Match` has the tag of what would be answered.
@@ -124,6 +145,8 @@ mod tests {
         assert_eq!(of(&["*"]), Precondition::None);
         assert_eq!(of(&["\"3\""]), Precondition::AnyOf(vec![3]));
         assert_eq!(of(&["\"3\", \"4\"", "\"5\""]), Precondition::AnyOf(vec![3, 4, 5]));
+        assert_eq!(of(&["\"3-open\""]), Precondition::AnyOf(vec![3]));
+        assert_eq!(of(&["\"3-else\"", "\"3-\""]), Precondition::AnyOf(vec![]));
         assert_eq!(of(&["W/\"3\""]), Precondition::AnyOf(vec![]));
         assert_eq!(of(&["\"something\""]), Precondition::AnyOf(vec![]));
         assert_eq!(of(&["\"01\"", "\"+1\"", "1"]), Precondition::AnyOf(vec![]), "these were never given");

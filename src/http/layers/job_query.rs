@@ -10,14 +10,14 @@ use super::paging::{UNKNOWN_CURSOR, of_other_list, read_limit};
 use crate::{
     api::{
         faults::Faults,
-        jobs::job_list::{self, JobSortName, JobStatusName},
+        jobs::job_list,
         json::{
             refusal::Refusal,
             text::{Moment, SHORT, ShortText, Text},
         },
         problem::Problem,
     },
-    jobs::{CursorError, JobFilter, JobPlace, JobPlaceError, JobQuery, JobSort, List, folded},
+    jobs::{CursorError, JobFilter, JobPlace, JobPlaceError, JobQuery, JobSort, JobStatus, List, folded},
 };
 
 /// Which jobs are wanted: those for which all of this holds.
@@ -30,7 +30,7 @@ pub struct JobsQuery {
     #[param(min_length = 1, max_length = 200)]
     q: Option<String>,
     /// Status of the job.
-    #[param(inline, value_type = Option<JobStatusName>)]
+    #[param(inline, value_type = Option<JobStatus>)]
     status: Option<String>,
     /// The whole name of the machine.
     #[param(min_length = 1, max_length = 200)]
@@ -52,7 +52,7 @@ pub struct JobsQuery {
     to: Option<String>,
     /// `changed`, last changed first (default); `name`, in alphabetical order ignoring case;
     /// `created`, newest first.
-    #[param(inline, value_type = Option<JobSortName>)]
+    #[param(inline, value_type = Option<JobSort>)]
     sort: Option<String>,
     /// Most items on a page.
     #[param(value_type = Option<u32>, minimum = 1, maximum = 200, default = 50)]
@@ -66,7 +66,7 @@ impl JobsQuery {
     pub fn check(self) -> Result<JobQuery, Problem> {
         let mut faults = Faults::default();
         let text = value::<ShortText>("/q", self.q, &mut faults);
-        let status = value::<JobStatusName>("/status", self.status, &mut faults);
+        let status = value::<JobStatus>("/status", self.status, &mut faults);
         let machine = value::<ShortText>("/machine", self.machine, &mut faults);
         let part_number = value::<ShortText>("/part_number", self.part_number, &mut faults);
         let class = self.class.map(|text| job_list::class_of(&text)).transpose();
@@ -80,7 +80,7 @@ impl JobsQuery {
             faults
                 .push("/to", "it must be later than `from`, which is the first time that counts; `to` is not counted");
         }
-        let sort: Option<JobSortName> = value("/sort", self.sort, &mut faults);
+        let sort: Option<JobSort> = value("/sort", self.sort, &mut faults);
         let limit = read_limit(self.limit.as_deref(), &mut faults);
         let sort = sort.unwrap_or_default();
         let from = match self.cursor.map(|text| JobPlace::decode(&text, sort)) {

@@ -15,7 +15,11 @@ use crate::jobs::{
 };
 
 /// Kind of fault.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize, utoipa::ToSchema,
+)]
+#[serde(rename_all = "snake_case")]
+#[schema(as = AuditFaultKind)]
 pub enum What {
     /// It is not as it was written.
     Changed,
@@ -27,7 +31,7 @@ pub enum What {
     Unreadable,
     /// A value that follows from others contradicts them.
     Derived,
-    /// A seal has another digest, or none of it.
+    /// A seal has another digest of the entry, or no seal has one.
     Seal,
 }
 

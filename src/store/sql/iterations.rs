@@ -21,7 +21,7 @@ use flankfit_engine::estimation::Nodes;
 pub async fn iteration(db: &mut Db, Caller { tenant, .. }: &Caller, job: &Uuid, number: &u32) -> Outcome<Iteration> {
     let (job, number) = (*job, *number);
     let sql = concat!(
-        "SELECT i.id, i.job AS job_id, i.number, i.flank, i.tooth, i.axes, i.units_accepted, i.measured_at,
+        "SELECT i.id, i.job AS job_id, i.number, i.flank, i.tooth, i.axes, i.accept_units, i.measured_at,
                 i.instrument, i.operator, i.note, i.created_at,
                 (SELECT count FROM nodes WHERE job = i.job AND number = i.number) AS node_count, ",
         iteration_version!(),
@@ -47,7 +47,7 @@ pub async fn iterations(
                     (SELECT max(position) FROM decisions WHERE job = i.job AND number = i.number) AS latest
              FROM measured i WHERE i.job = $1 AND i.number > $2 ORDER BY i.number LIMIT $3
          )
-         SELECT i.number AS place, i.number, i.id AS iteration_id, i.flank, i.tooth, i.axes, i.units_accepted,
+         SELECT i.number AS place, i.number, i.id AS iteration_id, i.flank, i.tooth, i.axes, i.accept_units,
                 i.measured_at, i.instrument, i.operator, i.created_at AS stored_at,
                 d.decision, d.actor AS decided_by,
                 f.id, f.reason, f.actor, f.created_at, true AS chosen, c.actor AS chosen_by, f.flank_figures, ",
@@ -88,7 +88,7 @@ pub async fn nodes_up_to(
 }
 
 pub async fn measurand(db: &mut Db, Caller { tenant, .. }: &Caller, job: &Uuid, number: &u32) -> Outcome<Measurand> {
-    let sql = "SELECT i.flank, i.tooth, i.axes, i.units_accepted
+    let sql = "SELECT i.flank, i.tooth, i.axes, i.accept_units
                FROM jobs j JOIN measured i ON i.job = j.id WHERE j.id = $1 AND j.tenant = $2 AND i.number = $3";
     locate::row(db, sql, (tenant, *job, *number)).await
 }
@@ -96,7 +96,7 @@ pub async fn measurand(db: &mut Db, Caller { tenant, .. }: &Caller, job: &Uuid, 
 /// Returns the first iteration after one, and the first after it that is of the same flank and
 /// tooth.
 pub async fn successors(db: &mut Db, caller: &Caller, job: &Uuid, number: &u32) -> Outcome<Successors> {
-    let sql = "SELECT i.number, i.flank, i.tooth, CAST(NULL AS text) AS axes, i.units_accepted
+    let sql = "SELECT i.number, i.flank, i.tooth, CAST(NULL AS text) AS axes, i.accept_units
                FROM jobs j JOIN measured i ON i.job = j.id WHERE j.id = $1 AND j.tenant = $2 AND i.number >= $3
                ORDER BY i.number";
     let rows = db.each::<SuccessorRow>(sql, args![job, &caller.tenant, *number])?;
@@ -110,7 +110,7 @@ pub async fn predecessors(
     wanted: &Predecessors,
 ) -> Outcome<Vec<Predecessor>> {
     gone::refuse(db, &caller.tenant, *job).await?;
-    let sql = "SELECT i.number, i.flank, i.tooth, i.axes, i.units_accepted,
+    let sql = "SELECT i.number, i.flank, i.tooth, i.axes, i.accept_units,
                       (SELECT f.id FROM fit_choices c
                             JOIN fits f ON f.job = c.job AND f.number = c.number AND f.position = c.fit
                        WHERE c.job = i.job AND c.number = i.number ORDER BY c.position DESC LIMIT 1) AS fit_id
@@ -123,7 +123,7 @@ pub async fn predecessors(
 
 pub async fn rounds(db: &mut Db, Caller { tenant, .. }: &Caller, job: &Uuid) -> Outcome<Rounds> {
     gone::refuse(db, tenant, *job).await?;
-    let sql = "SELECT i.number, i.flank, i.tooth, CAST(NULL AS text) AS axes, i.units_accepted, i.created_at
+    let sql = "SELECT i.number, i.flank, i.tooth, CAST(NULL AS text) AS axes, i.accept_units, i.created_at
                FROM jobs j JOIN measured i ON i.job = j.id WHERE j.id = $1 AND j.tenant = $2 ORDER BY i.number";
     let iterations = db.all(sql, args![job, tenant]).await?;
     let sql = "SELECT r.number, r.id, r.kind, r.created_at FROM jobs j JOIN records r ON r.job = j.id

@@ -89,7 +89,7 @@ const LISTED: &str = concat!(
     "), listed AS (SELECT jobs.* FROM page CROSS JOIN jobs WHERE jobs.id = page.id)
      SELECT ",
     job_columns!(),
-    ", status, iteration_count, changed_at, class, sort_name,
+    ", iteration_count, changed_at, class, sort_name,
         (SELECT coalesce(i.measured_at, i.created_at) FROM iterations i
          WHERE i.job = listed.id AND i.number = iteration_count) AS last_measured_at,
         (SELECT i.flank FROM measured i WHERE i.job = listed.id AND i.number = iteration_count) AS flank,

@@ -24,7 +24,7 @@ macro_rules! stream_columns {
     () => {
         "s.id AS id, s.job AS job_id, s.spec AS spec, s.forgetting_factor AS forgetting_factor,
          s.sequence AS sequence, s.node_count AS node_count, s.input_sha256 AS input_sha256, s.flank AS flank,
-         s.tooth AS tooth, s.axes AS axes, false AS units_accepted, s.iteration AS iteration, s.version AS version,
+         s.tooth AS tooth, s.axes AS axes, false AS accept_units, s.iteration AS iteration, s.version AS version,
          s.created_at AS created_at, s.updated_at AS updated_at"
     };
 }

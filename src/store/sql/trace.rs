@@ -17,7 +17,7 @@ pub async fn trace(
     PageRequest { limit, after }: &PageRequest,
 ) -> Outcome<Trace> {
     let job = jobs::located(db, &caller.tenant, *id).await?;
-    let sql = "SELECT id, number, measured_at, instrument, operator, created_at, flank, tooth, axes, units_accepted
+    let sql = "SELECT id, number, measured_at, instrument, operator, created_at, flank, tooth, axes, accept_units
                FROM measured WHERE job = $1 AND number > $2 ORDER BY number LIMIT $3";
     let after = after.map_or(0, |cursor| cursor.number());
     let rows: Vec<TracedIteration> = db.all(sql, args![id, after, i64::from(*limit) + 1]).await?;

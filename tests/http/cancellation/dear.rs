@@ -239,9 +239,8 @@ fn settings(count: usize) -> Value {
 }
 
 pub fn correction() -> Body {
-    of(&json!({
-        "sensitivity": {"settings": settings(60), "matrix": table(3_600, 60, |k, j| noise(60 * k + j) - 0.5)}
-    }))
+    let matrix = table(3_600, 60, |k, j| noise(60 * k + j) - 0.5);
+    of(&json!({"sensitivity": {"type": "matrix", "settings": settings(60), "matrix": matrix}}))
 }
 
 pub fn closed_loop() -> Body {

@@ -26,7 +26,14 @@ async fn job(app: &TestApp) -> String {
 fn sensitivity() -> Value {
     let rows: Vec<[f64; 2]> =
         U.iter().flat_map(|u| V.iter().map(move |v| [(u - 9.0) / 3.0, (v - 7.5) / 6.5])).collect();
-    json!({"settings": ["pressure angle", "helix angle"], "units": ["um", "um"], "matrix": rows})
+    json!({"type": "matrix", "settings": ["pressure angle", "helix angle"], "units": ["um", "um"], "matrix": rows})
+}
+
+/// A request by a form grinder.
+fn by_machine(more: Value) -> Value {
+    let mut sensitivity = json!({"type": "machine", "machine": "form_grinding"});
+    sensitivity.as_object_mut().unwrap().extend(more.as_object().unwrap().clone());
+    json!({"sensitivity": sensitivity, "noise_sigma_um": 0.2})
 }
 
 #[tokio::test]
@@ -41,8 +48,8 @@ async fn a_correction_is_kept_and_compared_with_the_next_measurement() {
         "include": ["nodes"]});
     let kept = send(app.post(&format!("{place}/1/correction"), request.to_string())).await;
     assert_eq!(kept.status, 201, "{}", kept.text);
-    let mut correction = kept.json();
-    let id = correction.as_object_mut().unwrap().remove("id");
+    let posted = kept.json();
+    let correction = &posted["result"];
     let change = |k: usize| correction["settings"][k]["change"].as_f64().unwrap();
     assert!((change(0) + 8.0).abs() < 0.3 && (change(1) - 5.0).abs() < 0.3, "{correction}");
     let predicted = &correction["predicted"];
@@ -50,7 +57,8 @@ async fn a_correction_is_kept_and_compared_with_the_next_measurement() {
     assert!(correction["settings"][0]["std_error"].as_f64().unwrap() > 0.0);
     assert_eq!(predicted["deviation_um"].as_array().unwrap().len(), 20);
     let before = send(app.get(&format!("{place}/1/correction?include=nodes"))).await.json();
-    assert_eq!((&before["result"], &before["request"], before.get("id")), (&correction, &request, id.as_ref()));
+    assert_eq!(before, posted, "one shape");
+    assert_eq!(before["request"], request);
     // everything is kept; the response has the requested parts
     let short = send(app.get(&format!("{place}/1/correction"))).await.json();
     assert!(short["result"]["predicted"].get("deviation_um").is_none() && short["result"].get("result").is_none());
@@ -58,7 +66,7 @@ async fn a_correction_is_kept_and_compared_with_the_next_measurement() {
     let whole = send(app.get(&format!("{place}/1/correction?include=nodes,result"))).await.json();
     assert_eq!(whole["result"]["result"]["residuals"]["count"], 20);
     let record = send(app.get(&format!("{place}/1/records/{}?include=nodes", before["id"].as_str().unwrap()))).await;
-    assert_eq!(record.json()["result"], correction);
+    assert_eq!(&record.json()["result"], correction);
     let wrong = send(app.get(&format!("{place}/1/correction?include=residuals"))).await;
     assert_eq!(wrong.pointers(), ["/include"]);
     assert_eq!((before.get("answer"), before.get("not_compared")), (None, None));
@@ -85,7 +93,7 @@ async fn limits_hold_and_machines_are_known() {
     let path = format!("{place}/1/correction");
     let limited =
         json!({"sensitivity": sensitivity(), "limits": {"pressure angle": {"min": -3.0}}, "noise_sigma_um": 0.2});
-    let correction = send(app.post(&path, limited.to_string())).await.json();
+    let correction = send(app.post(&path, limited.to_string())).await.json()["result"].take();
     assert_eq!(correction["settings"][0]["change"], -3.0);
     assert_eq!(
         (&correction["settings"][0]["limited"], &correction["settings"][1]["limited"]),
@@ -95,7 +103,7 @@ async fn limits_hold_and_machines_are_known() {
     request["include"] = json!(["result"]);
     let ground = send(app.post(&path, request.to_string())).await;
     assert_eq!(ground.status, 201, "{}", ground.text);
-    let ground = ground.json();
+    let ground = ground.json()["result"].take();
     assert_eq!(ground["settings"].as_array().unwrap().len(), 7);
     // 25′ would be wanted of the profile angle, 20′ are allowed
     assert!(ground["predicted"]["rms_um"].as_f64().unwrap() < 1.5, "{}", ground["predicted"]["rms_um"]);
@@ -118,10 +126,16 @@ async fn limits_hold_and_machines_are_known() {
     let many: Vec<String> = (0..21).map(|j| format!("axis {j}")).collect();
     for (body, pointer) in [
         (json!({}), "/sensitivity"),
-        (json!({"sensitivity": {"settings": ["a"], "matrix": [[1.0]]}}), "/sensitivity/matrix"),
-        (json!({"sensitivity": {"settings": ["a"], "matrix": [[1.0, 2.0]]}}), "/sensitivity/matrix/0"),
-        (json!({"sensitivity": {"machine": "hobbing"}}), "/sensitivity/machine"),
-        (json!({"sensitivity": {"machine": "form_grinding", "matrix": [[1.0]]}}), "/sensitivity/matrix"),
+        (json!({"sensitivity": {"type": "matrix", "settings": ["a"], "matrix": [[1.0]]}}), "/sensitivity/matrix"),
+        (
+            json!({"sensitivity": {"type": "matrix", "settings": ["a"], "matrix": [[1.0, 2.0]]}}),
+            "/sensitivity/matrix/0",
+        ),
+        (json!({"sensitivity": {"type": "machine", "machine": "hobbing"}}), "/sensitivity/machine"),
+        (
+            json!({"sensitivity": {"type": "machine", "machine": "form_grinding", "matrix": [[1.0]]}}),
+            "/sensitivity/matrix",
+        ),
         (json!({"sensitivity": sensitivity(), "limits": [{"min": 1.0}, null]}), "/limits"),
         (limits(json!({"pressure angel": {"min": 1.0}})), "/limits/pressure angel"),
         (limits(json!({"a/b": {}})), "/limits/a~1b"),
@@ -137,16 +151,13 @@ async fn limits_hold_and_machines_are_known() {
         (json!({"sensitivity": sensitivity(), "noise_sigma_um": 0.0}), "/noise_sigma_um"),
         (json!({"sensitivity": sensitivity(), "response_uncertainty": 2.0}), "/response_uncertainty"),
         (json!({"sensitivity": sensitivity(), "weight": vec![0.0; 20]}), "/weight"),
-        (json!({"sensitivity": {"settings": many, "matrix": vec![[1.0; 21]; 20]}}), "/sensitivity/settings"),
+        (
+            json!({"sensitivity": {"type": "matrix", "settings": many, "matrix": vec![[1.0; 21]; 20]}}),
+            "/sensitivity/settings",
+        ),
         // once, not for each node: all of them lie below the base circle
-        (
-            json!({"sensitivity": {"machine": "form_grinding", "flank": "left", "profile_axis": "diameter"}}),
-            "/sensitivity/profile_axis",
-        ),
-        (
-            json!({"sensitivity": {"machine": "form_grinding", "flank": "left", "helix_range_mm": [5.0, 5.0]}}),
-            "/sensitivity/helix_range_mm",
-        ),
+        (by_machine(json!({"flank": "left", "profile_axis": "diameter"})), "/sensitivity/profile_axis"),
+        (by_machine(json!({"flank": "left", "helix_range_mm": [5.0, 5.0]})), "/sensitivity/helix_range_mm"),
     ] {
         assert_eq!(pointers(&app, &path, &body).await, [pointer], "{body}");
     }
@@ -166,14 +177,14 @@ async fn settings_are_limited_rounded_and_held_by_name() {
         answer["settings"].as_array().unwrap().iter().find(|s| s["name"] == name).unwrap().clone()
     };
     let request = json!({
-        "sensitivity": {"machine": "form_grinding", "flank": "right"},
+        "sensitivity": {"type": "machine", "machine": "form_grinding", "flank": "right"},
         "limits": {"helix_angle": {"increment": 0.05, "min": -4.0, "max": 4.0}, "infeed": {"fixed": true},
             "tool_axis_offset": {}},
         "noise_sigma_um": 0.2, "response_uncertainty": 0.05,
     });
     let answer = send(app.post(&path, request.to_string())).await;
     assert_eq!(answer.status, 201, "{}", answer.text);
-    let answer = answer.json();
+    let answer = answer.json()["result"].take();
     let helix = setting(&answer, "helix_angle");
     let change = helix["change"].as_f64().unwrap();
     assert!(((20.0 * change).round() - 20.0 * change).abs() < 1e-12 && helix["rounded"] == true, "{helix}");
@@ -190,10 +201,10 @@ async fn settings_are_limited_rounded_and_held_by_name() {
     assert!(!warnings.contains("limits_without_effect"), "{warnings}");
     // limits of an undetermined setting are kept if they require a change, and named otherwise
     let limited = json!({
-        "sensitivity": {"machine": "form_grinding", "flank": "right"}, "noise_sigma_um": 0.2,
+        "sensitivity": {"type": "machine", "machine": "form_grinding", "flank": "right"}, "noise_sigma_um": 0.2,
         "limits": {"tooth_thickness": {"min": 2.0, "increment": 0.75}, "tool_axis_offset": {"min": -3.0, "max": 3.0}},
     });
-    let limited = send(app.post(&path, limited.to_string())).await.json();
+    let limited = send(app.post(&path, limited.to_string())).await.json()["result"].take();
     let thickness = setting(&limited, "tooth_thickness");
     assert_eq!((&thickness["change"], &thickness["limited"]), (&json!(2.25), &json!(true)), "{thickness}");
     assert_eq!((&thickness["undetermined"], &thickness["fixed"]), (&json!(true), &json!(false)));
@@ -207,16 +218,16 @@ async fn settings_are_limited_rounded_and_held_by_name() {
     assert!(answer["predicted"]["rms_um"].as_f64().unwrap() < 0.3, "{}", answer["predicted"]["rms_um"]);
     // rounded to something else, the predicted figures are other ones
     let coarse = json!({
-        "sensitivity": {"machine": "form_grinding", "flank": "right"}, "limits": {"helix_angle": {"increment": 5.0}},
-        "noise_sigma_um": 0.2,
+        "sensitivity": {"type": "machine", "machine": "form_grinding", "flank": "right"},
+        "limits": {"helix_angle": {"increment": 5.0}}, "noise_sigma_um": 0.2,
     });
-    let coarse = send(app.post(&path, coarse.to_string())).await.json();
+    let coarse = send(app.post(&path, coarse.to_string())).await.json()["result"].take();
     let slope = |answer: &Value| answer["figures"]["right"]["helix_slope_um"]["predicted"].as_f64().unwrap().abs();
     assert!(slope(&coarse) > 1.0 && slope(&answer) < 0.2, "{coarse}");
     // thickness is determined with the mean
-    let absolute =
-        json!({"sensitivity": {"machine": "form_grinding", "flank": "right"}, "absolute": true, "noise_sigma_um": 0.2});
-    let absolute = send(app.post(&path, absolute.to_string())).await.json();
+    let mut absolute = by_machine(json!({"flank": "right"}));
+    absolute["absolute"] = json!(true);
+    let absolute = send(app.post(&path, absolute.to_string())).await.json()["result"].take();
     assert_eq!(setting(&absolute, "tooth_thickness")["undetermined"], false);
     let csv = send(app.get(&path).header("accept", "text/csv")).await;
     assert_eq!(csv.status, 200, "{}", csv.text);
@@ -233,12 +244,13 @@ async fn a_bias_bound_of_limits_stays_within_them() {
     let tilt = |u: f64, v: f64| [(u - 9.0) / 3.0, (u - 9.0) / 3.0 + 1e-4 * (v - 7.5)];
     let rows: Vec<[f64; 2]> = U.iter().flat_map(|u| V.iter().map(move |v| tilt(*u, *v))).collect();
     let request = json!({
-        "sensitivity": {"settings": ["a", "b"], "matrix": rows}, "noise_sigma_um": 0.2, "include": ["result"],
+        "sensitivity": {"type": "matrix", "settings": ["a", "b"], "matrix": rows},
+        "noise_sigma_um": 0.2, "include": ["result"],
         "limits": {"a": {"min": -10.0, "max": 10.0}, "b": {"min": -30.0, "max": 30.0}},
     });
     let made = send(app.post(&format!("{place}/1/correction"), request.to_string())).await;
     assert_eq!(made.status, 201, "{}", made.text);
-    let answer = made.json();
+    let answer = made.json()["result"].take();
     assert_eq!(answer["result"]["bias"]["coefficient_norm_limit_source"], "limits");
     for (k, most) in [(0, 10.0), (1, 30.0)] {
         let setting = &answer["settings"][k];
@@ -265,10 +277,11 @@ async fn a_correction_by_a_machine_predicts_figures_by_name() {
     };
     assert_eq!(send(app.post(&place, flank(surface(1.0)).to_string())).await.status, 201);
     let path = format!("{place}/1/correction");
-    let request = json!({"sensitivity": {"machine": "form_grinding", "flank": "right"}, "noise_sigma_um": 0.1});
+    let mut request = by_machine(json!({"flank": "right"}));
+    request["noise_sigma_um"] = json!(0.1);
     let kept = send(app.post(&path, request.to_string())).await;
     assert_eq!(kept.status, 201, "{}", kept.text);
-    let figures = &kept.json()["figures"]["right"];
+    let figures = &kept.json()["result"]["figures"]["right"];
     let are = |figures: &Value, of: &str, want: [f64; 5], within: f64| {
         let names = ["profile_slope", "helix_slope", "profile_crowning", "helix_crowning", "twist"];
         for (name, want) in names.into_iter().zip(want) {
@@ -296,7 +309,7 @@ async fn a_correction_by_a_machine_predicts_figures_by_name() {
     assert!(low < 0.5 && 0.5 < high && high < 1.0, "{}", told["answer"]);
     // a matrix may be of any nodes
     let matrix = send(app.post(&path, json!({"sensitivity": sensitivity()}).to_string())).await.json();
-    assert_eq!(matrix.get("figures"), None);
+    assert_eq!(matrix["result"].get("figures"), None);
     app.stop().await;
 }
 

@@ -35,7 +35,7 @@ fn flank(turn: f64, changed: [f64; 4]) -> Value {
 
 fn asked() -> Value {
     let rows: Vec<[f64; 4]> = U.iter().flat_map(|u| V.iter().map(|v| effects(*u, *v))).collect();
-    json!({"sensitivity": {"settings": NAMES, "units": ["um", "um", "um", "um"], "matrix": rows},
+    json!({"sensitivity": {"type": "matrix", "settings": NAMES, "units": ["um", "um", "um", "um"], "matrix": rows},
            "noise_sigma_um": 0.2, "absolute": false})
 }
 
@@ -57,7 +57,7 @@ async fn corrected(app: &TestApp) -> (String, [f64; 4]) {
     assert_eq!(post(app, &format!("{job}/iterations"), &flank(0.0, [0.0; 4])).await.status, 201);
     let made = post(app, &format!("{job}/iterations/1/correction"), &asked()).await;
     assert_eq!(made.status, 201, "{}", made.text);
-    let made = made.json();
+    let made = &made.json()["result"];
     let change = [0, 1, 2, 3].map(|j: usize| number(&made["settings"][j]["change"]));
     (job, change)
 }

@@ -15,7 +15,7 @@ use crate::{
 async fn correct(app: &TestApp, path: &str, body: &Value) -> Value {
     let made = send(app.post(path, body.to_string())).await;
     assert_eq!(made.status, 201, "{}", made.text);
-    made.json()
+    made.json()["result"].take()
 }
 
 fn change(correction: &Value, name: &str) -> f64 {
@@ -55,13 +55,15 @@ async fn an_imported_flank_is_corrected_as_the_flank_that_it_is() {
         assert_eq!((lengths.as_array().unwrap().len(), iteration["node_count"].as_u64()), (6, Some(nodes)));
         assert_eq!((&iteration["axes"]["u"]["quantity"], &iteration["axes"]["z"]), (&json!("roll_length"), &height));
         let path = format!("{job}/iterations/1/correction");
-        let request = json!({"sensitivity": {"machine": "form_grinding"}, "noise_sigma_um": 0.2});
+        let request = json!({"sensitivity": {"type": "machine", "machine": "form_grinding"}, "noise_sigma_um": 0.2});
         let made = correct(&app, &path, &request).await;
-        let said = json!({"sensitivity": {"machine": "form_grinding", "flank": flank}, "noise_sigma_um": 0.2});
+        let mut said = request.clone();
+        said["sensitivity"]["flank"] = json!(flank);
         assert_eq!(correct(&app, &path, &said).await["settings"], made["settings"]);
-        let wrong = json!({"sensitivity": {"machine": "form_grinding", "flank": other}, "noise_sigma_um": 0.2});
+        let mut wrong = request.clone();
+        wrong["sensitivity"]["flank"] = json!(other);
         assert_eq!(pointers(&app, &path, &wrong).await, ["/sensitivity/flank"]);
-        let wrong = json!({"sensitivity": {"machine": "form_grinding", "profile_axis": "diameter"}});
+        let wrong = json!({"sensitivity": {"type": "machine", "machine": "form_grinding", "profile_axis": "diameter"}});
         assert_eq!(pointers(&app, &path, &wrong).await, ["/sensitivity/profile_axis"]);
         // the slope of the material along z, as the nodes hold it: z = a + b u + c v
         let nodes = send(app.get(&format!("{job}/iterations/1/nodes"))).await.json();
@@ -84,7 +86,7 @@ async fn zeros_of_imported_traces_are_no_deviations() {
     let app = TestApp::start().await;
     let job = job(&app, Some(spur())).await;
     let zero = |k: usize| [4.0, -11.0, 0.5, 7.0, -3.0, 20.0][k];
-    let request = json!({"sensitivity": {"machine": "form_grinding"}, "noise_sigma_um": 0.2});
+    let request = json!({"sensitivity": {"type": "machine", "machine": "form_grinding"}, "noise_sigma_um": 0.2});
     let (mut coefficients, mut corrections) = (Vec::new(), Vec::new());
     for (number, moved) in [(1, false), (2, true)] {
         let file = file_with_zeros(|_| true, |k| if moved { zero(k) } else { 0.0 });
@@ -101,7 +103,7 @@ async fn zeros_of_imported_traces_are_no_deviations() {
             .enumerate()
             .flat_map(|(t, length)| vec![json!([t as f64]); length.as_u64().unwrap() as usize])
             .collect();
-        let level = json!({"sensitivity": {"settings": ["level"], "matrix": rows}});
+        let level = json!({"sensitivity": {"type": "matrix", "settings": ["level"], "matrix": rows}});
         assert_eq!(pointers(&app, &path, &level).await, ["/absolute"]);
         let mut absolute = request.clone();
         absolute["absolute"] = json!(true);
@@ -144,7 +146,7 @@ async fn traces_are_told_with_nodes_or_with_the_correction() {
     let axes = json!({"z": {"quantity": "deviation", "unit": "um", "trace_lengths": [5, 5, 5, 5]}});
     measure(&app, &job, with(flank(1.0, shape), Some("left"), None, Some(axes))).await;
     measure(&app, &job, with(flank(1.0, shape), Some("left"), None, None)).await;
-    let request = json!({"sensitivity": {"machine": "form_grinding"}, "noise_sigma_um": 0.2});
+    let request = json!({"sensitivity": {"type": "machine", "machine": "form_grinding"}, "noise_sigma_um": 0.2});
     let one = correct(&app, &format!("{job}/iterations/1/correction"), &request).await;
     let mut told = request.clone();
     told["trace"] = json!((0..20).map(|k| k / 5).collect::<Vec<_>>());
@@ -235,7 +237,7 @@ async fn units_and_signs_of_the_axes_count() {
         "z": {"quantity": "deviation", "unit": "mm", "positive": "material_in"},
     });
     measure(&app, &job, with(other, Some("left"), None, Some(axes))).await;
-    let request = json!({"sensitivity": {"machine": "form_grinding"}, "noise_sigma_um": 0.2});
+    let request = json!({"sensitivity": {"type": "machine", "machine": "form_grinding"}, "noise_sigma_um": 0.2});
     let one = correct(&app, &format!("{job}/iterations/1/correction"), &request).await;
     let two = correct(&app, &format!("{job}/iterations/2/correction"), &request).await;
     for (a, b) in one["settings"].as_array().unwrap().iter().zip(two["settings"].as_array().unwrap()) {
@@ -259,7 +261,8 @@ async fn units_and_signs_of_the_axes_count() {
     let path = format!("{job}/iterations/6/correction");
     measure(&app, &job, flank(1.0, shape)).await;
     assert_eq!(pointers(&app, &path, &request).await, ["/sensitivity/flank"]);
-    let said = json!({"sensitivity": {"machine": "form_grinding", "flank": "left"}, "noise_sigma_um": 0.2});
+    let said =
+        json!({"sensitivity": {"type": "machine", "machine": "form_grinding", "flank": "left"}, "noise_sigma_um": 0.2});
     assert_eq!(correct(&app, &path, &said).await["settings"], one["settings"]);
     app.stop().await;
 }
@@ -270,7 +273,7 @@ async fn other_flanks_and_teeth_are_passed_over() {
     let app = TestApp::start().await;
     let shape = |u: f64, v: f64| 5.0 * (u - 9.0) / 3.0 - 4.0 * (v - 7.5) / 6.5 + 0.3 * (2.0 * u + v).sin();
     let job = job(&app, Some(spur())).await;
-    let request = json!({"sensitivity": {"machine": "form_grinding"}, "noise_sigma_um": 0.2});
+    let request = json!({"sensitivity": {"type": "machine", "machine": "form_grinding"}, "noise_sigma_um": 0.2});
     let path = format!("{job}/iterations/1/correction");
     measure(&app, &job, with(flank(1.0, shape), Some("left"), Some("1"), None)).await;
     correct(&app, &path, &request).await;

@@ -47,14 +47,14 @@ async fn told(app: &TestApp, job: &str) -> Value {
 }
 
 fn by_machine() -> Value {
-    json!({"sensitivity": {"machine": "form_grinding"}, "noise_sigma_um": 0.2})
+    json!({"sensitivity": {"type": "machine", "machine": "form_grinding"}, "noise_sigma_um": 0.2})
 }
 
 /// Settings that tilt the flank, whatever its coordinates are called.
 fn by_matrix() -> Value {
     let rows: Vec<[f64; 2]> =
         U.iter().flat_map(|u| V.iter().map(move |v| [(u - 9.0) / 3.0, (v - 7.5) / 6.5])).collect();
-    json!({"sensitivity": {"settings": ["a", "b"], "matrix": rows}, "noise_sigma_um": 0.2})
+    json!({"sensitivity": {"type": "matrix", "settings": ["a", "b"], "matrix": rows}, "noise_sigma_um": 0.2})
 }
 
 fn axis(quantity: &str, unit: &str) -> Value {
@@ -171,7 +171,7 @@ async fn axes_that_say_something_else_are_not_compared() {
         body
     };
     let tilt: Vec<[f64; 1]> = U.iter().map(|u| [u - 9.0]).collect();
-    let along = json!({"sensitivity": {"settings": ["a"], "matrix": tilt}, "noise_sigma_um": 0.2});
+    let along = json!({"sensitivity": {"type": "matrix", "settings": ["a"], "matrix": tilt}, "noise_sigma_um": 0.2});
     let surface = |axes: Value| flank(0.5, [1.0; 3], Some(axes));
     for (first, request, second, why) in [
         (flank(1.0, [1.0; 3], None), by_machine(), surface(json!({"u": axis("roll_length", "deg")})), "in mm?"),

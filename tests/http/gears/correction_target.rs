@@ -48,11 +48,11 @@ async fn measured(app: &TestApp, requirements: &Value, figures: [f64; 4]) -> Str
 }
 
 async fn correct(app: &TestApp, path: &str, more: Value) -> Value {
-    let mut request = json!({"sensitivity": {"machine": "form_grinding"}});
+    let mut request = json!({"sensitivity": {"type": "machine", "machine": "form_grinding"}});
     request.as_object_mut().unwrap().extend(more.as_object().unwrap().clone());
     let made = send(app.post(path, request.to_string())).await;
     assert_eq!(made.status, 201, "{}", made.text);
-    made.json()
+    made.json()["result"].take()
 }
 
 fn setting<'a>(correction: &'a Value, name: &str) -> &'a Value {
@@ -237,7 +237,7 @@ async fn a_crowning_that_nobody_speaks_of_is_not_removed_silently() {
     assert_eq!(still["target"], json!({"kind": "given"}));
     assert!(still["settings"].as_array().unwrap().iter().all(|s| s["change"].as_f64().unwrap().abs() < 1e-9));
     let refused = async |body: Value| {
-        let mut request = json!({"sensitivity": {"machine": "form_grinding"}});
+        let mut request = json!({"sensitivity": {"type": "machine", "machine": "form_grinding"}});
         request.as_object_mut().unwrap().extend(body.as_object().unwrap().clone());
         pointers(&app, &path, &request).await
     };
@@ -254,7 +254,8 @@ async fn a_crowning_that_nobody_speaks_of_is_not_removed_silently() {
     ] {
         assert_eq!(refused(body.clone()).await, [pointer], "{body}");
     }
-    let matrix = json!({"sensitivity": {"settings": ["a"], "matrix": vec![[1.0]; ROWS * COLUMNS]}, "target": "limits"});
+    let matrix = vec![[1.0]; ROWS * COLUMNS];
+    let matrix = json!({"sensitivity": {"type": "matrix", "settings": ["a"], "matrix": matrix}, "target": "limits"});
     assert_eq!(pointers(&app, &path, &matrix).await, ["/target"]);
     app.stop().await;
 }

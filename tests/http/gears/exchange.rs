@@ -74,7 +74,7 @@ async fn a_correction_goes_out_under_the_names_of_the_standard() {
         lines[0][..4],
         ["Identifier", "CharacteristicIdentifier", "CorrectionValueRelative", "CorrectionValueAbsolute"]
     );
-    for (line, setting) in lines[1..].iter().zip(kept.json()["settings"].as_array().unwrap()) {
+    for (line, setting) in lines[1..].iter().zip(kept.json()["result"]["settings"].as_array().unwrap()) {
         assert_eq!(line[0], setting["name"].as_str().unwrap());
         // rounded to the second digit of its standard error
         let error = setting["std_error"].as_f64().unwrap_or(0.0);
@@ -85,7 +85,7 @@ async fn a_correction_goes_out_under_the_names_of_the_standard() {
     }
     assert_eq!((lines[1][4], lines[1][5], lines[2][4]), ("1.0", "-1.0", ""));
     // a name of blanks would be no identifier
-    let blank = json!({"sensitivity": {"settings": [" "], "matrix": vec![[1.0]; 20]}});
+    let blank = json!({"sensitivity": {"type": "matrix", "settings": [" "], "matrix": vec![[1.0]; 20]}});
     let refused = send(app.post(&format!("{place}/1/correction"), blank.to_string())).await;
     assert_eq!(refused.pointers(), ["/sensitivity/settings/0"], "{}", refused.text);
     let refused = send(app.get(&format!("{place}/1/correction")).header("accept", "image/png")).await;

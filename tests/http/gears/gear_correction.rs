@@ -47,6 +47,11 @@ async fn made(app: &TestApp, path: &str, body: &Value) -> Value {
     answer.json()
 }
 
+/// The result of a correction.
+async fn corrected(app: &TestApp, path: &str, body: &Value) -> Value {
+    made(app, path, body).await["result"].take()
+}
+
 async fn measure(app: &TestApp, job: &str, flank: &str, tooth: &str, of: Shape<'_>) {
     made(app, &format!("{job}/iterations"), &iteration(flank, tooth, of)).await;
 }
@@ -64,7 +69,7 @@ async fn two_teeth(app: &TestApp, own: [f64; 2]) -> String {
 }
 
 fn asked() -> Value {
-    json!({"sensitivity": {"machine": "form_grinding"}, "noise_sigma_um": 0.2})
+    json!({"sensitivity": {"type": "machine", "machine": "form_grinding"}, "noise_sigma_um": 0.2})
 }
 
 fn setting<'a>(correction: &'a Value, name: &str) -> &'a Value {
@@ -93,7 +98,8 @@ async fn both_flanks_are_corrected_by_the_mean_over_their_teeth() {
     body["settings_used"] = json!("all");
     let answer = post(&app, &path, &body).await;
     assert_eq!(answer.status, 201, "{}", answer.text);
-    let (correction, place) = (answer.json(), answer.header("location").to_owned());
+    let (posted, place) = (answer.json(), answer.header("location").to_owned());
+    let correction = &posted["result"];
     assert!(place.starts_with(&format!("{job}/iterations/4/records/")), "{place}");
     assert_eq!((&correction["iterations"], &correction["flanks"]), (&json!([1, 2, 3, 4]), &json!(["left", "right"])));
     let left = &correction["teeth"]["left"];
@@ -105,10 +111,7 @@ async fn both_flanks_are_corrected_by_the_mean_over_their_teeth() {
     assert!((spread / (8f64.sqrt() * rms) - 1.0).abs() < 0.05, "{spread} {rms}");
     assert!((number(&left["std_error_um"]) - spread / 2f64.sqrt()).abs() < 1e-9, "{left}");
     assert_eq!(correction["settings"].as_array().unwrap().len(), 7, "both flanks have the same settings");
-    assert_eq!(
-        codes(&correction).iter().filter(|code| code.contains("tooth") || code.contains("flank_not")).count(),
-        0
-    );
+    assert_eq!(codes(correction).iter().filter(|code| code.contains("tooth") || code.contains("flank_not")).count(), 0);
     let predicted = &correction["predicted"];
     assert!(number(&predicted["rms_um"]) < 0.1 * number(&predicted["rms_before_um"]), "{predicted}");
     assert_eq!(predicted["deviation_um"].as_array().unwrap().len(), 40);
@@ -121,28 +124,26 @@ async fn both_flanks_are_corrected_by_the_mean_over_their_teeth() {
 
     // the same teeth without what each has of its own: the same changes, known better
     let alike = two_teeth(&app, [0.0, 0.0]).await;
-    let other = made(&app, &format!("{alike}/correction"), &asked()).await;
-    let [one, two] = [&correction, &other].map(|made| setting(made, "helix_angle"));
+    let other = corrected(&app, &format!("{alike}/correction"), &asked()).await;
+    let [one, two] = [correction, &other].map(|made| setting(made, "helix_angle"));
     assert!((number(&one["change"]) / number(&two["change"]) - 1.0).abs() < 1e-3, "{one} {two}");
     assert!(number(&one["std_error"]) > 5.0 * number(&two["std_error"]), "{one} {two}");
     // as for one flank alone
-    let single = made(&app, &format!("{alike}/iterations/1/correction"), &asked()).await;
+    let single = corrected(&app, &format!("{alike}/iterations/1/correction"), &asked()).await;
     assert!((number(&setting(&single, "helix_angle")["change"]) / number(&two["change"]) - 1.0).abs() < 0.02);
 
     // kept with the last iteration, and found there and in the trace
     let kept = send(app.get(&format!("{path}?include=nodes"))).await.json();
-    let mut result = correction.clone();
-    result.as_object_mut().unwrap().remove("id");
-    assert_eq!((&kept["id"], &kept["result"]), (&correction["id"], &result));
+    assert_eq!(kept, posted, "one shape");
     assert_eq!((&kept["request"], kept.get("answer"), kept.get("not_compared")), (&body, None, None));
     let record = send(app.get(&place)).await.json();
-    assert_eq!((&record["kind"], &record["id"]), (&json!("gear_correction"), &correction["id"]));
+    assert_eq!((&record["kind"], &record["id"]), (&json!("gear_correction"), &posted["id"]));
     assert_eq!(record["result"]["target"].get("deviation_um"), None, "only when included");
     let trace = send(app.get(&format!("{job}/trace"))).await.json();
     assert_eq!(trace["iterations"][3]["records"][0]["kind"], "gear_correction");
     // once more, before anything was measured: for the same iterations
     let again = made(&app, &path, &asked()).await;
-    assert_eq!(again["iterations"], json!([1, 2, 3, 4]));
+    assert_eq!(again["result"]["iterations"], json!([1, 2, 3, 4]));
     assert_eq!(send(app.get(&path)).await.json()["id"], again["id"]);
     app.stop().await;
 }
@@ -154,11 +155,11 @@ async fn teeth_are_chosen_and_one_is_a_warning() {
     let path = format!("{job}/correction");
     let mut body = asked();
     body["teeth"] = json!(["27"]);
-    let one = made(&app, &path, &body).await;
+    let one = corrected(&app, &path, &body).await;
     assert_eq!((&one["iterations"], codes(&one).contains(&"one_tooth")), (&json!([2, 4]), true));
     assert_eq!(one["teeth"]["left"].get("spread_um"), None);
     assert!(one["warnings"].to_string().contains("the spread between teeth is not known"), "{}", one["warnings"]);
-    let both = made(&app, &path, &asked()).await;
+    let both = corrected(&app, &path, &asked()).await;
     assert!(!codes(&both).contains(&"one_tooth"));
     for (teeth, pointer) in [(json!(["1", "9"]), "/teeth/1"), (json!([]), "/teeth"), (json!("1"), "/teeth")] {
         body["teeth"] = teeth;
@@ -168,10 +169,10 @@ async fn teeth_are_chosen_and_one_is_a_warning() {
     assert!(post(&app, &path, &body).await.text.contains("measured were `1`, `27`"));
     assert_eq!(pointers(&app, &format!("{job}/iterations/1/correction"), &body).await, ["/teeth"]);
     body["teeth"] = Value::Null;
-    assert_eq!(made(&app, &path, &body).await["iterations"], json!([1, 2, 3, 4]), "null counts as absent");
+    assert_eq!(corrected(&app, &path, &body).await["iterations"], json!([1, 2, 3, 4]), "null counts as absent");
     // the newest iteration of a tooth counts, and one flank alone is said
     let other = job_of_left_teeth(&app).await;
-    let left = made(&app, &format!("{other}/correction"), &asked()).await;
+    let left = corrected(&app, &format!("{other}/correction"), &asked()).await;
     assert_eq!((&left["iterations"], &left["flanks"]), (&json!([2, 3, 4]), &json!(["left"])));
     assert!(codes(&left).contains(&"flank_not_measured"), "{}", left["warnings"]);
     app.stop().await;
@@ -204,7 +205,7 @@ async fn settings_of_one_flank_are_named_by_it() {
     body["sensitivity"]["by_flank"] = json!(["profile_angle", "profile_crowning"]);
     body["limits"] = json!({"profile_angle_left": {"max": 100}, "infeed": {"fixed": true}});
     let path = format!("{job}/correction");
-    let correction = made(&app, &path, &body).await;
+    let correction = corrected(&app, &path, &body).await;
     let names: Vec<&str> =
         correction["settings"].as_array().unwrap().iter().map(|setting| setting["name"].as_str().unwrap()).collect();
     let first = ["profile_angle_left", "profile_angle_right", "helix_angle", "profile_crowning_left"];
@@ -216,7 +217,7 @@ async fn settings_of_one_flank_are_named_by_it() {
     assert_eq!(pointers(&app, &path, &body).await, ["/sensitivity/by_flank/1"]);
     // on one flank alone such a setting leaves the other as it is
     body["sensitivity"]["by_flank"] = json!(["profile_angle"]);
-    let one = made(&app, &format!("{job}/iterations/1/correction"), &body).await;
+    let one = corrected(&app, &format!("{job}/iterations/1/correction"), &body).await;
     let figure = &one["other_flank"]["figures"]["profile_slope_um"];
     assert!(number(&setting(&one, "profile_angle_left")["change"]).abs() > 5.0, "{one}");
     assert!((number(&figure["before"]) - number(&figure["predicted"])).abs() < 0.5, "{figure}");
@@ -252,8 +253,9 @@ async fn the_next_round_is_compared_with_what_was_entered() {
     assert_eq!(post(&app, &applied, &json!({"settings": {}})).await.status, 404);
     let mut body = asked();
     body["include"] = json!(["nodes"]);
-    let correction = made(&app, &path, &body).await;
-    next_round(&app, &job, &correction, 0.5).await;
+    let posted = made(&app, &path, &body).await;
+    let correction = &posted["result"];
+    next_round(&app, &job, correction, 0.5).await;
     let kept = send(app.get(&path)).await.json();
     let answer = &kept["answer"];
     assert_eq!((&answer["iteration"], &answer["iterations"]), (&json!(8), &json!([5, 6, 7, 8])), "{kept}");
@@ -269,7 +271,7 @@ async fn the_next_round_is_compared_with_what_was_entered() {
     let wrong = json!({"settings": {"helix": 1.0}});
     assert_eq!(pointers(&app, &applied, &wrong).await, ["/settings/helix"]);
     let record = made(&app, &applied, &entered).await;
-    assert_eq!((&record["kind"], &record["result"]["correction_id"]), (&json!("applied"), &correction["id"]));
+    assert_eq!((&record["kind"], &record["result"]["correction_id"]), (&json!("applied"), &posted["id"]));
     let kept = send(app.get(&format!("{path}?include=nodes"))).await.json();
     assert_eq!((&kept["applied"]["note"], &kept["answer"]["verdict"]), (&json!("half of it"), &json!("as_predicted")));
     assert!((number(&kept["answer"]["response_ratio"]) - 1.0).abs() < 0.1, "{}", kept["answer"]);
@@ -282,7 +284,7 @@ async fn the_next_round_is_compared_with_what_was_entered() {
     }
     // a second correction is made for the second round, and comes with the next measurement
     let second = made(&app, &path, &asked()).await;
-    assert_eq!(second["iterations"], json!([5, 6, 7, 8]));
+    assert_eq!(second["result"]["iterations"], json!([5, 6, 7, 8]));
     let mut third = iteration("left", "1", &shape("left", 0.0, 0.0));
     third["applied"] = json!({"settings": {"helix_angle": 0}, "note": "with the measurement"});
     made(&app, &format!("{job}/iterations"), &third).await;
@@ -366,7 +368,7 @@ async fn a_control_gets_the_correction_of_the_gear() {
     assert_eq!(send(app.client.patch(app.url(&job)).json(&limits)).await.status, 200);
     let mut body = asked();
     body["target"] = json!("nominal");
-    let outside = made(&app, &path, &body).await;
+    let outside = corrected(&app, &path, &body).await;
     assert!(codes(&outside).contains(&"predicted_outside_limits"), "{}", outside["warnings"]);
     let refused = csv(&path).await;
     assert_eq!((refused.status.as_u16(), &refused.json()["code"]), (409, &json!("predicted_outside_limits")));
@@ -382,9 +384,9 @@ async fn a_matrix_has_a_row_for_each_node_of_both_flanks() {
         U.iter().flat_map(move |u| V.map(|v| unit(*u, v)).map(|[x, y]| json!([x, side * y]))).collect::<Vec<_>>()
     };
     let matrix: Vec<Value> = [1.0, -1.0].into_iter().flat_map(effects).collect();
-    let body = json!({"sensitivity": {"settings": ["profile", "helix"], "matrix": matrix}});
+    let body = json!({"sensitivity": {"type": "matrix", "settings": ["profile", "helix"], "matrix": matrix}});
     let path = format!("{job}/correction");
-    let correction = made(&app, &path, &body).await;
+    let correction = corrected(&app, &path, &body).await;
     let change = |name: &str| number(&setting(&correction, name)["change"]);
     assert!((change("profile") + 6.0).abs() < 0.2 && (change("helix") + 9.0).abs() < 0.2, "{correction}");
     // s of the helix is √2 µm, over two teeth and both flanks
@@ -404,13 +406,13 @@ async fn a_correction_of_one_flank_says_what_it_does_to_the_other() {
     assert_eq!(send(app.client.patch(app.url(&job)).json(&patch)).await.status, 200);
     measure(&app, &job, "left", "1", &shape("left", 0.0, 0.0)).await;
     let path = format!("{job}/iterations/1/correction");
-    let alone = made(&app, &path, &asked()).await;
+    let alone = corrected(&app, &path, &asked()).await;
     assert_eq!((&alone["iterations"], &alone["flanks"]), (&json!([1]), &json!(["left"])));
     let other = &alone["other_flank"];
     assert_eq!((&other["flank"], other.get("iteration"), other.get("figures")), (&json!("right"), None, None));
     assert!(other["not_predicted"].as_str().unwrap().contains("it was not measured"), "{other}");
     measure(&app, &job, "right", "1", &shape("right", 0.0, 0.0)).await;
-    let both = made(&app, &path, &asked()).await;
+    let both = corrected(&app, &path, &asked()).await;
     let other = &both["other_flank"];
     assert_eq!((&other["iteration"], other.get("not_predicted")), (&json!(2), None));
     let figure = &other["figures"]["helix_slope_um"];
@@ -419,7 +421,7 @@ async fn a_correction_of_one_flank_says_what_it_does_to_the_other() {
     assert_eq!(figure["conformity_predicted"], "conforms", "{figure}");
     // a helix error that only the right flank has
     measure(&app, &job, "right", "1", &|u, v| 0.3 * (u + v).sin()).await;
-    let worse = made(&app, &path, &asked()).await;
+    let worse = corrected(&app, &path, &asked()).await;
     let figure = &worse["other_flank"]["figures"]["helix_slope_um"];
     assert_eq!(
         (&worse["other_flank"]["iteration"], &figure["conformity_predicted"]),

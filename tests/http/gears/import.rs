@@ -183,10 +183,10 @@ async fn a_cross_and_a_lone_trace_are_imported_as_what_they_tell() {
     assert_eq!(cross.status, 201, "{}", cross.text);
     let accepted = app.client.patch(app.url(&format!("{geared}/iterations/1"))).json(&json!({"accept_units": true}));
     assert_eq!(send(accepted).await.status, 200);
-    let body = json!({"sensitivity": {"machine": "generating_grinding"}});
+    let body = json!({"sensitivity": {"type": "machine", "machine": "generating_grinding"}});
     let correction = send(app.post(&format!("{geared}/iterations/1/correction"), body.to_string())).await;
     assert_eq!(correction.status, 201, "{}", correction.text);
-    let settings = correction.json()["settings"].clone();
+    let settings = correction.json()["result"]["settings"].clone();
     let twist = settings.as_array().unwrap().iter().find(|setting| setting["name"] == "twist").unwrap().clone();
     assert_eq!((&twist["change"], &twist["undetermined"]), (&json!(0.0), &json!(true)), "{settings}");
     let lead = import(&app, &job, file_of(false, |trace| trace.tooth == "1" && !trace.profile), "1.mka", None).await;

@@ -67,11 +67,11 @@ async fn flank_tooth_and_axes_are_added_later_and_stay_in_the_trace() {
         assert!(warning["message"].as_str().unwrap().contains("`PATCH`"), "{warning}");
     }
     // accepting needs the figures that have limits; the other decisions do not
-    let refused = patched(&app, &place, &json!({"decision": "accept"})).await;
+    let refused = patched(&app, &place, &json!({"decision": "accepted"})).await;
     assert_eq!(refused.pointers(), ["/decision", "/decision"]);
     ok(&app, &place, &json!({"decision": "remachine"})).await;
     // so does a correction by a machine
-    let correction = json!({"sensitivity": {"machine": "form_grinding"}, "noise_sigma_um": 0.2});
+    let correction = json!({"sensitivity": {"type": "machine", "machine": "form_grinding"}, "noise_sigma_um": 0.2});
     let refused = send(app.post(&format!("{place}/correction"), correction.to_string())).await;
     assert_eq!(refused.pointers(), ["/sensitivity/machine", "/sensitivity/flank"]);
 
@@ -83,10 +83,10 @@ async fn flank_tooth_and_axes_are_added_later_and_stay_in_the_trace() {
     assert_eq!(codes(&chosen(&half)["figures"]), ["axes_missing", "flank_missing"], "z is still missing");
     let unit = json!({"z": {"quantity": "deviation", "unit": "µm"}});
     let patch =
-        json!({"axes": unit, "flank": "right", "tooth": "1", "decision": "accept", "reason": "said at the gauge"});
+        json!({"axes": unit, "flank": "right", "tooth": "1", "decision": "accepted", "reason": "said at the gauge"});
     let told = ok(&app, &place, &patch).await;
     assert_eq!((&told["flank"], &told["tooth"], &told["axes"]), (&json!("right"), &json!("1"), &axes()));
-    assert_eq!(told["decision"], "accept");
+    assert_eq!(told["decision"], "accepted");
     let figures = chosen(&told)["figures"].clone();
     for name in LIMITS {
         assert_eq!(figures[name], want[name], "{name}");
@@ -125,10 +125,10 @@ async fn figures_wait_for_the_gear() {
     let made = posted(&app, &format!("{job}/iterations"), &iteration()).await.json();
     assert_eq!(codes(&made["fits"][0]["figures"]), ["gear_missing"]);
     let place = format!("{job}/iterations/1");
-    assert_eq!(patched(&app, &place, &json!({"decision": "accept"})).await.pointers(), ["/decision"]);
+    assert_eq!(patched(&app, &place, &json!({"decision": "accepted"})).await.pointers(), ["/decision"]);
     ok(&app, &job, &json!({"gear": spur()})).await;
-    let told = ok(&app, &place, &json!({"decision": "accept"})).await;
-    assert_eq!(chosen(&told)["figures"]["profile_slope_um"]["conformity"]["decision"], "conforms");
+    let told = ok(&app, &place, &json!({"decision": "accepted"})).await;
+    assert_eq!(chosen(&told)["figures"]["profile_slope_um"]["conformity"]["outcome"], "conforms");
     app.stop().await;
 }
 
@@ -146,15 +146,16 @@ async fn implausible_units_are_settled_before_anything_conforms() {
         assert!(figures[name]["value"].is_f64() && figures[name].get("conformity").is_none(), "{figures}");
     }
     let place = format!("{job}/iterations/1");
-    let correction = json!({"sensitivity": {"machine": "form_grinding"}, "noise_sigma_um": 0.2}).to_string();
+    let correction =
+        json!({"sensitivity": {"type": "machine", "machine": "form_grinding"}, "noise_sigma_um": 0.2}).to_string();
     let refused = send(app.post(&format!("{place}/correction"), correction.clone())).await;
     refused.problem(409, "implausible_unit");
-    assert_eq!(patched(&app, &place, &json!({"decision": "accept"})).await.pointers(), ["/reason"]);
+    assert_eq!(patched(&app, &place, &json!({"decision": "accepted"})).await.pointers(), ["/reason"]);
 
     // correcting the unit resolves it
     let mended = ok(&app, &place, &json!({"axes": {"z": {"quantity": "deviation", "unit": "mm"}}})).await;
     assert_eq!(codes(&chosen(&mended)["figures"]), Vec::<&str>::new());
-    assert_eq!(chosen(&mended)["figures"]["profile_slope_um"]["conformity"]["decision"], "conforms");
+    assert_eq!(chosen(&mended)["figures"]["profile_slope_um"]["conformity"]["outcome"], "conforms");
     assert_eq!(send(app.post(&format!("{place}/correction"), correction.clone())).await.status, 201);
 
     // so does confirming the unit, later or with the iteration
@@ -182,12 +183,12 @@ async fn what_does_not_conform_is_accepted_with_a_reason_only() {
     let job = job(&app, json!({"name": "w", "gear": spur(), "requirements": requirements})).await;
     posted(&app, &format!("{job}/iterations"), &iteration()).await;
     let place = format!("{job}/iterations/1");
-    let refused = patched(&app, &place, &json!({"decision": "accept"})).await;
+    let refused = patched(&app, &place, &json!({"decision": "accepted"})).await;
     assert_eq!(refused.pointers(), ["/reason"]);
     assert!(refused.text.contains("profile_slope_um is outside of -1 … 1 µm by"), "{}", refused.text);
     assert_eq!(get(&app, &place).await.get("decision"), None, "nothing was stored");
-    ok(&app, &place, &json!({"decision": "reject"})).await;
-    ok(&app, &place, &json!({"decision": "accept", "reason": "for tests only"})).await;
+    ok(&app, &place, &json!({"decision": "rejected"})).await;
+    ok(&app, &place, &json!({"decision": "accepted", "reason": "for tests only"})).await;
     let traced = get(&app, &format!("{job}/trace")).await["iterations"][0]["decisions"].clone();
     assert_eq!((traced[0].get("concession"), &traced[1]["concession"]), (None, &json!(true)));
     app.stop().await;
@@ -207,20 +208,20 @@ async fn a_job_has_the_first_status_of_its_flanks() {
         let listed = get(&app, "/v1/jobs").await["items"][0].clone();
         ["status", "left_status", "right_status"].map(|name| listed[name].as_str().unwrap().to_owned())
     };
-    ok(&app, &format!("{job}/iterations/2"), &json!({"decision": "accept"})).await;
+    ok(&app, &format!("{job}/iterations/2"), &json!({"decision": "accepted"})).await;
     assert_eq!(statuses().await, ["open", "open", "accepted"]);
     assert_eq!(get(&app, "/v1/jobs?status=accepted").await["items"], json!([]));
     ok(&app, &format!("{job}/iterations/1"), &json!({"decision": "remachine"})).await;
     assert_eq!(statuses().await, ["remachine", "remachine", "accepted"]);
     posted(&app, &format!("{job}/iterations"), &without(&["flank", "tooth"])).await;
-    ok(&app, &format!("{job}/iterations/1"), &json!({"decision": "accept"})).await;
+    ok(&app, &format!("{job}/iterations/1"), &json!({"decision": "accepted"})).await;
     assert_eq!(statuses().await, ["open", "accepted", "accepted"], "of one nobody knows which flank it is");
     let tiles = get(&app, "/v1/jobs/summary").await["by_status"].clone();
     assert!(tiles.as_array().unwrap().contains(&json!({"status": "open", "count": 1})), "{tiles}");
     // it was the left one, measured again
     ok(&app, &format!("{job}/iterations/3"), &json!({"flank": "left", "tooth": "1"})).await;
     assert_eq!(statuses().await, ["open", "open", "accepted"]);
-    ok(&app, &format!("{job}/iterations/3"), &json!({"decision": "reject"})).await;
+    ok(&app, &format!("{job}/iterations/3"), &json!({"decision": "rejected"})).await;
     assert_eq!(statuses().await, ["rejected", "rejected", "accepted"]);
     app.stop().await;
 }

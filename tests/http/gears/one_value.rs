@@ -37,7 +37,8 @@ fn limits() -> Value {
 }
 
 fn asked() -> Value {
-    json!({"sensitivity": {"machine": "form_grinding"}, "noise_sigma_um": 0.3, "settings_used": "all",
+    json!({"sensitivity": {"type": "machine", "machine": "form_grinding"}, "noise_sigma_um": 0.3,
+           "settings_used": "all",
            "target": "nominal"})
 }
 
@@ -53,10 +54,10 @@ async fn a_correction_has_the_figures_of_the_chosen_fit() {
     let app = TestApp::start().await;
     let place = job(&app, json!({"name": "w", "gear": spur(), "requirements": limits()})).await;
     posted(&app, &format!("{place}/iterations"), &iteration("1", 1.0, 0.0, true)).await;
-    let made = posted(&app, &format!("{place}/iterations/1/correction"), &asked()).await.json();
+    let made = posted(&app, &format!("{place}/iterations/1/correction"), &asked()).await.json()["result"].clone();
     let plain = job(&app, json!({"name": "w", "gear": spur(), "requirements": limits()})).await;
     posted(&app, &format!("{plain}/iterations"), &iteration("1", 1.0, 0.0, false)).await;
-    let linear = posted(&app, &format!("{plain}/iterations/1/correction"), &asked()).await.json();
+    let linear = posted(&app, &format!("{plain}/iterations/1/correction"), &asked()).await.json()["result"].clone();
 
     let shown = page(&app, &place, 1).await;
     assert_eq!(made["predicted"].get("figures"), None);
@@ -64,7 +65,7 @@ async fn a_correction_has_the_figures_of_the_chosen_fit() {
         let (figure, of_page) = (&made["figures"]["left"][&name], &shown[&name]);
         assert_eq!(figure["before"], of_page["value"], "{name}");
         assert_eq!(figure["std_error"], of_page["std_error"], "{name}");
-        assert_eq!(figure.get("conformity_before"), of_page["conformity"].get("decision"), "{name}");
+        assert_eq!(figure.get("conformity_before"), of_page["conformity"].get("outcome"), "{name}");
         let change = |figure: &Value| number(&figure["predicted"]) - number(&figure["before"]);
         assert!((change(figure) - change(&linear["figures"]["left"][&name])).abs() < 1e-9, "{name}: {figure}");
     }
@@ -93,7 +94,7 @@ async fn a_correction_has_the_figures_of_the_chosen_fit() {
     // weights of the request are not those of the fit: least squares over the nodes then
     let mut weighted = asked();
     weighted["weight"] = json!(vec![1.0; 30]);
-    let weighted = posted(&app, &format!("{place}/iterations/1/correction"), &weighted).await.json();
+    let weighted = posted(&app, &format!("{place}/iterations/1/correction"), &weighted).await.json()["result"].clone();
     assert!((slope(&weighted) - slope(&linear)).abs() < 1e-9, "{weighted}");
     app.stop().await;
 }
@@ -106,7 +107,7 @@ async fn a_correction_of_the_gear_has_the_mean_of_the_fits() {
     for (tooth, share) in [("1", 1.0), ("27", 0.8)] {
         posted(&app, &format!("{place}/iterations"), &iteration(tooth, share, share, true)).await;
     }
-    let made = posted(&app, &format!("{place}/correction"), &asked()).await.json();
+    let made = posted(&app, &format!("{place}/correction"), &asked()).await.json()["result"].clone();
     posted(&app, &format!("{place}/iterations"), &iteration("1", 0.1, 3.0, true)).await;
     let kept = get(&app, &format!("{place}/correction")).await;
     let [one, two, three] = [1, 2, 3].map(|number| page(&app, &place, number));
@@ -182,7 +183,7 @@ async fn figures_are_the_same_over_diameters_and_roll_lengths() {
                 let [a, b] = [other, &found[0]].map(|figures| number(&figures[&name][part]));
                 assert!((a - b).abs() < 1e-6, "{name} {part}: {a} {b}");
             }
-            let conformity = |figures: &Value| figures[&name]["conformity"]["decision"].clone();
+            let conformity = |figures: &Value| figures[&name]["conformity"]["outcome"].clone();
             assert_eq!(conformity(other), conformity(&found[0]), "{name}");
         }
         assert_eq!(other["warnings"], json!([]));
@@ -233,12 +234,12 @@ async fn ranges_that_are_not_covered_are_named() {
     }
     // 15 / 5.2 times the interval over the nodes
     let extended = &figures["helix_slope_um"];
-    assert!(extended["conformity"]["decision"].is_string(), "{figures}");
+    assert!(extended["conformity"]["outcome"].is_string(), "{figures}");
     let [low, high] = [0, 1].map(|end| number(&extended["interval"][end]));
     assert!(high - low > 15.0 / 5.2 * 0.3, "{extended}");
 
     // the correction decides as the page does, and says why
-    let made = posted(&app, &format!("{place}/iterations/2/correction"), &asked()).await.json();
+    let made = posted(&app, &format!("{place}/iterations/2/correction"), &asked()).await.json()["result"].clone();
     let codes: Vec<&Value> = made["warnings"].as_array().unwrap().iter().map(|one| &one["code"]).collect();
     assert_eq!(codes.iter().filter(|code| **code == "range_not_covered").count(), 3, "{}", made["warnings"]);
     let crowning = &made["figures"]["left"]["profile_crowning_um"];

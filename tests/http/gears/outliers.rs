@@ -95,14 +95,15 @@ async fn a_node_that_is_off_is_named_and_left_out() {
     assert!(number(&nodes["z"][6][4]) > 70.0);
 
     // once this fit is chosen, corrections leave the node out as well
-    let correction = json!({"sensitivity": {"machine": "form_grinding"}, "target": "nominal"}).to_string();
+    let correction =
+        json!({"sensitivity": {"type": "machine", "machine": "form_grinding"}, "target": "nominal"}).to_string();
     let before = async || {
         let made = send(app.post(&format!("{at}/1/correction"), correction.clone())).await;
         assert_eq!(made.status, 201, "{}", made.text);
-        number(&made.json()["figures"]["right"]["profile_crowning_um"]["before"])
+        number(&made.json()["result"]["figures"]["right"]["profile_crowning_um"]["before"])
     };
     let with = before().await;
-    let choice = app.client.put(app.url(&format!("{at}/1/chosen_fit"))).json(&json!({"fit_id": id}));
+    let choice = app.client.put(app.url(&format!("{at}/1/chosen-fit"))).json(&json!({"fit_id": id}));
     assert_eq!(send(choice).await.status, 200);
     let without = before().await;
     assert!((without - number(&crowning["without"])).abs() < 0.1, "{without} {crowning}");
@@ -216,7 +217,7 @@ async fn a_suspected_node_asks_for_a_reason() {
     for (number, off) in [(1, 77.0), (2, 0.0)] {
         assert_eq!(send(app.post(&at, iteration(off).to_string())).await.status, 201);
         let accepted = async |more: Value| {
-            let mut body = json!({"decision": "accept"});
+            let mut body = json!({"decision": "accepted"});
             body.as_object_mut().unwrap().extend(more.as_object().unwrap().clone());
             send(app.client.patch(app.url(&format!("{at}/{number}"))).json(&body)).await
         };

@@ -119,7 +119,7 @@ async fn the_example_with_limits_is_decided() {
     let left = kept.json()["result"]["left"].clone();
     assert_eq!(left["single_pitch_limits_um"], json!([-1.5, 1.5]));
     for figure in ["single_pitch", "cumulative_pitch"] {
-        assert_eq!(left[format!("{figure}_conformity")]["decision"], json!("conforms"), "{left}");
+        assert_eq!(left[format!("{figure}_conformity")]["outcome"], json!("conforms"), "{left}");
     }
     app.stop().await;
 }
@@ -355,8 +355,8 @@ async fn pitches_are_held_against_what_the_job_requires_and_keep_it() {
     own["pitch_limits"] = json!({"runout_um": [0.0, 8.5], "single_pitch_um": [-50.0, 50.0]});
     own["standard_uncertainty_um"] = json!({"runout": 0.8, "single_pitch": 0.5});
     let result = kept(&app, &job, &own).await.json()["result"].clone();
-    assert_eq!(result["runout"]["conformity"]["decision"], "cannot_be_told", "{}", result["runout"]);
-    assert_eq!(result["left"]["single_pitch_conformity"]["decision"], "conforms");
+    assert_eq!(result["runout"]["conformity"]["outcome"], "cannot_be_told", "{}", result["runout"]);
+    assert_eq!(result["left"]["single_pitch_conformity"]["outcome"], "conforms");
     assert_eq!(result["left"].get("cumulative_pitch_within"), None);
     let cleared = json!({"clear": ["requirements"]});
     assert_eq!(send(app.client.patch(app.url(&job)).json(&cleared)).await.status, 200);
@@ -442,7 +442,7 @@ async fn a_correction_says_by_how_many_teeth_the_numbers_are_shifted() {
     };
     kept(format!("{job}/iterations"), nodes(1.0)).await;
     kept(format!("{job}/iterations/1/pitch"), shifted(0)).await;
-    let correction = json!({"sensitivity": {"machine": "form_grinding"}, "noise_sigma_um": 0.2});
+    let correction = json!({"sensitivity": {"type": "machine", "machine": "form_grinding"}, "noise_sigma_um": 0.2});
     kept(format!("{job}/iterations/1/correction"), correction).await;
     kept(format!("{job}/iterations"), nodes(0.1)).await;
     let path = format!("{job}/iterations/1/correction");

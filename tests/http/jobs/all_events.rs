@@ -38,7 +38,7 @@ async fn what_happens_to_all_jobs_is_told_once_and_in_order() {
     let (one, two) = (app.job().await, app.job().await);
     let place = app.iteration(&one).await;
     app.patch(&earlier, &json!({"name": "another name"})).await.expect(200);
-    app.patch(&place, &json!({"decision": "reject"})).await.expect(200);
+    app.patch(&place, &json!({"decision": "rejected"})).await.expect(200);
     app.delete(&two).await.expect(204);
 
     let all = some(&mut listener, 6).await;
@@ -56,7 +56,7 @@ async fn what_happens_to_all_jobs_is_told_once_and_in_order() {
             ("job", &two, Some("deleted")),
         ]
     );
-    assert_eq!((&all[4].2["decision"], &all[4].2["number"]), (&json!("reject"), &json!(2)));
+    assert_eq!((&all[4].2["decision"], &all[4].2["number"]), (&json!("rejected"), &json!(2)));
 
     // on from anywhere, after a restart too
     app.restart().await;

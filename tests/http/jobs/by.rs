@@ -56,10 +56,10 @@ async fn each_says_who_did_it() {
     let watched = engineer.app.request(Method::POST, &format!("{place}/fits")).bearer_auth(&engineer.key);
     result(with_progress(watched).json(&refit(1e-2))).await;
     let choice = json!({"fit_id": made["id"], "reason": "smoother"});
-    let chosen = engineer.ask(Method::PUT, &format!("{place}/chosen_fit"), &choice).await.expect(200).json();
+    let chosen = engineer.ask(Method::PUT, &format!("{place}/chosen-fit"), &choice).await.expect(200).json();
     assert_eq!(chosen["fits"][1]["chosen_by"], engineer.actor);
     assert_eq!(chosen["fits"][0].get("chosen_by"), None);
-    let decided = engineer.ask(Method::PATCH, &place, &json!({"decision": "accept"})).await.expect(200).json();
+    let decided = engineer.ask(Method::PATCH, &place, &json!({"decision": "accepted"})).await.expect(200).json();
     assert_eq!(decided["decided_by"], engineer.actor);
     let surface = &examples("create_iteration_surface")[0].1;
     let kept = engineer.ask(Method::POST, &format!("{place}/surfaces"), surface).await.expect(201);
@@ -93,8 +93,8 @@ async fn an_open_server_knows_nobody() {
     let choice = json!({"fit_id": made.json()["id"]});
     let answers = [
         made,
-        app.put(&format!("{place}/chosen_fit"), &choice).await.expect(200),
-        app.patch(&place, &json!({"decision": "accept"})).await.expect(200),
+        app.put(&format!("{place}/chosen-fit"), &choice).await.expect(200),
+        app.patch(&place, &json!({"decision": "accepted"})).await.expect(200),
         app.post(&format!("{place}/surfaces"), &examples("create_iteration_surface")[0].1).await.expect(201),
         app.get(&format!("{job}/trace")).await.expect(200),
         app.get(&format!("{place}/fits")).await.expect(200),

@@ -46,10 +46,10 @@ async fn readers_and_writers_do_not_meet_a_locked_database() {
         let request = match i % 6 {
             0 => app.request(Method::POST, &format!("{job}/iterations")).json(&iteration()),
             1 => app.request(Method::GET, &format!("{job}/trace")),
-            2 => app.request(Method::PATCH, &place).json(&json!({"decision": "accept", "reason": i.to_string()})),
+            2 => app.request(Method::PATCH, &place).json(&json!({"decision": "accepted", "reason": i.to_string()})),
             3 => app.request(Method::PATCH, &job).json(&json!({"machine": i.to_string()})),
             4 => app
-                .request(Method::PUT, &format!("{place}/chosen_fit"))
+                .request(Method::PUT, &format!("{place}/chosen-fit"))
                 .json(&json!({"fit_id": fit, "reason": i.to_string()})),
             _ => app.request(Method::GET, &place),
         };

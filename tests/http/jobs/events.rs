@@ -88,10 +88,10 @@ async fn everything_that_happens_is_told_once_and_in_order() {
         .await
         .expect(201)
         .json();
-    app.put(&format!("{place}/chosen_fit"), &json!({"fit_id": refit["id"], "reason": "simpler"})).await.expect(200);
-    app.patch(&place, &json!({"decision": "accept"})).await.expect(200);
+    app.put(&format!("{place}/chosen-fit"), &json!({"fit_id": refit["id"], "reason": "simpler"})).await.expect(200);
+    app.patch(&place, &json!({"decision": "accepted"})).await.expect(200);
     // said before: nothing happened
-    app.patch(&place, &json!({"decision": "accept"})).await.expect(200);
+    app.patch(&place, &json!({"decision": "accepted"})).await.expect(200);
     let stream = app.stream(&job, &spec()).await;
     app.post(&format!("{stream}/nodes"), &block(1, 0..20)).await.expect(200);
     app.post(&format!("{stream}/nodes"), &block(1, 0..20)).await.expect(200);
@@ -109,7 +109,7 @@ async fn everything_that_happens_is_told_once_and_in_order() {
         (&data(2)["fit_id"], &data(2)["chosen"], &data(2)["reason"]),
         (&refit["id"], &json!(true), &json!("simpler"))
     );
-    assert_eq!(data(3)["decision"], "accept");
+    assert_eq!(data(3)["decision"], "accepted");
     let states: Vec<&str> = [4, 5, 7, 8].map(|i| data(i)["state"].as_str().unwrap()).to_vec();
     assert_eq!(states, ["open", "block", "finished", "deleted"]);
     assert_eq!((data(5)["sequence"].as_u64(), data(5)["node_count"].as_u64()), (Some(1), Some(20)));

@@ -20,7 +20,7 @@ async fn the_examples_of_a_job_are_taken() {
     let refit = app.post(&format!("{place}/fits"), &example("create_iteration_fit")).await.expect(201).json();
     let mut chosen = example("choose_fit");
     chosen["fit_id"] = refit["id"].clone();
-    app.put(&format!("{place}/chosen_fit"), &chosen).await.expect(200);
+    app.put(&format!("{place}/chosen-fit"), &chosen).await.expect(200);
     app.patch(place, &example("update_iteration")).await.expect(200);
     let opened = app.post(&format!("{job}/streams"), &example("create_stream")).await.expect(201);
     let stream = opened.header("location").unwrap();

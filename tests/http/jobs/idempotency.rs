@@ -21,8 +21,8 @@ async fn a_repeated_request_gets_the_first_answer_also_after_a_restart() {
     let fitted = app.post_keyed(&fits, "one", &refit).await.expect(201);
     // whatever is chosen and decided afterwards
     let chosen = json!({"fit_id": fitted.json()["id"], "reason": "smoother"});
-    send(app.request(Method::PUT, &format!("{add}/1/chosen_fit")).json(&chosen)).await.expect(200);
-    let decided = json!({"decision": "accept"});
+    send(app.request(Method::PUT, &format!("{add}/1/chosen-fit")).json(&chosen)).await.expect(200);
+    let decided = json!({"decision": "accepted"});
     send(app.request(Method::PATCH, &format!("{add}/1")).json(&decided)).await.expect(200);
     for _ in 0..2 {
         for (path, body, first) in [

@@ -77,7 +77,7 @@ async fn a_job_from_creation_to_acceptance() {
     assert_eq!(job, format!("/v1/jobs/{}", body.id));
     assert_eq!(body.id.get_version_num(), 7);
     assert_eq!(created.json()["gear"], gear);
-    assert_eq!(created.header("etag"), Some("\"1\""));
+    assert_eq!(created.header("etag"), Some("\"1-new\""));
     assert_eq!(app.get(&job).await.expect(200).text, created.text);
 
     // The first iteration: nodes and fit.
@@ -117,7 +117,7 @@ async fn a_job_from_creation_to_acceptance() {
     assert_eq!(serde_json::to_value(body).unwrap(), second);
     assert_eq!(second["result"]["regularization"]["criterion"], "fixed");
     let chosen = app
-        .put(&format!("{place}/chosen_fit"), &json!({"fit_id": second["id"], "reason": "less noise"}))
+        .put(&format!("{place}/chosen-fit"), &json!({"fit_id": second["id"], "reason": "less noise"}))
         .await
         .expect(200);
     assert_eq!(chosen.json()["fits"][0]["chosen"], false);
@@ -130,7 +130,7 @@ async fn a_job_from_creation_to_acceptance() {
     assert_eq!(app.get(&place).await.expect(200).text, decided.text);
     let again = app.iteration(&job).await;
     assert_eq!(again, format!("{job}/iterations/2"));
-    app.patch(&again, &json!({"decision": "accept"})).await.expect(200);
+    app.patch(&again, &json!({"decision": "accepted"})).await.expect(200);
 
     // The trace has all of it.
     let trace = app.get(&format!("{job}/trace")).await.expect(200);
@@ -140,7 +140,7 @@ async fn a_job_from_creation_to_acceptance() {
     assert_eq!(serde_json::to_value(documented).unwrap(), trace);
     assert_eq!(trace["job"]["name"], "wheel");
     check_traced(&trace["iterations"][0], &first, &second);
-    assert_eq!(trace["iterations"][1]["decision"], "accept");
+    assert_eq!(trace["iterations"][1]["decision"], "accepted");
     assert_eq!(trace["iterations"].as_array().unwrap().len(), 2);
 
     // Replays are identical, also in another process than the one that computed.

@@ -45,11 +45,11 @@ async fn a_listed_job_tells_of_its_last_iteration() {
     assert!(fit["rms"].is_f64() && fit["condition"].is_f64(), "{fit}");
     assert_eq!(found(&app, "status=open").await, json!({"items": [expected]}));
 
-    app.patch(&format!("{job}/iterations/1"), &json!({"decision": "accept"})).await.expect(200);
+    app.patch(&format!("{job}/iterations/1"), &json!({"decision": "accepted"})).await.expect(200);
     let accepted = found(&app, "").await["items"][0].clone();
     assert!(accepted["changed_at"].as_str() > expected["changed_at"].as_str());
     expected["status"] = json!("accepted");
-    expected["decision"] = json!("accept");
+    expected["decision"] = json!("accepted");
     expected["changed_at"] = accepted["changed_at"].clone();
     assert_eq!(accepted, expected);
     assert_eq!(found(&app, "status=open").await, json!({"items": []}));

@@ -113,7 +113,7 @@ async fn filled(app: &TestApp) -> Filled {
     let refit = json!({"model": {"type": "polynomial", "degree": [1, 1]}, "reason": "J. Doe wanted it"});
     let refit = app.post(&format!("{place}/1/fits"), &refit).await.expect(201).json();
     let chosen = json!({"fit_id": refit["id"], "reason": "J. Doe likes it"});
-    app.put(&format!("{place}/1/chosen_fit"), &chosen).await.expect(200);
+    app.put(&format!("{place}/1/chosen-fit"), &chosen).await.expect(200);
     app.patch(&format!("{place}/1"), &json!({"decision": "remachine", "reason": "J. Doe says so"})).await.expect(200);
     let surface = json!({"method": {"type": "b_spline_least_squares", "degree": 2, "spans": [2, 2]}});
     let record = app.post(&format!("{place}/1/surfaces"), &surface).await;
@@ -187,8 +187,8 @@ async fn what_was_purged_is_gone_and_its_numbers_stay() {
     }
     // the kept response referred to it
     is_gone(&app.post_keyed(&format!("{job}/iterations"), "iteration", &iteration()).await, "a kept answer");
-    is_gone(&app.put(&format!("{place}/chosen_fit"), &json!({"fit_id": fit})).await, "a choice");
-    is_gone(&app.patch(&place, &json!({"decision": "accept"})).await, "a decision");
+    is_gone(&app.put(&format!("{place}/chosen-fit"), &json!({"fit_id": fit})).await, "a choice");
+    is_gone(&app.patch(&place, &json!({"decision": "accepted"})).await, "a decision");
     is_gone(&app.patch(&job, &json!({"name": "x"})).await, "a change");
     is_gone(&app.delete(&job).await, "an end");
     is_gone(&app.delete(&stream).await, "a stream's end");

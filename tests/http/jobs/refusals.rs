@@ -65,7 +65,7 @@ async fn bad_iterations_are_refused_and_nothing_is_stored() {
         (with(|body| body["measured_at"] = json!("yesterday")), "/measured_at"),
         (with(|body| body["operator"] = json!(7)), "/operator"),
         (with(|body| body["note"] = json!("")), "/note"),
-        (with(|body| body["decision"] = json!("accept")), "/decision"),
+        (with(|body| body["decision"] = json!("accepted")), "/decision"),
         (with(|body| body["nodes"]["u"][1] = json!(0)), "/nodes/u/1"),
         (with(|body| body["nodes"] = json!({"type": "grid", "u": [], "v": [], "z": []})), "/nodes/u"),
         (with(|body| body["model"]["degree"] = json!([20, 20])), "/model/degree"),
@@ -81,7 +81,7 @@ async fn bad_iterations_are_refused_and_nothing_is_stored() {
 
     let place = format!("{job}/iterations/1");
     app.post(&format!("{place}/fits"), &iteration()).await.problem(422, "invalid_request");
-    let pointers = app.put(&format!("{place}/chosen_fit"), &json!({"fit_id": NOBODY})).await;
+    let pointers = app.put(&format!("{place}/chosen-fit"), &json!({"fit_id": NOBODY})).await;
     assert_eq!(pointers.problem(422, "invalid_request"), ["/fit_id"]);
     let pointers = app.patch(&place, &json!({"decision": "perhaps"})).await;
     assert_eq!(pointers.problem(422, "invalid_request"), ["/decision"]);
@@ -95,7 +95,7 @@ async fn what_does_not_exist_is_a_404() {
     let job = app.job().await;
     let place = app.iteration(&job).await;
     let nobody = format!("/v1/jobs/{NOBODY}");
-    let decide = json!({"decision": "accept"});
+    let decide = json!({"decision": "accepted"});
     let refit = json!({"model": {"type": "polynomial", "degree": 1}});
     for path in [
         &nobody,
@@ -118,7 +118,7 @@ async fn what_does_not_exist_is_a_404() {
     app.post(&format!("{nobody}/iterations"), &iteration()).await.problem(404, "not_found");
     app.post(&format!("{job}/iterations/9/fits"), &refit).await.problem(404, "not_found");
     app.patch(&format!("{job}/iterations/9"), &decide).await.problem(404, "not_found");
-    app.put(&format!("{nobody}/iterations/1/chosen_fit"), &json!({"fit_id": NOBODY})).await.problem(404, "not_found");
+    app.put(&format!("{nobody}/iterations/1/chosen-fit"), &json!({"fit_id": NOBODY})).await.problem(404, "not_found");
     app.post(&format!("{place}/fits/{NOBODY}/replay"), &json!({})).await.problem(404, "not_found");
     app.stop().await;
 }

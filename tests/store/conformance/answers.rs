@@ -77,7 +77,7 @@ pub async fn the_first_answer_comes_again_byte_for_byte(pair: &mut Pair) {
     let event = || Event { reason: Some("smoother".to_owned()), by: actor(), created_at: place.now() };
     store.insert_fit(job, 1, Arc::new(place.fit(0.75)), None).await.unwrap();
     store.choose(job, 1, Choice { fit_id: fit.id, event: event() }, Precondition::None).await.unwrap();
-    let decision = DecisionEvent { decision: Decision::Accept, concession: false, event: event() };
+    let decision = DecisionEvent { decision: Decision::Accepted, concession: false, event: event() };
     store.decide(job, 2, decision, Precondition::None).await.unwrap();
     pair.reopen().await;
     for (key, answer) in given {

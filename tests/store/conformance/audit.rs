@@ -159,7 +159,12 @@ pub async fn what_is_refused_leaves_none(pair: &mut Pair) {
         store.delete_job(job, Precondition::None).await,
         store.choose(job, 1, Choice { fit_id: place.id(), event: event(&place) }, Precondition::None).await.map(drop),
         store
-            .decide(job, 1, DecisionEvent { decision: Decision::Accept, concession: false, event: event(&place) }, seen)
+            .decide(
+                job,
+                1,
+                DecisionEvent { decision: Decision::Accepted, concession: false, event: event(&place) },
+                seen,
+            )
             .await
             .map(drop),
         store.insert_block(place.block(place.id(), 1), None).await.map(drop),
@@ -245,7 +250,7 @@ pub async fn names_cannot_be_tried_after_a_purge(pair: &mut Pair) {
     intact(&pair.handles[1]).await;
     pair.ground.defenceless().await;
     for sql in [
-        "UPDATE decisions SET decision = 'accept'",
+        "UPDATE decisions SET decision = 'accepted'",
         "UPDATE fits SET rms = 1.0",
         "UPDATE iterations SET instrument = 'x'",
         "UPDATE audit SET actor = 'x' WHERE action = 'fit.add'",

@@ -116,7 +116,7 @@ pub async fn texts_of_any_letters_and_length_come_back(pair: &mut Pair) {
 
         let new = NewIteration::clone(&place.iteration(job.id));
         let details = MeasurementDetails { instrument: some(), operator: some(), note: some(), ..new.details };
-        let measurand = Measurand { tooth: some(), axes: Some(document.clone()), flank: None, units_accepted: false };
+        let measurand = Measurand { tooth: some(), axes: Some(document.clone()), flank: None, accept_units: false };
         let mut fit = new.fit;
         (fit.computed.spec, fit.computed.result) = (document.clone(), document.clone().into());
         (fit.event.reason, fit.event.by) = (some(), some().map(Into::into));
@@ -125,7 +125,7 @@ pub async fn texts_of_any_letters_and_length_come_back(pair: &mut Pair) {
         let event = || Event { reason: some(), by: some().map(Into::into), created_at: place.now() };
         let choice = Choice { fit_id: new.fit.id, event: event() };
         store.choose(job.id, 1, choice.clone(), Precondition::None).await.unwrap();
-        let decision = DecisionEvent { decision: Decision::Reject, concession: false, event: event() };
+        let decision = DecisionEvent { decision: Decision::Rejected, concession: false, event: event() };
         store.decide(job.id, 1, decision.clone(), Precondition::None).await.unwrap();
         let mut record = Record::clone(&place.record(flankfit::jobs::RecordKind::Evaluation, &text));
         (record.draft.request, record.draft.result) = (document.clone(), document.clone());

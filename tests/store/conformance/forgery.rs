@@ -67,8 +67,8 @@ async fn filled(pair: &Pair) -> Uuid {
     store.insert_fit(job, 1, fit.clone(), None).await.unwrap();
     let event = |reason: &str| Event { reason: Some(reason.to_owned()), by: actor(), created_at: place.now() };
     store.choose(job, 1, Choice { fit_id: fit.id, event: event("better") }, none.clone()).await.unwrap();
-    for decision in [Decision::Remachine, Decision::Accept] {
-        let decision = DecisionEvent { decision, concession: decision == Decision::Accept, event: event("slope") };
+    for decision in [Decision::Remachine, Decision::Accepted] {
+        let decision = DecisionEvent { decision, concession: decision == Decision::Accepted, event: event("slope") };
         store.decide(job, 1, decision, none.clone()).await.unwrap();
     }
     store.insert_record(job, 1, place.record(RecordKind::Curve, "lagrange"), None).await.unwrap();
@@ -268,7 +268,7 @@ pub async fn a_forged_purge_hides_nothing(pair: &mut Pair) {
     purged(pair, old).await;
     for (job, what) in [(job, What::Missing), (old, What::Unaudited)] {
         let own = pair.ground.id(job);
-        pair.ground.intrude(format!("UPDATE decisions SET decision = 'reject' WHERE job = {own}")).await;
+        pair.ground.intrude(format!("UPDATE decisions SET decision = 'rejected' WHERE job = {own}")).await;
         let key = Key { tenant: Tenant::named("default").unwrap(), job };
         let (rows, mut coming) = mpsc::channel::<Row>(8);
         let holdings = pair.handles[0].holdings();

@@ -23,7 +23,6 @@ async fn listed(store: &Arc<dyn Repository>, id: Uuid) -> ListedJob {
 fn without_iterations(job: &Job) -> ListedJob {
     ListedJob {
         job: job.clone(),
-        status: JobStatus::New,
         iteration_count: 0,
         changed_at: job.created_at,
         last_measured_at: None,
@@ -56,7 +55,7 @@ pub async fn a_job_is_listed_with_what_became_of_it(pair: &mut Pair) {
 
     let (first, _) = place.stored_iteration(&store, job.id).await;
     let expected = ListedJob {
-        status: JobStatus::Open,
+        job: Job { status: JobStatus::Open, ..expected.job },
         iteration_count: 1,
         changed_at: first.created_at,
         last_measured_at: first.details.measured_at,
@@ -73,7 +72,8 @@ pub async fn a_job_is_listed_with_what_became_of_it(pair: &mut Pair) {
 
     let at = decide(1, Decision::Remachine).await;
     let (status, decision) = (JobStatus::Remachine, Some(Decision::Remachine));
-    let expected = ListedJob { status, right: Some(status), decision, changed_at: at, ..expected };
+    let expected =
+        ListedJob { job: Job { status, ..expected.job }, right: Some(status), decision, changed_at: at, ..expected };
     assert_eq!(listed(&store, job.id).await, expected);
     // the same again is no change
     decide(1, Decision::Remachine).await;
@@ -113,9 +113,9 @@ pub async fn a_job_is_listed_with_what_became_of_it(pair: &mut Pair) {
     let early: Timestamp = "2026-01-01T00:00:00Z".parse().unwrap();
     let second = NewIteration { details, created_at: early, ..NewIteration::clone(&second) };
     store.insert_iteration(Arc::new(second.clone()), None).await.unwrap();
-    let at = decide(1, Decision::Reject).await;
+    let at = decide(1, Decision::Rejected).await;
     let expected = ListedJob {
-        status: JobStatus::Open,
+        job: Job { status: JobStatus::Open, ..expected.job },
         iteration_count: 2,
         changed_at: at,
         last_measured_at: Some(early),
@@ -127,10 +127,10 @@ pub async fn a_job_is_listed_with_what_became_of_it(pair: &mut Pair) {
         ..expected
     };
     assert_eq!(listed(&store, job.id).await, expected, "what is said of an earlier one does not count");
-    for (said, status) in [(Decision::Reject, JobStatus::Rejected), (Decision::Accept, JobStatus::Accepted)] {
+    for (said, status) in [(Decision::Rejected, JobStatus::Rejected), (Decision::Accepted, JobStatus::Accepted)] {
         decide(2, said).await;
         let told = listed(&store, job.id).await;
-        assert_eq!((told.status, told.right, told.decision), (status, Some(status), Some(said)));
+        assert_eq!((told.job.status, told.right, told.decision), (status, Some(status), Some(said)));
     }
 
     another_flank_counts_too(&store, &place, job.id).await;
@@ -145,15 +145,15 @@ async fn another_flank_counts_too(store: &Arc<dyn Repository>, place: &Values, j
     store.insert_iteration(Arc::new(third), None).await.unwrap();
     let told = async || {
         let listed = listed(store, job).await;
-        (listed.status, listed.left, listed.right)
+        (listed.job.status, listed.left, listed.right)
     };
     assert_eq!(told().await, (JobStatus::Open, Some(JobStatus::Open), Some(JobStatus::Accepted)));
     assert_eq!(listed(store, job).await.flank, Some(Side::Left));
-    decide(3, Decision::Accept).await;
+    decide(3, Decision::Accepted).await;
     assert_eq!(told().await, (JobStatus::Accepted, Some(JobStatus::Accepted), Some(JobStatus::Accepted)));
     decide(2, Decision::Remachine).await;
     assert_eq!(told().await, (JobStatus::Remachine, Some(JobStatus::Accepted), Some(JobStatus::Remachine)));
-    decide(3, Decision::Reject).await;
+    decide(3, Decision::Rejected).await;
     assert_eq!(told().await, (JobStatus::Rejected, Some(JobStatus::Rejected), Some(JobStatus::Remachine)));
 }
 
@@ -168,8 +168,8 @@ pub async fn a_changed_measurand_counts_everywhere(pair: &mut Pair) {
     }
     let event = || Event { reason: Some("by eye".to_owned()), by: actor(), created_at: place.now() };
     let decided = |decision| DecisionEvent { decision, concession: true, event: event() };
-    store.decide(job.id, 1, decided(Decision::Accept), none.clone()).await.unwrap();
-    assert_eq!(listed(&store, job.id).await.status, JobStatus::Open, "iteration 2 is of a flank of its own");
+    store.decide(job.id, 1, decided(Decision::Accepted), none.clone()).await.unwrap();
+    assert_eq!(listed(&store, job.id).await.job.status, JobStatus::Open, "iteration 2 is of a flank of its own");
 
     let amendment = |flank: &str, fit: Option<NewFit>, decision| {
         let document: Arc<str> =
@@ -178,7 +178,7 @@ pub async fn a_changed_measurand_counts_everywhere(pair: &mut Pair) {
         (record.draft.measurand, record.draft.result) = (Some(document.clone()), document);
         let axes = Some(Arc::from(r#"{"z":{}}"#));
         let flank = if flank == "left" { Side::Left } else { Side::Right };
-        let measurand = Measurand { axes, units_accepted: true, ..of(Some(flank)) };
+        let measurand = Measurand { axes, accept_units: true, ..of(Some(flank)) };
         Arc::new(Amendment { measurand, record, fit, decision })
     };
     let before = store.iteration(job.id, 2).await.unwrap();
@@ -194,7 +194,7 @@ pub async fn a_changed_measurand_counts_everywhere(pair: &mut Pair) {
     assert_eq!(after.decision, first.decision);
     let told = listed(&store, job.id).await;
     assert_eq!(
-        (told.status, told.flank, told.right),
+        (told.job.status, told.flank, told.right),
         (JobStatus::Remachine, Some(Side::Right), Some(JobStatus::Remachine))
     );
     assert_eq!(told.figures, fit.computed.flank);
@@ -250,17 +250,17 @@ pub async fn whatever_makes_an_iteration_opens_its_job(pair: &mut Pair) {
     let stream = Arc::new(place.stream(job));
     store.insert_stream(stream.clone(), None).await.unwrap();
     store.insert_block(place.block(stream.id, 1), None).await.unwrap();
-    assert_eq!(listed(&store, job).await.status, JobStatus::New);
+    assert_eq!(listed(&store, job).await.job.status, JobStatus::New);
     let finished = FinishedStream { stream: stream.id, sequence: 1, iteration: place.iteration(job) };
     store.finish_stream(finished, None).await.unwrap();
     let told = listed(&store, job).await;
-    assert_eq!((told.status, told.iteration_count), (JobStatus::Open, 1));
+    assert_eq!((told.job.status, told.iteration_count), (JobStatus::Open, 1));
 
     let job = place.job("run");
     let iterations = (0..3).map(|_| place.iteration(job.id)).collect();
     store.insert_runs(vec![NewRun { job: job.clone(), iterations }], None, place.now()).await.unwrap();
     let told = listed(&store, job.id).await;
-    assert_eq!((told.status, told.iteration_count), (JobStatus::Open, 3));
+    assert_eq!((told.job.status, told.iteration_count), (JobStatus::Open, 3));
 }
 
 /// Name, machine and tags of a job.

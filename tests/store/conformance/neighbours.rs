@@ -17,7 +17,7 @@ fn of(flank: Side, tooth: &str) -> Measurand {
         flank: Some(flank),
         tooth: Some(tooth.to_owned()),
         axes: Some(Arc::from(r#"{"u":{}}"#)),
-        units_accepted: false,
+        accept_units: false,
     }
 }
 

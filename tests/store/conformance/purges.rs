@@ -203,7 +203,7 @@ pub async fn a_purged_job_keeps_its_numbers_and_no_more(pair: &mut Pair) {
     gone(store.insert_iteration(place.iteration(job), None).await, &purge);
     gone(store.insert_fit(job, 1, Arc::new(place.fit(0.5)), None).await, &purge);
     gone(store.choose(job, 1, Choice { fit_id: fit, event: event(pair) }, none.clone()).await, &purge);
-    let decision = DecisionEvent { decision: Decision::Accept, concession: false, event: event(pair) };
+    let decision = DecisionEvent { decision: Decision::Accepted, concession: false, event: event(pair) };
     gone(store.decide(job, 1, decision, none.clone()).await, &purge);
     gone(store.insert_record(job, 1, place.record(RecordKind::Curve, "newton"), None).await, &purge);
     gone(store.insert_stream(Arc::new(place.stream(job)), None).await, &purge);
@@ -346,7 +346,7 @@ pub async fn the_trace_loses_only_what_a_purge_takes(pair: &mut Pair) {
         "UPDATE fits SET lambda_star = -lambda_star",
         "UPDATE fits SET result = (SELECT who FROM audit LIMIT 1)",
         "UPDATE fit_choices SET position = position + 10",
-        "UPDATE decisions SET decision = 'accept'",
+        "UPDATE decisions SET decision = 'accepted'",
         "UPDATE records SET method = 'x'",
         "UPDATE audit SET actor = 'x'",
         "UPDATE audit SET actor = NULL, salt = NULL, subject = ''",

@@ -13,7 +13,7 @@ use super::pair::Pair;
 use crate::support::{Values, caller};
 
 fn of(tooth: &str) -> Measurand {
-    Measurand { flank: Some(Side::Left), tooth: Some(tooth.to_owned()), axes: None, units_accepted: false }
+    Measurand { flank: Some(Side::Left), tooth: Some(tooth.to_owned()), axes: None, accept_units: false }
 }
 
 fn iteration(place: &Values, job: Uuid, tooth: &str) -> Arc<NewIteration> {

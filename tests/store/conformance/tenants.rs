@@ -115,7 +115,7 @@ pub async fn another_tenants_writes_change_nothing(pair: &mut Pair) {
     missing(other.insert_fit(job, 1, Arc::new(place.fit(0.5)), None).await, Resource::Job);
     let choice = Choice { fit_id: iteration.fit.id, event: event() };
     missing(other.choose(job, 1, choice, none.clone()).await, Resource::Job);
-    let decision = DecisionEvent { decision: Decision::Reject, concession: false, event: event() };
+    let decision = DecisionEvent { decision: Decision::Rejected, concession: false, event: event() };
     missing(other.decide(job, 1, decision, none.clone()).await, Resource::Job);
     missing(other.insert_record(job, 1, place.record(RecordKind::Curve, "newton"), None).await, Resource::Job);
     missing(other.insert_stream(Arc::new(place.stream(job)), None).await, Resource::Job);
@@ -150,7 +150,7 @@ pub async fn tenants_do_not_meet(pair: &mut Pair) {
         }
         let job = store.jobs(all_jobs()).await.unwrap().items.pop().unwrap().job;
         let left =
-            Measurand { flank: Some(Side::Left), tooth: Some((k + 1).to_string()), axes: None, units_accepted: false };
+            Measurand { flank: Some(Side::Left), tooth: Some((k + 1).to_string()), axes: None, accept_units: false };
         let iteration =
             Arc::new(NewIteration { measurand: left.clone(), ..NewIteration::clone(&place.iteration(job.id)) });
         let stored = store.insert_iteration(iteration, Some(receipt("same", SCOPE))).await.unwrap();

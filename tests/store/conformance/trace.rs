@@ -89,8 +89,8 @@ pub async fn the_trace_keeps_every_choice_and_ruling_in_order(pair: &mut Pair) {
         store.decide(job.id, 1, DecisionEvent { decision, concession: false, event: event(reason) }, none.clone())
     };
     assert_eq!(rule(Decision::Remachine, "slope").await.unwrap().version, 5);
-    assert_eq!(rule(Decision::Accept, "measured again").await.unwrap().version, 6);
-    let late = DecisionEvent { decision: Decision::Reject, concession: false, event: event("late") };
+    assert_eq!(rule(Decision::Accepted, "measured again").await.unwrap().version, 6);
+    let late = DecisionEvent { decision: Decision::Rejected, concession: false, event: event("late") };
     let late = store.decide(job.id, 1, late, Precondition::AnyOf(vec![5])).await;
     assert!(matches!(late, Err(RepositoryError::VersionMismatch { current: 6 })));
 
@@ -107,11 +107,11 @@ pub async fn the_trace_keeps_every_choice_and_ruling_in_order(pair: &mut Pair) {
     assert_eq!(choices, [(first.fit.id, None), (second.id, Some("smoother")), (first.fit.id, Some("back"))]);
     assert_eq!((&told.instrument, &told.operator), (&Some("CMM".to_owned()), &Some("Ida".to_owned())));
     let decisions: Vec<_> = told.decisions.iter().map(|decision| decision.decision).collect();
-    assert_eq!(decisions, [Decision::Remachine, Decision::Accept]);
+    assert_eq!(decisions, [Decision::Remachine, Decision::Accepted]);
     let fits = store.iteration(job.id, 1).await.unwrap().fits;
     assert_eq!(fits.iter().map(|fit| fit.chosen).collect::<Vec<_>>(), [true, false]);
     assert!(!store.fit(job.id, 1, second.id).await.unwrap().chosen);
-    assert_eq!(store.iteration(job.id, 1).await.unwrap().decision.unwrap().decision, Decision::Accept);
+    assert_eq!(store.iteration(job.id, 1).await.unwrap().decision.unwrap().decision, Decision::Accepted);
 }
 
 /// Each iteration is listed with its chosen fit and the last decision.
@@ -152,7 +152,7 @@ pub async fn iterations_are_listed_with_what_stands(pair: &mut Pair) {
     let event = |by: &str| Event { reason: None, by: Some(by.into()), created_at: place.now() };
     let choice = Choice { fit_id: other.id, event: event("key-c") };
     store.choose(job.id, 2, choice, Precondition::None).await.unwrap();
-    for (decision, by) in [(Decision::Remachine, "key-a"), (Decision::Accept, "key-b")] {
+    for (decision, by) in [(Decision::Remachine, "key-a"), (Decision::Accepted, "key-b")] {
         store
             .decide(job.id, 4, DecisionEvent { decision, concession: false, event: event(by) }, Precondition::None)
             .await
@@ -161,7 +161,7 @@ pub async fn iterations_are_listed_with_what_stands(pair: &mut Pair) {
     let second = &mut expected[1].fit;
     (second.id, second.event, second.figures) = (other.id, other.event, other.computed.figures);
     (second.chosen_by, second.flank) = (Some("key-c".into()), other.computed.flank);
-    (expected[3].decision, expected[3].decided_by) = (Some(Decision::Accept), Some("key-b".into()));
+    (expected[3].decision, expected[3].decided_by) = (Some(Decision::Accepted), Some("key-b".into()));
     let (mut found, mut after) = (Vec::new(), None);
     loop {
         let page = store.iterations(job.id, PageRequest { limit: 3, after }).await.unwrap();
@@ -204,7 +204,7 @@ pub async fn whoever_did_something_is_told_with_it(pair: &mut Pair) {
     for by in [Some("key-c"), None] {
         let choice = Choice { fit_id: if by.is_some() { refit.id } else { nobodys.id }, event: event(by) };
         store.choose(job.id, 1, choice, Precondition::None).await.unwrap();
-        let decision = if by.is_some() { Decision::Remachine } else { Decision::Accept };
+        let decision = if by.is_some() { Decision::Remachine } else { Decision::Accepted };
         store
             .decide(job.id, 1, DecisionEvent { decision, concession: false, event: event(by) }, Precondition::None)
             .await
@@ -265,7 +265,7 @@ pub async fn the_trace_and_the_fits_come_in_pages(pair: &mut Pair) {
             .decide(
                 job.id,
                 2,
-                DecisionEvent { decision: Decision::Accept, concession: false, event },
+                DecisionEvent { decision: Decision::Accepted, concession: false, event },
                 Precondition::None,
             )
             .await

@@ -59,7 +59,7 @@ pub async fn versions_and_events_count_every_change_once(pair: &mut Pair) {
                 1 => store.choose(job, 1, Choice { fit_id: chosen, event }, none).await,
                 _ => {
                     store
-                        .decide(job, 1, DecisionEvent { decision: Decision::Accept, concession: false, event }, none)
+                        .decide(job, 1, DecisionEvent { decision: Decision::Accepted, concession: false, event }, none)
                         .await
                 }
             };
@@ -76,7 +76,7 @@ pub async fn versions_and_events_count_every_change_once(pair: &mut Pair) {
     for i in 0..20 {
         let (place, store) = (place.clone(), store.clone());
         let event = Event { reason: Some(format!("late {i}")), by: actor(), created_at: place.now() };
-        let decision = DecisionEvent { decision: Decision::Reject, concession: false, event };
+        let decision = DecisionEvent { decision: Decision::Rejected, concession: false, event };
         tasks.spawn(async move { store.decide(job, 1, decision, Precondition::AnyOf(vec![61])).await });
     }
     let outcomes = tasks.join_all().await;

@@ -15,14 +15,14 @@ import { Failure } from "./states.js";
 import { table } from "./table.js";
 import { notify } from "./toast.js";
 
-/** @typedef {import("../api/client.js").Schema<"KeptCorrection">} KeptCorrection */
+/** @typedef {import("../api/client.js").Schema<"Correction">} Correction */
 /** @typedef {import("../api/client.js").Schema<"AppliedChanges">} AppliedChanges */
 /** @typedef {import("../api/client.js").Schema<"Job">} Job */
 /** @typedef {import("../lib/correction.js").Present} Present */
 /** @typedef {{ settings: Record<string, string>, note: string }} Draft as it was typed */
 
 /**
- * @param {{ job: Job, number: number | undefined, kept: KeptCorrection, onDone: () => void }} props `number`: of the corrected
+ * @param {{ job: Job, number: number | undefined, kept: Correction, onDone: () => void }} props `number`: of the corrected
  *   iteration; none of the gear
  */
 export function Applied({ job, number, kept, onDone }) {
@@ -69,7 +69,7 @@ function Entry({ applied }) {
 /** @param {number} change */
 const signed = (change) => `${change > 0 ? "+" : ""}${fmt.value.three(change)}`;
 
-/** @param {{ job: Job, number: number | undefined, kept: KeptCorrection, onDone: () => void }} props */
+/** @param {{ job: Job, number: number | undefined, kept: Correction, onDone: () => void }} props */
 function AppliedForm({ job, number, kept, onDone }) {
   const { settings } = kept.result;
   const [present, setPresent] = useDraft(`present of job ${job.id}`, noPresent, true);

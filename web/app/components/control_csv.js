@@ -8,9 +8,9 @@ import { html } from "../../vendor/ui.js";
 import { outsideOf } from "./correction_result.js";
 import { notify } from "./toast.js";
 
-/** @typedef {import("../api/client.js").Schema<"KeptCorrection">} KeptCorrection */
+/** @typedef {import("../api/client.js").Schema<"Correction">} Correction */
 
-/** @param {{ owner: string, name: string, result: KeptCorrection["result"] }} props `owner`: path of the corrected job or iteration */
+/** @param {{ owner: string, name: string, result: Correction["result"] }} props `owner`: path of the corrected job or iteration */
 export function ControlCsv({ owner, name, result }) {
   const save = async () => {
     const outside = outsideOf(result);

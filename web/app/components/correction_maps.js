@@ -16,10 +16,10 @@ import { useAsTable } from "./as_table.js";
 
 /** @typedef {import("../flank/surface.js").FlankSurface} FlankSurface */
 /** @typedef {import("../api/client.js").Schema<"Nodes">} Nodes */
-/** @typedef {import("../api/client.js").Schema<"KeptCorrection">} KeptCorrection */
+/** @typedef {import("../api/client.js").Schema<"Correction">} Correction */
 /** @typedef {import("../api/client.js").Schema<"Axes">} Axes */
 
-/** @param {{ nodes: Nodes, axes: Axes | null | undefined, kept: KeptCorrection, paper?: boolean }} props `paper`: at 300 dots an inch, with lines that are seen in grey */
+/** @param {{ nodes: Nodes, axes: Axes | null | undefined, kept: Correction, paper?: boolean }} props `paper`: at 300 dots an inch, with lines that are seen in grey */
 export function CorrectionMaps({ nodes, axes, kept, paper = false }) {
   const measured = surfaceOf(nodes);
   if (!measured) return html`<p class="quiet">${t.noMaps}</p>`;

@@ -14,7 +14,7 @@ import { GearSymbol } from "./symbol.js";
 import { table } from "./table.js";
 import { Decided } from "./within.js";
 
-/** @typedef {import("../api/client.js").Schema<"KeptCorrection">} KeptCorrection */
+/** @typedef {import("../api/client.js").Schema<"Correction">} Correction */
 /** @typedef {import("../api/client.js").Schema<"SettingChange">} SettingChange */
 /** @typedef {import("../api/client.js").Schema<"MachineAnswer">} MachineAnswer */
 /** @typedef {import("../api/client.js").Schema<"EstimatedFigure">} EstimatedFigure */
@@ -31,7 +31,7 @@ const NAMES = new Set([
   "tool_axis_offset",
 ]);
 
-/** The request that a correction was asked for with. @param {KeptCorrection} kept */
+/** The request that a correction was asked for with. @param {Correction} kept */
 export const requestOf = ({ request }) =>
   /** @type {import("../api/client.js").Schema<"CorrectionRequest">} */ (/** @type {unknown} */ (request));
 
@@ -109,14 +109,14 @@ const isIdle = ({ fixed, undetermined, left }) => Boolean(fixed || undetermined 
 const drawnOf = ({ change, std_error, bias_bound, fixed, undetermined, left }) =>
   fixed || left || (undetermined && change === 0) ? [] : [{ value: change, error: std_error, bias: bias_bound }];
 
-/** From which settings one cannot be told apart. @param {KeptCorrection["result"]} result @param {string} name */
+/** From which settings one cannot be told apart. @param {Correction["result"]} result @param {string} name */
 function inseparableFrom({ indistinguishable }, name) {
   const others = new Set(indistinguishable.flatMap(({ names }) => (names.includes(name) ? names : [])));
   others.delete(name);
   return [...others].map(settingName).join(", ");
 }
 
-/** @param {{ result: KeptCorrection["result"], csvName?: string | undefined, tools: Children, of?: string }} props `of`: says whose they are, where there are several */
+/** @param {{ result: Correction["result"], csvName?: string | undefined, tools: Children, of?: string }} props `of`: says whose they are, where there are several */
 export function Changes({ result, csvName, tools, of }) {
   const { value } = fmt;
   const { settings } = result;
@@ -183,7 +183,7 @@ export function Changes({ result, csvName, tools, of }) {
   });
 }
 
-/** How a correction came to be. @param {KeptCorrection} kept */
+/** How a correction came to be. @param {Correction} kept */
 export function factsOf({ method, result, created_at }) {
   const known = method === "form_grinding" || method === "generating_grinding" || method === "matrix";
   return [
@@ -193,7 +193,7 @@ export function factsOf({ method, result, created_at }) {
   ];
 }
 
-/** The settings that cannot be told apart. @param {{ result: KeptCorrection["result"] }} props */
+/** The settings that cannot be told apart. @param {{ result: Correction["result"] }} props */
 export function Apart({ result }) {
   return html`<ul class="sentences">
     ${result.indistinguishable.map(({ names, condition_index }) => {
@@ -216,7 +216,7 @@ const FIGURES = /** @type {const} */ ([
 /** @typedef {import("../api/client.js").Schema<"CorrectionTargetFigure">} TargetFigure */
 /** @typedef {{ key: string, name: string, symbol?: string, before?: EstimatedFigure, wanted?: TargetFigure, predicted?: number, measured?: EstimatedFigure, change?: EstimatedFigure, beyond?: EstimatedFigure }} FigureRow */
 
-/** @param {KeptCorrection} kept @returns {FigureRow[]} */
+/** @param {Correction} kept @returns {FigureRow[]} */
 function figureRows({ result, answer }) {
   const wanted = result.figures?.left ?? result.figures?.right;
   const plain = (/** @type {number | null | undefined} */ value) =>
@@ -254,9 +254,9 @@ function figureRows({ result, answer }) {
 
 /**
  * One flank of a correction, as a correction of that flank.
- * @param {KeptCorrection} kept @param {"left" | "right"} side @param {import("../api/client.js").Schema<"CorrectionTargetFigures">} own its figures
+ * @param {Correction} kept @param {"left" | "right"} side @param {import("../api/client.js").Schema<"CorrectionTargetFigures">} own its figures
  * @param {MachineAnswer["figure_changes"]} [changes] of them, once they were measured again
- * @returns {KeptCorrection}
+ * @returns {Correction}
  */
 export function ofFlank({ answer: measured, result, ...kept }, side, own, changes) {
   return {
@@ -288,7 +288,7 @@ const drawnFigure = (row) =>
     return [{ name: t[key], value: of.value_um, error: of.std_error_um, interval: of.interval_um, series, sign }];
   });
 
-/** Symbols of the figures that would lie outside their limits after the correction. @param {KeptCorrection["result"]} result */
+/** Symbols of the figures that would lie outside their limits after the correction. @param {Correction["result"]} result */
 export function outsideOf({ figures }) {
   const sides = [figures?.left, figures?.right];
   const outside = FIGURES.filter(([key]) =>
@@ -301,10 +301,10 @@ export function outsideOf({ figures }) {
   return outside.map(([, symbol]) => symbol.replace("_", ""));
 }
 
-/** A value with its conformity decision. @param {Children} value @param {TargetFigure["conformity_before"]} decision */
-const decided = (value, decision) => html`${value} ${h(Decided, { decision })}`;
+/** A value with its conformity outcome. @param {Children} value @param {TargetFigure["conformity_before"]} outcome */
+const decided = (value, outcome) => html`${value} ${h(Decided, { outcome })}`;
 
-/** @param {{ kept: KeptCorrection, csvName?: string | undefined, of?: string }} props `of`: the flank, where there are several */
+/** @param {{ kept: Correction, csvName?: string | undefined, of?: string }} props `of`: the flank, where there are several */
 export function Figures({ kept, csvName, of }) {
   const { value } = fmt;
   const um = "µm";

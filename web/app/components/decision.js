@@ -19,10 +19,10 @@ import { announce, notify } from "./toast.js";
 const t = texts({ en, de });
 
 /** @typedef {import("../api/client.js").Schema<"Iteration">} Iteration */
-/** @typedef {import("../api/client.js").Schema<"DecisionName">} DecisionName */
+/** @typedef {import("../api/client.js").Schema<"Decision">} DecisionName */
 
-const KINDS = /** @type {const} */ ({ accept: "good", remachine: "warn", reject: "bad" });
-const ORDER = /** @type {const} */ (["accept", "remachine", "reject"]);
+const KINDS = /** @type {const} */ ({ accepted: "good", remachine: "warn", rejected: "bad" });
+const ORDER = /** @type {const} */ (["accepted", "remachine", "rejected"]);
 
 /** A decision by its word, its sign and its colour. @param {{ decision: DecisionName }} props */
 export function DecisionBadge({ decision }) {
@@ -37,7 +37,7 @@ export function DecisionBadge({ decision }) {
  */
 export function Decision({ iteration, etag, reason, put, reload }) {
   const [asked, setAsked] = useState(/** @type {DecisionName | null} */ (null));
-  const likely = objectionsOf(iteration).length === 0 ? "accept" : "remachine";
+  const likely = objectionsOf(iteration).length === 0 ? "accepted" : "remachine";
   return html`<section class="panel" aria-labelledby="decision">
     <h2 id="decision">${t.decision}</h2>
     <p>${iteration.decision ? h(DecisionBadge, { decision: iteration.decision }) : html`<span class="quiet">${t.none}</span>`}
@@ -65,7 +65,7 @@ function Ask({ asked, iteration, etag, put, reload, onClose }) {
   const [error, setError] = useState(/** @type {unknown} */ (undefined));
   const [sending, setSending] = useState(false);
   const overtaken = error instanceof ApiError && error.status === 412;
-  const objections = asked === "accept" ? objectionsOf(iteration) : [];
+  const objections = asked === "accepted" ? objectionsOf(iteration) : [];
   // what stood when somebody began to decide: what comes in meanwhile is shown to them before it is overruled
   const [begun] = useState(etag);
   const send = async (/** @type {Event} */ event) => {
@@ -111,7 +111,7 @@ function Ask({ asked, iteration, etag, put, reload, onClose }) {
         Fragment,
         null,
         html`<div class="actions">
-          <button type="submit" class=${`button ${asked === "reject" ? "danger" : "primary"}`} disabled=${sending}>${overtaken ? t.anyway(t[asked]) : t[asked]}</button>
+          <button type="submit" class=${`button ${asked === "rejected" ? "danger" : "primary"}`} disabled=${sending}>${overtaken ? t.anyway(t[asked]) : t[asked]}</button>
           <button type="button" class="button" onClick=${onClose}>${common.cancel}</button>
         </div>`,
       )}
@@ -123,8 +123,8 @@ function Ask({ asked, iteration, etag, put, reload, onClose }) {
 function objectionsOf(iteration) {
   const figures = iteration.fits.find(({ chosen }) => chosen)?.figures;
   const outside = toldFigures(figures).flatMap(({ symbol, figure }) => {
-    const { decision, limits_um: [low = 0, high = 0] = [] } = figure.conformity ?? {};
-    if (decision !== "does_not_conform") return [];
+    const { outcome, limits_um: [low = 0, high = 0] = [] } = figure.conformity ?? {};
+    if (outcome !== "does_not_conform") return [];
     const by = fmt.value.um(Math.max(low - figure.value, figure.value - high));
     return [t.outside(symbol.replace("_", "\u202f"), by)];
   });
@@ -138,6 +138,6 @@ function objectionsOf(iteration) {
 
 /** @param {DecisionName} asked @param {number} number */
 function titleOf(asked, number) {
-  if (asked === "accept") return t.sureAccept(number);
+  if (asked === "accepted") return t.sureAccept(number);
   return asked === "remachine" ? t.sureRemachine(number) : t.sureReject(number);
 }

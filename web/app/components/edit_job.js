@@ -39,7 +39,7 @@ const SHOWN = [
 /** @param {{ version: Version, onClose: () => void, onSaved: (version: Version) => void }} props */
 export function EditJob({ version, onClose, onSaved }) {
   const [base, setBase] = useState(version);
-  const [mine, setMine, forget] = useDraft(`edit ${version.data.id} ${version.etag}`, () => read(version));
+  const [mine, setMine, forget] = useDraft(`edit ${version.data.id} ${version.data.updated_at}`, () => read(version));
   const [told, setTold] = useState(false);
   const [error, setError] = useState(/** @type {unknown} */ (undefined));
   const [theirs, setTheirs] = useState(/** @type {Version | undefined} */ (undefined));

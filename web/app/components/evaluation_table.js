@@ -116,7 +116,7 @@ export function EvaluationTable({ kind, evaluation, tolerances, csvName, brief =
           ? ABSENT
           : told.map(
               ([key, conformity]) =>
-                html`<span key=${key} class="conformity">${h(GearSymbol, { name: symbols[key] })} ${h(brief ? Decided : Conforms, { decision: conformity?.decision })}</span>`,
+                html`<span key=${key} class="conformity">${h(GearSymbol, { name: symbols[key] })} ${h(brief ? Decided : Conforms, { outcome: conformity?.outcome })}</span>`,
             );
       },
     },
@@ -124,8 +124,8 @@ export function EvaluationTable({ kind, evaluation, tolerances, csvName, brief =
       key: `${key}-conformity`,
       header: t.conformityOf(symbols[key].replace("_", " ")),
       csv: (/** @type {Row} */ { trace }) => {
-        const decision = trace?.[`${key}_conformity`]?.decision;
-        return decision && t[decision];
+        const outcome = trace?.[`${key}_conformity`]?.outcome;
+        return outcome && t[outcome];
       },
     })),
     {

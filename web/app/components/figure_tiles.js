@@ -15,7 +15,7 @@ export function FigureTiles({ figures }) {
   if (rows.length === 0) return null;
   return html`<ul class="figure-tiles" aria-label=${t.figuresOfFit}>
     ${rows.map(({ name, symbol, figure: { value, std_error, within, conformity } }) => {
-      const kind = conformity ? KINDS[conformity.decision] : within === false ? "bad" : "";
+      const kind = conformity ? KINDS[conformity.outcome] : within === false ? "bad" : "";
       return html`<li key=${name} class=${`figure-tile ${kind}`}>
         <span class="tile-name">${h(GearSymbol, { name: symbol })} <span>${t[name]}</span></span>
         <span class="tile-value"><b translate="no">${fmt.value.deviation(value, "µm", std_error)}</b>${" "}

@@ -33,11 +33,11 @@ export function toldFigures(figures) {
   });
 }
 
-/** @param {{ decision: Conformity["decision"] | undefined }} props */
-export function Conforms({ decision }) {
-  if (!decision) return ABSENT;
+/** @param {{ outcome: Conformity["outcome"] | undefined }} props */
+export function Conforms({ outcome }) {
+  if (!outcome) return ABSENT;
   const kinds = /** @type {const} */ ({ conforms: "good", does_not_conform: "bad", cannot_be_told: "warn" });
-  return h(Badge, { kind: kinds[decision], children: t[decision] });
+  return h(Badge, { kind: kinds[outcome], children: t[outcome] });
 }
 
 /** Limits as they were asked for. @param {readonly number[] | undefined} limits */
@@ -119,7 +119,7 @@ function columns(percent, limited) {
       cell: limited
         ? ({ figure: { conformity } }) =>
             conformity
-              ? html`${data(limitText(conformity.limits_um))}<span class="conformity">${h(Conforms, { decision: conformity?.decision })}</span>`
+              ? html`${data(limitText(conformity.limits_um))}<span class="conformity">${h(Conforms, { outcome: conformity?.outcome })}</span>`
               : ABSENT
         : undefined,
       csv: ({ figure }) => figure.conformity?.limits_um,
@@ -133,7 +133,7 @@ function columns(percent, limited) {
     {
       key: "conformity",
       header: t.conformity,
-      csv: ({ figure: { conformity } }) => conformity && t[conformity.decision],
+      csv: ({ figure: { conformity } }) => conformity && t[conformity.outcome],
     },
   ];
 }

@@ -16,7 +16,7 @@ import { Failure, loaded } from "./states.js";
 import { notify } from "./toast.js";
 import { WarningList } from "./warnings.js";
 
-/** @typedef {import("../api/client.js").Schema<"KeptCorrection">} KeptCorrection */
+/** @typedef {import("../api/client.js").Schema<"Correction">} Correction */
 /** @typedef {import("../api/job.js").Job} Job */
 /** @typedef {import("../api/job.js").TracedIteration} TracedIteration */
 /** @typedef {"form_grinding" | "generating_grinding"} Machine */
@@ -31,7 +31,7 @@ export function GearCorrection({ job, iterations, onDone }) {
   const kept = useResource(latest ? `gear correction ${job.id} ${latest.id} ${last}` : null, async (signal) => {
     const params = { path: { job_id: job.id } };
     const { data } = await answer(api.GET("/v1/jobs/{job_id}/correction", { signal, params }));
-    return { data: /** @type {KeptCorrection} */ (data) };
+    return { data: /** @type {Correction} */ (data) };
   });
   if (!job.gear || !iterations.some(({ flank }) => flank)) return null;
   const form = h(Allowed, {
@@ -54,7 +54,7 @@ export function GearCorrection({ job, iterations, onDone }) {
   </section>`;
 }
 
-/** The machine of the correction before. @param {KeptCorrection | undefined} kept @returns {Machine} */
+/** The machine of the correction before. @param {Correction | undefined} kept @returns {Machine} */
 const machineOf = (kept) => (kept?.method === "generating_grinding" ? kept.method : "form_grinding");
 
 /** @param {{ job: Job, last: Machine, onDone: () => void }} props */
@@ -69,7 +69,7 @@ function NewCorrection({ job, last, onDone }) {
     setBusy(true);
     setError(undefined);
     try {
-      const body = { sensitivity: { machine: machine ?? last } };
+      const body = { sensitivity: { type: /** @type {const} */ ("machine"), machine: machine ?? last } };
       const params = { path: { job_id: job.id }, header: attempt.headers(body) };
       await answer(api.POST("/v1/jobs/{job_id}/correction", { params, body }));
       attempt.done();
@@ -103,7 +103,7 @@ function NewCorrection({ job, last, onDone }) {
   </form>`;
 }
 
-/** @param {{ job: Job, kept: KeptCorrection, onApplied: () => void }} props */
+/** @param {{ job: Job, kept: Correction, onApplied: () => void }} props */
 function Kept({ job, kept, onApplied }) {
   const { result, answer: measured, not_compared: refused } = kept;
   const { value } = fmt;

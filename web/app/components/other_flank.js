@@ -4,9 +4,9 @@ import { t } from "../i18n/correction.js";
 import { h, html } from "../../vendor/ui.js";
 import { Figures, ofFlank } from "./correction_result.js";
 
-/** @typedef {import("../api/client.js").Schema<"KeptCorrection">} KeptCorrection */
+/** @typedef {import("../api/client.js").Schema<"Correction">} Correction */
 
-/** @param {{ kept: KeptCorrection, other: import("../api/client.js").Schema<"OtherFlank"> }} props */
+/** @param {{ kept: Correction, other: import("../api/client.js").Schema<"OtherFlank"> }} props */
 export function OtherFlank({ kept, other: { flank, iteration, figures, not_predicted: refused } }) {
   const title = t[`other_${flank}`];
   return html`<section class="panel" aria-labelledby="other-flank">

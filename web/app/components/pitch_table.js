@@ -108,9 +108,9 @@ export function PitchTable({ pitch, tolerances, csvName, of: whose }) {
         key: "conformity",
         header: requirementText.conformity,
         cell: rows.some(({ conformity }) => conformity)
-          ? ({ conformity }) => h(Conforms, { decision: conformity?.decision })
+          ? ({ conformity }) => h(Conforms, { outcome: conformity?.outcome })
           : undefined,
-        csv: ({ conformity }) => conformity && requirementText[conformity.decision],
+        csv: ({ conformity }) => conformity && requirementText[conformity.outcome],
       },
     ]),
   })}${missing > 0 && html`<p class="note">${t.missing(missing)}</p>`}`;

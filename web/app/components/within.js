@@ -13,9 +13,9 @@ export function Within({ within }) {
 /** The signs of conformity decisions. */
 export const SIGNS = /** @type {const} */ ({ conforms: "✓", does_not_conform: "✗", cannot_be_told: "?" });
 
-/** A conformity decision by its sign, where there is no room for words. @param {{ decision: keyof typeof SIGNS | null | undefined }} props */
-export function Decided({ decision }) {
-  if (!decision) return null;
-  return html`<b class=${decision === "does_not_conform" ? "within not" : "within"}><span aria-hidden="true" translate="no">${SIGNS[decision]}</span><span
-    class="visually-hidden">${t[decision]}</span></b>`;
+/** A conformity outcome by its sign, where there is no room for words. @param {{ outcome: keyof typeof SIGNS | null | undefined }} props */
+export function Decided({ outcome }) {
+  if (!outcome) return null;
+  return html`<b class=${outcome === "does_not_conform" ? "within not" : "within"}><span aria-hidden="true" translate="no">${SIGNS[outcome]}</span><span
+    class="visually-hidden">${t[outcome]}</span></b>`;
 }

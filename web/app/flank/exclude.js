@@ -50,7 +50,7 @@ export function useExclusion({ iteration, fit, columns, onChosen }) {
       // the refit created a new version of the iteration
       const params = { path, header: etag ? { "If-Match": etag } : {} };
       const chosen = await answer(
-        api.PUT("/v1/jobs/{job_id}/iterations/{number}/chosen_fit", { params, body: { fit_id: data.id, reason } }),
+        api.PUT("/v1/jobs/{job_id}/iterations/{number}/chosen-fit", { params, body: { fit_id: data.id, reason } }),
       );
       onChosen(chosen.data, chosen.etag);
       notify(t.done);

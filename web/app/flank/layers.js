@@ -37,7 +37,7 @@ export function atAllNodes(surface, list) {
 /**
  * Whether the deviations of a correction have a datum, so that their mean is measured, as thickness is. Otherwise the mean
  * is meaningless, and figures and maps ignore it.
- * @param {import("../api/client.js").Schema<"KeptCorrection">} kept
+ * @param {import("../api/client.js").Schema<"Correction">} kept
  */
 export function hasDatum({ result }) {
   return result.absolute;
@@ -46,7 +46,7 @@ export function hasDatum({ result }) {
 /**
  * Heights of a correction as drawn: minus the target, and minus their mean if they have no datum.
  * @template {FlankSurface} S
- * @param {S} surface @param {import("../api/client.js").Schema<"KeptCorrection">} kept @returns {S}
+ * @param {S} surface @param {import("../api/client.js").Schema<"Correction">} kept @returns {S}
  */
 export function ofCorrection(surface, kept) {
   const wanted = kept.result.target.deviation_um;

@@ -114,7 +114,7 @@ function useCorrection(jobId, number, wanted) {
     const { data, etag } = await answer(
       api.GET("/v1/jobs/{job_id}/iterations/{number}/correction", { signal, params, headers }),
     );
-    return { data: /** @type {import("../api/client.js").Schema<"KeptCorrection">} */ (data), etag };
+    return { data: /** @type {import("../api/client.js").Schema<"Correction">} */ (data), etag };
   });
 }
 
@@ -191,7 +191,7 @@ function lessDesign(measured, factor, design) {
  * @param {FlankSurface} measured @param {LayerName} layer
  * @param {import("../api/client.js").Schema<"Residuals"> | undefined} residuals
  * @param {FlankSurface | undefined} earlier
- * @param {import("../api/client.js").Schema<"KeptCorrection"> | undefined} correction
+ * @param {import("../api/client.js").Schema<"Correction"> | undefined} correction
  * @returns {{ surface: FlankSurface | undefined, exact?: boolean }}
  */
 function layered(measured, layer, residuals, earlier, correction) {

@@ -74,13 +74,17 @@ export function emptyDraft(hasGear) {
  */
 export function draftOf(request, write) {
   const { sensitivity, limits = {} } = request;
-  const { settings = [], units = [], matrix = [] } = sensitivity;
-  const head = settings.map((name, i) => (units[i] ? `${name} [${units[i]}]` : name)).join("\t");
+  const machine = sensitivity.type === "machine" ? sensitivity : undefined;
+  const given = sensitivity.type === "matrix" ? sensitivity : undefined;
+  const units = given?.units ?? [];
+  const head = (given?.settings ?? []).map((name, i) => (units[i] ? `${name} [${units[i]}]` : name)).join("\t");
+  // a stored request has its matrix only where the nodes are included
+  const matrix = given?.matrix ?? [];
   const list = (/** @type {readonly (number | null)[] | undefined} */ values) => (values ?? []).map(write).join("\n");
   return {
-    by: sensitivity.machine ?? "matrix",
-    flank: sensitivity.flank ?? "",
-    axis: sensitivity.profile_axis ?? "",
+    by: machine?.machine ?? "matrix",
+    flank: machine?.flank ?? "",
+    axis: machine?.profile_axis ?? "",
     matrix: matrix.length > 0 ? [head, ...matrix.map((row) => row.map(write).join("\t"))].join("\n") : "",
     noise: write(request.noise_sigma_um),
     response: write(request.response_uncertainty),
@@ -159,7 +163,7 @@ export function requestOf(draft) {
   const target = draft.aim === "given" ? { deviation_um: wanted } : draft.aim;
   /** @type {CorrectionRequest} */
   const request = {
-    sensitivity: draft.by === "matrix" ? matrixOf(draft.matrix, faults) : machineOf(draft),
+    sensitivity: draft.by === "matrix" ? matrixOf(draft.matrix, faults) : machineOf(draft, draft.by),
     ...(Object.keys(limits).length > 0 ? { limits } : {}),
     ...(noise === undefined ? {} : { noise_sigma_um: noise }),
     ...(response === undefined ? {} : { response_uncertainty: response }),
@@ -170,10 +174,12 @@ export function requestOf(draft) {
   return { request, faults };
 }
 
-/** @param {Draft} draft @returns {CorrectionRequest["sensitivity"]} */
-function machineOf({ by, flank, axis }) {
-  if (by === "matrix") return {};
-  return { machine: by, ...(flank ? { flank } : {}), ...(axis ? { profile_axis: axis } : {}) };
+/**
+ * @param {Draft} draft @param {Exclude<Draft["by"], "matrix">} machine
+ * @returns {CorrectionRequest["sensitivity"]}
+ */
+function machineOf({ flank, axis }, machine) {
+  return { type: "machine", machine, ...(flank ? { flank } : {}), ...(axis ? { profile_axis: axis } : {}) };
 }
 
 /** @param {string} text @param {Read["faults"]} faults @returns {CorrectionRequest["sensitivity"]} */
@@ -185,6 +191,7 @@ function matrixOf(text, faults) {
   if (wrong >= 0) faults["/sensitivity/matrix"] = "row";
   const units = head.map(({ unit }) => unit ?? "");
   return {
+    type: "matrix",
     settings: head.map(({ name }) => name),
     ...(units.every(Boolean) && units.length > 0 ? { units } : {}),
     matrix,

@@ -18,7 +18,7 @@ import { toMeasure } from "../router.js";
 import { WarningList } from "../components/warnings.js";
 import { h, html } from "../../vendor/ui.js";
 
-/** @typedef {import("../api/client.js").Schema<"KeptCorrection">} KeptCorrection */
+/** @typedef {import("../api/client.js").Schema<"Correction">} Correction */
 /** @typedef {import("../api/client.js").Schema<"Iteration">} Iteration */
 /** @typedef {import("../api/client.js").Schema<"Job">} Job */
 
@@ -48,7 +48,7 @@ function Correction({ job, number, news }) {
   const kept = useResource(latest ? `correction ${job.id} ${number} ${latest.id}` : null, async (signal) => {
     const params = { path, query: { include: /** @type {["nodes"]} */ (["nodes"]) } };
     const { data } = await answer(api.GET("/v1/jobs/{job_id}/iterations/{number}/correction", { signal, params }));
-    return { data: /** @type {KeptCorrection} */ (data) };
+    return { data: /** @type {Correction} */ (data) };
   });
   useNews(news, [iteration, records, kept]);
   const form = (/** @type {Iteration} */ { node_count }) =>
@@ -91,7 +91,7 @@ function Correction({ job, number, news }) {
   });
 }
 
-/** @param {{ job: Job, iteration: Iteration, kept: KeptCorrection, earlier: number, onApplied: () => void }} props */
+/** @param {{ job: Job, iteration: Iteration, kept: Correction, earlier: number, onApplied: () => void }} props */
 function Kept({ job, iteration, kept, earlier, onApplied }) {
   const { result, answer: measured, not_compared: refused } = kept;
   const name = `${job.name} ${iteration.number}`;
@@ -100,7 +100,9 @@ function Kept({ job, iteration, kept, earlier, onApplied }) {
     const { data } = await answer(api.GET("/v1/jobs/{job_id}/iterations/{number}/nodes", { signal, params }));
     return { data: /** @type {import("../api/client.js").Schema<"Nodes">} */ (data) };
   });
-  const { machine, flank: chosen } = requestOf(kept).sensitivity;
+  const { sensitivity } = requestOf(kept);
+  const machine = sensitivity.type === "machine" ? sensitivity : undefined;
+  const chosen = machine?.flank;
   // where the request names none, it is that of the iteration then
   const of = chosen ?? /** @type {const} */ (["left", "right"]).find((side) => result.figures?.[side]);
   const changed = machine && of && iteration.flank && of !== iteration.flank && t.changedFlank(iteration.flank, of);

@@ -69,7 +69,7 @@ function newestOf(iterations) {
   );
 }
 
-const RANKS = /** @type {const} */ ({ reject: 0, remachine: 1, accept: 3 });
+const RANKS = /** @type {const} */ ({ rejected: 0, remachine: 1, accepted: 3 });
 
 /** The iteration that determines the status of the job. @param {readonly TracedIteration[]} iterations */
 function nextOf(iterations) {
@@ -132,9 +132,9 @@ function nextStep(job, last) {
   const measure = toMeasure(job.id);
   const iteration = (/** @type {string} */ view) => hrefIf(`/jobs/{job_id}/iterations/{number}${view}`, at);
   if (!last) return { text: t.nextMeasure, links: [] };
-  if (last.decision === "accept")
+  if (last.decision === "accepted")
     return { text: t.nextAccepted(last.number), links: [[t.toReport, hrefIf("/jobs/{job_id}/report", at)]] };
-  if (last.decision === "reject") return { text: t.nextRejected(last.number), links: [] };
+  if (last.decision === "rejected") return { text: t.nextRejected(last.number), links: [] };
   if (last.decision === "remachine") {
     return {
       text: t.nextCorrect(last.number),
@@ -278,7 +278,7 @@ function numberLink(job, number) {
 /** @param {{ decision: TracedIteration["decision"] }} props */
 function Decision({ decision }) {
   if (!decision) return h(Badge, { kind: "news", children: t.undecided });
-  const kind = /** @type {const} */ ({ accept: "good", remachine: "warn", reject: "bad" })[decision];
+  const kind = /** @type {const} */ ({ accepted: "good", remachine: "warn", rejected: "bad" })[decision];
   return h(Badge, { kind, children: common[decision] });
 }
 

@@ -40,7 +40,7 @@ export function Fits({ iteration, etag, viewed, unit, onChosen }) {
     const body = { fit_id: letting.id, ...(reason ? { reason } : {}) };
     try {
       const { data, etag: next } = await answer(
-        api.PUT("/v1/jobs/{job_id}/iterations/{number}/chosen_fit", { params, body }),
+        api.PUT("/v1/jobs/{job_id}/iterations/{number}/chosen-fit", { params, body }),
       );
       onChosen(data, next);
       notify(t.stands);

@@ -30,7 +30,7 @@ export function CoverFigures({ told }) {
   const whyClass = unmeasured.length > 0 ? notes.mark(t.whyClass(numbers(unmeasured))) : null;
   const listed = [...(without.length === told.length ? [] : flank), ...traces];
   const whyLimits = listed.some(({ limits }) => !limits) ? notes.mark(t.whyLimits) : null;
-  const decided = listed.some(({ cells }) => cells.at(-1)?.decision);
+  const decided = listed.some(({ cells }) => cells.at(-1)?.outcome);
   const dense = listed.length > 9 ? " dense" : "";
   const drawn = listed.some(({ cells }) => cells.some((cell) => cell?.error));
   const changes = isPair(told) && flank.some(({ change }) => change);
@@ -89,7 +89,7 @@ export function CoverFigures({ told }) {
         })}</p>`
       }
       <p>${without.length < told.length && html`${{ fits: t.ofFits, nodes: t.ofNodes, traces: t.ofTraces }[source]} `}${t.errors}${changes && html` ${t.changeAbout}`}
-        ${decided && DECISIONS.map((one) => html` <span key=${one} class="sign"><b aria-hidden="true">${SIGNS[one]}</b> ${t[one]}</span>`)}</p>
+        ${decided && OUTCOMES.map((one) => html` <span key=${one} class="sign"><b aria-hidden="true">${SIGNS[one]}</b> ${t[one]}</span>`)}</p>
     </div>
   </div>`;
 }
@@ -131,12 +131,12 @@ function figure(cell, why) {
   return data(cell.error ? fmt.value.withError(cell.value, cell.error) : fmt.value.um(cell.value));
 }
 
-const DECISIONS = /** @type {const} */ (["conforms", "does_not_conform", "cannot_be_told"]);
+const OUTCOMES = /** @type {const} */ (["conforms", "does_not_conform", "cannot_be_told"]);
 
 /** Limits, and whether the last figure conforms. @param {import("./figures.js").Limits} limits @param {readonly (Cell | undefined)[]} cells */
 function limitsOf({ low, high }, cells) {
-  const decision = cells.at(-1)?.decision;
-  return html`${data(fmt.value.interval([low, high], 1))} ${h(Decided, { decision })}`;
+  const outcome = cells.at(-1)?.outcome;
+  return html`${data(fmt.value.interval([low, high], 1))} ${h(Decided, { outcome })}`;
 }
 
 /** The classes before and after. @param {readonly (Cell | undefined)[]} cells */

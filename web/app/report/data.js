@@ -9,7 +9,7 @@ import { surfaceOf } from "../flank/layers.js";
 /** @typedef {import("../api/client.js").Schema<"IterationFit">} IterationFit */
 /** @typedef {import("../api/client.js").Schema<"Nodes">} Nodes */
 /** @typedef {import("../api/client.js").Schema<"JobRecord">} JobRecord */
-/** @typedef {import("../api/client.js").Schema<"KeptCorrection">} KeptCorrection */
+/** @typedef {import("../api/client.js").Schema<"Correction">} Correction */
 /** @typedef {import("../api/client.js").Schema<"GearEvaluation">} GearEvaluation */
 /** @typedef {import("../api/client.js").Schema<"GearTolerances">} GearTolerances */
 /** @typedef {import("../api/client.js").Schema<"PitchEvaluation">} PitchEvaluation */
@@ -26,8 +26,8 @@ import { surfaceOf } from "../flank/layers.js";
  * @property {import("../flank/surface.js").FlankSurface | undefined} surface none of a curve or a matrix
  * @property {Evaluated | undefined} evaluated the latest evaluation of traces
  * @property {Pitched | undefined} pitched the latest evaluation of pitches
- * @property {KeptCorrection | undefined} correction made from it
- * @property {KeptCorrection | undefined} answers the correction that it answers
+ * @property {Correction | undefined} correction made from it
+ * @property {Correction | undefined} answers the correction that it answers
  */
 /** @typedef {{ record: JobRecord, result: GearEvaluation, request: Partial<EvaluateGear>, gear: Gear | undefined, tolerances: GearTolerances | undefined }} Evaluated */
 /** @typedef {{ record: JobRecord, result: PitchEvaluation }} Pitched */
@@ -135,5 +135,5 @@ async function correctionOf(jobId, own, signal) {
   };
   const headers = { accept: "application/json" };
   const pending = api.GET("/v1/jobs/{job_id}/iterations/{number}/correction", { signal, params, headers });
-  return /** @type {KeptCorrection} */ ((await answer(pending)).data);
+  return /** @type {Correction} */ ((await answer(pending)).data);
 }

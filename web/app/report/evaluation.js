@@ -116,7 +116,7 @@ function Surfaces({ result, number }) {
           <td class="numeric" translate="no">${value.significant(bias_bound, 2)}</td>
           <td>${h(Strip, { estimates: [estimateOf(figure)], limits: conformity?.limits_um, unit: "µm", paper: true })}</td>
           <td class="numeric" translate="no">${value.interval(conformity?.limits_um, 1)}</td>
-          <td>${conformity ? h(Badge, { kind: kinds[conformity.decision], children: t[conformity.decision] }) : ABSENT}</td>
+          <td>${conformity ? h(Badge, { kind: kinds[conformity.outcome], children: t[conformity.outcome] }) : ABSENT}</td>
         </tr>`,
       )}</tbody>
     </table>

@@ -12,7 +12,7 @@ import { h, html } from "../../vendor/ui.js";
 
 /** @typedef {import("./data.js").Told} Told */
 /** @typedef {import("../trace/entries.js").Entry} Entry */
-/** @typedef {import("../api/client.js").Schema<"DecisionName">} DecisionName */
+/** @typedef {import("../api/client.js").Schema<"Decision">} DecisionName */
 
 /** All of the job, whatever iterations the rest tells: nothing that happened is left out. @param {{ iterations: readonly import("../api/job.js").TracedIteration[] }} props */
 export function Story({ iterations }) {

@@ -48,9 +48,10 @@ export function EntryText({ entry, jobId, unit }) {
   if (entry.kind === "record") {
     return html`${head(t[entry.record.kind])}<p class="quiet">${t.method} ${methodOf(entry.record.method)}</p>`;
   }
-  const known = entry.decision === "accept" ? "good" : entry.decision === "reject" ? "bad" : "warn";
+  const known = entry.decision === "accepted" ? "good" : entry.decision === "rejected" ? "bad" : "warn";
   const word =
-    { accept: common.accept, reject: common.reject, remachine: common.remachine }[entry.decision] ?? entry.decision;
+    { accepted: common.accepted, rejected: common.rejected, remachine: common.remachine }[entry.decision] ??
+    entry.decision;
   return html`${head(t.decisionEntry, h(Badge, { kind: known, children: word }))}${entry.concession && html`<p>${t.concession}</p>`}${reason(entry.reason)}`;
 }
 

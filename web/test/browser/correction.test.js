@@ -332,7 +332,9 @@ browserTest("a flank that the measurement does not name is said above the change
   // a request without a flank has that of the iteration
   const { id: named } = await job();
   await call("POST", `/v1/jobs/${named}/iterations`, { ...nodes, flank: "left" });
-  await call("POST", `/v1/jobs/${named}/iterations/1/correction`, { sensitivity: { machine: "form_grinding" } });
+  await call("POST", `/v1/jobs/${named}/iterations/1/correction`, {
+    sensitivity: { type: "machine", machine: "form_grinding" },
+  });
   await open(pathOf(named));
   await panel.waitFor();
   await stands();

@@ -133,14 +133,14 @@ browserTest(
     await page.getByRole("button", { name: "Accept" }).click();
     const dialog = page.getByRole("dialog");
     await dialog.getByLabel("Reason").fill("within the limits");
-    await call("PATCH", `/v1/jobs/${id}/iterations/1`, { decision: "reject", reason: "burnt" });
+    await call("PATCH", `/v1/jobs/${id}/iterations/1`, { decision: "rejected", reason: "burnt" });
     await dialog.getByRole("button", { name: "Accept" }).click();
     await dialog.getByText("Somebody else has changed this meanwhile").waitFor();
     await dialog.getByText("rejected").waitFor();
     assert.equal(await dialog.getByLabel("Reason").inputValue(), "within the limits");
     await dialog.getByRole("button", { name: "Accept all the same" }).click();
     await page.getByText("Decided: accepted.").waitFor();
-    assert.equal((await call("GET", `/v1/jobs/${id}/iterations/1`)).decision, "accept");
+    assert.equal((await call("GET", `/v1/jobs/${id}/iterations/1`)).decision, "accepted");
     const { iterations } = await call("GET", `/v1/jobs/${id}/trace`);
     assert.equal(iterations[0].decisions.at(-1).reason, "within the limits");
   },

@@ -204,7 +204,7 @@ browserTest(
     page.on("request", (request) => {
       if (request.url().includes(`/v1/jobs/${id}/trace`)) asked += 1;
     });
-    await call("PATCH", `/v1/jobs/${id}/iterations/1`, { decision: "accept", reason: "good" });
+    await call("PATCH", `/v1/jobs/${id}/iterations/1`, { decision: "accepted", reason: "good" });
     // what is asked for now is answered after the event has gone out
     await page.evaluate((place) => fetch(place).then((answer) => answer.text()), `/v1/jobs/${id}`);
     assert.equal(asked, 0);

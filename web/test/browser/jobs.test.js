@@ -42,7 +42,7 @@ browserTest(
     await iteration(id, "flank_z52_remachined.json");
     const { id: decided } = await job({ name: "decided", machine: "form grinder 2" });
     await iteration(decided);
-    await call("PATCH", `/v1/jobs/${decided}/iterations/1`, { decision: "accept", reason: "good" });
+    await call("PATCH", `/v1/jobs/${decided}/iterations/1`, { decision: "accepted", reason: "good" });
     await job({ name: "waits" });
     await open("/jobs");
     const { items } = await call("GET", "/v1/jobs");

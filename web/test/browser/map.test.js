@@ -22,7 +22,7 @@ browserTest("beside the map stands the fit: facts, coefficients, errors, interva
   const { fits } = await iteration(id);
   const at = `/v1/jobs/${id}/iterations/1`;
   const kept = await call("POST", `${at}/fits`, { ...fits[0].spec, level: 0.9 });
-  await call("PUT", `${at}/chosen_fit`, { fit_id: kept.id });
+  await call("PUT", `${at}/chosen-fit`, { fit_id: kept.id });
   const { result } = await call("GET", `${at}/fits/${kept.id}`);
   const { residuals, regularization, spectrum } = result;
   await open(`/jobs/${id}/iterations/1`);

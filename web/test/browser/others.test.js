@@ -31,7 +31,7 @@ browserTest("the trace, the map and what comes of it follow another client", {},
   await page.getByText("seen elsewhere").waitFor();
 
   await following(world, id, `/jobs/${id}/iterations/1/lambda`);
-  await call("PUT", `${at}/chosen_fit`, { fit_id: made.id, reason: "stands by another" });
+  await call("PUT", `${at}/chosen-fit`, { fit_id: made.id, reason: "stands by another" });
   const row = page.getByRole("row").filter({ hasText: "theirs" });
   await row.getByText("stands", { exact: true }).waitFor();
 
@@ -53,7 +53,7 @@ browserTest("after a restart a trace and a stream are followed again", { offline
   const again = page.waitForResponse((response) => response.url().endsWith(`/v1/jobs/${id}/events`));
   await startAgain();
   await again;
-  await call("PATCH", `/v1/jobs/${id}/iterations/1`, { decision: "reject", reason: "after the restart" });
+  await call("PATCH", `/v1/jobs/${id}/iterations/1`, { decision: "rejected", reason: "after the restart" });
   await page.getByText("after the restart").waitFor();
 
   const { nodes, axes, model, regularization } = JSON.parse(await example("flank_z52.json"));
@@ -99,7 +99,7 @@ browserTest("the list and its counts follow another client", { offline: true }, 
   await iteration(id);
   await row("first of all").getByText("open", { exact: true }).waitFor();
   await count(".new", 1);
-  await call("PATCH", `/v1/jobs/${id}/iterations/1`, { decision: "accept", reason: "good" });
+  await call("PATCH", `/v1/jobs/${id}/iterations/1`, { decision: "accepted", reason: "good" });
   await row("first of all").getByText("accepted", { exact: true }).waitFor();
   await count(".accepted", 1);
   const [, first] = await page.getByRole("row").all();

@@ -30,12 +30,12 @@ export async function story({ job, iteration, call }, change) {
   await iteration(id);
   const at = `/v1/jobs/${id}/iterations`;
   const kept = await call("POST", `${at}/1/fits`, JSON.parse(await example("requests/refit.json")));
-  await call("PUT", `${at}/1/chosen_fit`, { fit_id: kept.id, reason: "the error budget asks for it" });
+  await call("PUT", `${at}/1/chosen-fit`, { fit_id: kept.id, reason: "the error budget asks for it" });
   await call("POST", `${at}/1/evaluations`, await example("requests/gear_evaluate.json"));
   await call("POST", `${at}/1/correction`, JSON.parse(await example("requests/iteration_correction.json")));
   await call("PATCH", `${at}/1`, { decision: "remachine", reason: "beyond class 5" });
   await iteration(id, "flank_z52_remachined.json");
-  await call("PATCH", `${at}/2`, { decision: "accept", reason: "within the drawing" });
+  await call("PATCH", `${at}/2`, { decision: "accepted", reason: "within the drawing" });
   return id;
 }
 

@@ -28,7 +28,7 @@ browserTest("who lets a fit stand second is told what stands", { statuses: [412]
   await row.getByRole("button", { name: "Let it stand" }).click();
   const dialog = page.getByRole("dialog");
   await dialog.getByLabel("Reason").fill("mine is better");
-  await call("PUT", `${at}/chosen_fit`, { fit_id: theirs.id, reason: "theirs" });
+  await call("PUT", `${at}/chosen-fit`, { fit_id: theirs.id, reason: "theirs" });
   await dialog.getByRole("button", { name: "Let it stand" }).click();
   await dialog.getByText("Somebody else has changed this meanwhile").waitFor();
   await dialog.getByText("Stands there now").waitFor();

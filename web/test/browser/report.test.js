@@ -151,7 +151,10 @@ browserTest("names are text in print too, and long ones leave the first page one
 
   const long = await world.job({ name: "Long ".repeat(38).trim() });
   await world.iteration(long.id);
-  await world.call("PATCH", `/v1/jobs/${long.id}/iterations/1`, { decision: "reject", reason: "because ".repeat(400) });
+  await world.call("PATCH", `/v1/jobs/${long.id}/iterations/1`, {
+    decision: "rejected",
+    reason: "because ".repeat(400),
+  });
   await open(`/jobs/${long.id}/report?parts=summary`);
   const alone = await printed(world);
   assert.equal(alone.pages.length, 1);
@@ -182,7 +185,7 @@ browserTest("limits that an evaluation names stand beside its figures, with what
     holds(pages[0] ?? "", [f.withError(value, std_error)]);
   }
   holds(pages[0] ?? "", ["of the surface through the evaluated traces", "1.0 … 6.0", "−4.5 … 4.5 ✗"]);
-  assert.equal(record.result.traces[0].slope_conformity.decision, "does_not_conform");
+  assert.equal(record.result.traces[0].slope_conformity.outcome, "does_not_conform");
   await page.getByText("K-band: F α").waitFor();
 });
 

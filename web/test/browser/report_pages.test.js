@@ -140,7 +140,7 @@ browserTest("the figures behind the first page are the interface's, part by part
       assert.equal(there.at(-1), fit.reason ?? "");
     }
     for (const { decision, reason } of one.decisions) {
-      const words = { remachine: "machine again", accept: "accepted" }[String(decision)];
+      const words = { remachine: "machine again", accepted: "accepted" }[String(decision)];
       assert.ok(
         own.some((row) => row[2] === "decision" && row[3] === words && row[4] === reason),
         `${reason}`,

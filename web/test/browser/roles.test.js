@@ -93,7 +93,7 @@ browserTest("the trace says by whom", { serve: as("engineer"), statuses: [401] }
   ];
   const nodes = { type: "grid", u, v, z: u?.map((a) => v?.map((b) => a * b)) };
   await call("POST", `/v1/jobs/${id}/iterations`, { nodes, model: { type: "polynomial", degree: 1 } }, headers);
-  await call("PATCH", `/v1/jobs/${id}/iterations/1`, { decision: "accept", reason: "good" }, headers);
+  await call("PATCH", `/v1/jobs/${id}/iterations/1`, { decision: "accepted", reason: "good" }, headers);
   await withKey(world);
   await open(`/jobs/${id}/trace`);
   const { iterations } = await call("GET", `/v1/jobs/${id}/trace`, undefined, headers);

@@ -137,7 +137,7 @@ async function story(world, { press, type, pick }) {
   await page.getByText("Decided: accepted.").waitFor();
   const { iterations } = await call("GET", `/v1/jobs/${id}/trace`);
   const [first, second] = iterations;
-  assert.deepEqual([first.decision, second.decision], ["remachine", "accept"]);
+  assert.deepEqual([first.decision, second.decision], ["remachine", "accepted"]);
   assert.equal(first.fits.find((/** @type {any} */ fit) => fit.chosen).criterion, "gcv");
 
   // the trace tells it

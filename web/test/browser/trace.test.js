@@ -14,7 +14,7 @@ browserTest("the trace tells all that happened, in order, and compares two fits"
   await iteration(id);
   const at = `/v1/jobs/${id}/iterations/1`;
   const kept = await call("POST", `${at}/fits`, JSON.parse(await example("requests/refit.json")));
-  await call("PUT", `${at}/chosen_fit`, { fit_id: kept.id, reason: "the error budget asks for it" });
+  await call("PUT", `${at}/chosen-fit`, { fit_id: kept.id, reason: "the error budget asks for it" });
   await call("POST", `${at}/correction`, JSON.parse(await example("requests/iteration_correction.json")));
   await call("PATCH", at, { decision: "remachine", reason: "beyond class 5" });
   await iteration(id, "flank_z52_remachined.json");

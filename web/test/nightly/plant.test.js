@@ -336,7 +336,7 @@ plantTest(
 
     // whoever looked on is told by the other server, also of what comes next
     await looking.getByText("Decide on iteration 1").waitFor();
-    await plant.at(1)("PATCH", `/v1/jobs/${id}/iterations/1`, { decision: "accept", reason: "good" });
+    await plant.at(1)("PATCH", `/v1/jobs/${id}/iterations/1`, { decision: "accepted", reason: "good" });
     await looking.getByText("Iteration 1 is accepted").waitFor();
     await looking.locator(".notice").waitFor({ state: "detached" });
     assert.equal(await birth(looking), born, "it is one document all the time");

@@ -16,7 +16,7 @@ const write = (/** @type {number | null | undefined} */ value) => (typeof value 
 test("a request becomes a draft and the same request again", () => {
   /** @type {import("../../app/lib/correction.js").CorrectionRequest} */
   const request = {
-    sensitivity: { machine: "form_grinding", flank: "left", profile_axis: "roll_length" },
+    sensitivity: { type: "machine", machine: "form_grinding", flank: "left", profile_axis: "roll_length" },
     limits: { profile_angle: { min: -20, max: 20, increment: 0.05 }, infeed: { fixed: true } },
     noise_sigma_um: 0.5,
     response_uncertainty: 0.02,
@@ -28,6 +28,7 @@ test("a request becomes a draft and the same request again", () => {
   /** @type {import("../../app/lib/correction.js").CorrectionRequest} */
   const matrix = {
     sensitivity: {
+      type: "matrix",
       settings: ["a", "b/c"],
       units: ["µm", "′"],
       matrix: [
@@ -65,7 +66,8 @@ test("what is no number is found at its place", () => {
     "/target": "number",
     "/sensitivity/matrix": "row",
   });
-  assert.deepEqual(request.sensitivity.matrix?.[0], [1, 0.5], "commas are decimal beside semicolons");
+  assert.ok(request.sensitivity.type === "matrix");
+  assert.deepEqual(request.sensitivity.matrix[0], [1, 0.5], "commas are decimal beside semicolons");
   assert.equal(request.limits?.["gone"], undefined, "limits of settings that are named no more stay unsaid");
   assert.deepEqual(settingsOf(draft), [
     { name: "a", unit: "µm" },

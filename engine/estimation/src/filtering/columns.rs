@@ -21,7 +21,7 @@ use crate::{
     diagnostics::collinearity,
     error::FitError,
     factor::Factor,
-    result::{Arithmetic, ColumnFigures, Warning},
+    result::{Arithmetic, ColumnResults, Warning},
     spec::{FilterAxis, FitSpec, Scaling},
     spectrum::{Directions, ScaledColumns, caller_columns},
 };
@@ -42,13 +42,13 @@ pub(super) fn compare(
     steps: &[Step],
     spec: &FitSpec,
     warnings: &mut Vec<Warning>,
-) -> Result<[ColumnFigures; 2], FitError> {
+) -> Result<[ColumnResults; 2], FitError> {
     let sample = Sample::new(nodes);
     let design = Design::new(nodes, &sample, spec)?;
     let weight = |sample: &Sample| (0..sample.count()).map(|k| sample.w(k)).sum::<f64>();
     let before = figures(&design, &Factor::new(&design, &sample)?, sample.count(), weight(&sample))?;
     let kept = Sample::new(filtered);
-    let counted = ColumnFigures { nodes: kept.count(), ..ColumnFigures::default() };
+    let counted = ColumnResults { nodes: kept.count(), ..ColumnResults::default() };
     let r = if steps.iter().all(|step| matches!(step, Step::Removed)) {
         Factored::Plain(Box::new(Factor::new(&design, &kept)?))
     } else {
@@ -199,7 +199,7 @@ fn triangularised(m: usize, columns: &[Vec<f64>]) -> DMatrix<f64> {
 }
 
 /// Condition on columns of unit length, largest correlation and largest variance inflation.
-fn figures(design: &Design, factor: &Factor, nodes: usize, weight: f64) -> Result<ColumnFigures, FitError> {
+fn figures(design: &Design, factor: &Factor, nodes: usize, weight: f64) -> Result<ColumnResults, FitError> {
     let caller = caller_columns(factor);
     let columns = ScaledColumns::new(design, &caller, Scaling::UnitLength, weight)?;
     let spectrum = Directions::new(factor, &columns, Scaling::UnitLength, None)?;
@@ -211,7 +211,7 @@ fn figures(design: &Design, factor: &Factor, nodes: usize, weight: f64) -> Resul
         let pairs = varying.iter().flat_map(|&i| varying.iter().filter(move |&&j| j < i).map(move |&j| (i, j)));
         pairs.map(|(i, j)| rows[i][j].abs()).reduce(f64::max)
     });
-    Ok(ColumnFigures {
+    Ok(ColumnResults {
         nodes,
         condition: spectrum.full_rank().then(|| spectrum.largest() / spectrum.lambda[0]).and_then(finite),
         largest_correlation: largest.and_then(finite),

@@ -30,15 +30,14 @@ pub struct Inferred {
     pub student: Student,
 }
 
-/// Decision that the uncertainty allows, at 0.95 whatever `level` is.
+/// Outcome that the uncertainty allows, at 0.95 whatever `level` is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(
     feature = "contract",
     derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
-    serde(rename_all = "snake_case"),
-    schema(as = ConformityDecision)
+    serde(rename_all = "snake_case")
 )]
-pub enum Decision {
+pub enum ConformityOutcome {
     /// The least probability is 0.95 at least.
     Conforms,
     /// The figure is so far outside a limit as that of a part within is measured with a probability
@@ -62,8 +61,8 @@ pub struct Conformity {
     /// Least and greatest probability that the true figure lies within the limits, by Student's
     /// distribution about the estimate; they differ if the estimate may be biased.
     pub probability: [f64; 2],
-    /// Decision at 0.95.
-    pub decision: Decision,
+    /// Outcome at 0.95.
+    pub outcome: ConformityOutcome,
 }
 
 impl Inferred {
@@ -88,7 +87,7 @@ impl Inferred {
     /// Against ascending limits.
     ///
     /// ```
-    /// use flankfit_estimation::inference::{Decision, Inferred};
+    /// use flankfit_estimation::inference::{ConformityOutcome, Inferred};
     /// use flankfit_numerics::distribution::Student;
     ///
     /// // 3 µm below the limit of 10 µm with a standard error of 2 µm: Φ(1.5) = 0.933
@@ -96,7 +95,7 @@ impl Inferred {
     ///     Inferred { value: 7.0, std_error: 2.0, bias_bound: 0.0, student: Student::NORMAL };
     /// let found = slope.conformity([-10.0, 10.0]);
     /// assert!((found.probability[0] - 0.933_192_8).abs() < 1e-7);
-    /// assert_eq!(found.decision, Decision::CannotBeTold);
+    /// assert_eq!(found.outcome, ConformityOutcome::CannotBeTold);
     /// ```
     pub fn conformity(&self, limits: [f64; 2]) -> Conformity {
         let [low, high] = limits;
@@ -119,14 +118,14 @@ impl Inferred {
         let most = within(centre.clamp(-self.bias_bound, self.bias_bound));
         // where both are nearly 1 the last digit may fall either way
         let probability = [within(farthest).min(most), most];
-        let decision = if probability[0] >= CONFORMANCE_PROBABILITY {
-            Decision::Conforms
+        let outcome = if probability[0] >= CONFORMANCE_PROBABILITY {
+            ConformityOutcome::Conforms
         } else if self.lies_beyond(limits) {
-            Decision::DoesNotConform
+            ConformityOutcome::DoesNotConform
         } else {
-            Decision::CannotBeTold
+            ConformityOutcome::CannotBeTold
         };
-        Conformity { limits, probability, decision }
+        Conformity { limits, probability, outcome }
     }
 
     /// True if a part within the limits would be measured as far outside them seldom enough. The
@@ -154,10 +153,10 @@ mod tests {
 
     #[test]
     fn without_error_the_limits_belong_to_what_conforms() {
-        for (value, decision) in [(2.0, Decision::Conforms), (2.1, Decision::DoesNotConform)] {
-            assert_eq!(normal(value, 0.0, 0.0).conformity([-2.0, 2.0]).decision, decision);
+        for (value, outcome) in [(2.0, ConformityOutcome::Conforms), (2.1, ConformityOutcome::DoesNotConform)] {
+            assert_eq!(normal(value, 0.0, 0.0).conformity([-2.0, 2.0]).outcome, outcome);
         }
-        assert_eq!(normal(1.9, 0.0, 0.2).conformity([-2.0, 2.0]).decision, Decision::CannotBeTold);
+        assert_eq!(normal(1.9, 0.0, 0.2).conformity([-2.0, 2.0]).outcome, ConformityOutcome::CannotBeTold);
     }
 
     /// Limits that no figure reaches say that there is none on that side.
@@ -169,7 +168,7 @@ mod tests {
                     let slope = Inferred { value, std_error: 0.1, bias_bound, student };
                     let [none, upper, lower] =
                         [[-far, far], [-far, value], [value, far]].map(|limits| slope.conformity(limits));
-                    assert_eq!((none.probability, none.decision), ([1.0, 1.0], Decision::Conforms), "{far:e}");
+                    assert_eq!((none.probability, none.outcome), ([1.0, 1.0], ConformityOutcome::Conforms), "{far:e}");
                     assert!(upper.probability[1].min(lower.probability[1]) > 0.5 - 1e-9, "{upper:?} {lower:?}");
                     assert!(upper.probability[0].max(lower.probability[0]) < 0.5 + 1e-9, "{upper:?} {lower:?}");
                 }
@@ -180,23 +179,23 @@ mod tests {
     #[test]
     fn the_guard_band_is_that_of_one_tail() {
         // 1.6448536 standard errors inside and outside of one limit, the other far away
-        for (value, decision) in [
-            (-1.645, Decision::Conforms),
-            (-1.644, Decision::CannotBeTold),
-            (1.644, Decision::CannotBeTold),
-            (1.645, Decision::DoesNotConform),
+        for (value, outcome) in [
+            (-1.645, ConformityOutcome::Conforms),
+            (-1.644, ConformityOutcome::CannotBeTold),
+            (1.644, ConformityOutcome::CannotBeTold),
+            (1.645, ConformityOutcome::DoesNotConform),
         ] {
-            assert_eq!(normal(value, 1.0, 0.0).conformity([-100.0, 0.0]).decision, decision, "{value}");
+            assert_eq!(normal(value, 1.0, 0.0).conformity([-100.0, 0.0]).outcome, outcome, "{value}");
         }
         // t(0.95; 4) = 2.131847
         let few = Inferred { student: Student::new(4.0), ..normal(-2.131, 1.0, 0.0) };
-        assert_eq!(few.conformity([-100.0, 0.0]).decision, Decision::CannotBeTold);
-        assert_eq!(Inferred { value: -2.132, ..few }.conformity([-100.0, 0.0]).decision, Decision::Conforms);
+        assert_eq!(few.conformity([-100.0, 0.0]).outcome, ConformityOutcome::CannotBeTold);
+        assert_eq!(Inferred { value: -2.132, ..few }.conformity([-100.0, 0.0]).outcome, ConformityOutcome::Conforms);
     }
 
     #[test]
     fn limits_closer_than_the_error_are_never_told_to_be_kept() {
-        assert_eq!(normal(0.0, 1.0, 0.0).conformity([-1.0, 1.0]).decision, Decision::CannotBeTold);
+        assert_eq!(normal(0.0, 1.0, 0.0).conformity([-1.0, 1.0]).outcome, ConformityOutcome::CannotBeTold);
     }
 
     /// The value that is refused solves 1 − Φ(x − 0.02 − b) + 1 − Φ(x + 0.02 + b) = 0.05.
@@ -204,17 +203,17 @@ mod tests {
     fn a_value_in_the_middle_of_narrow_limits_is_not_told_to_miss_them() {
         let narrow = normal(0.0, 1.0, 0.0).conformity([-0.02, 0.02]);
         assert!((narrow.probability[1] - 0.015_956_5).abs() < 1e-6, "{narrow:?}");
-        assert_eq!(narrow.decision, Decision::CannotBeTold);
-        for (value, bias_bound, decision) in [
-            (1.960, 0.0, Decision::CannotBeTold),
-            (1.961, 0.0, Decision::DoesNotConform),
-            (-1.960, 0.0, Decision::CannotBeTold),
-            (-1.961, 0.0, Decision::DoesNotConform),
-            (1.973, 0.1, Decision::CannotBeTold),
-            (1.975, 0.1, Decision::DoesNotConform),
+        assert_eq!(narrow.outcome, ConformityOutcome::CannotBeTold);
+        for (value, bias_bound, outcome) in [
+            (1.960, 0.0, ConformityOutcome::CannotBeTold),
+            (1.961, 0.0, ConformityOutcome::DoesNotConform),
+            (-1.960, 0.0, ConformityOutcome::CannotBeTold),
+            (-1.961, 0.0, ConformityOutcome::DoesNotConform),
+            (1.973, 0.1, ConformityOutcome::CannotBeTold),
+            (1.975, 0.1, ConformityOutcome::DoesNotConform),
         ] {
             let found = normal(value, 1.0, bias_bound).conformity([-0.02, 0.02]);
-            assert_eq!(found.decision, decision, "{value} {bias_bound}");
+            assert_eq!(found.outcome, outcome, "{value} {bias_bound}");
         }
     }
 
@@ -224,7 +223,7 @@ mod tests {
         let decided = |error: f64| normal(truth + bias + std_error * error, std_error, bias_bound).conformity(limits);
         (-800..800)
             .map(|k| 0.01 * (f64::from(k) + 0.5))
-            .filter(|error| decided(*error).decision == Decision::DoesNotConform)
+            .filter(|error| decided(*error).outcome == ConformityOutcome::DoesNotConform)
             .map(|error| 0.01 * (-0.5 * error * error).exp() / (2.0 * std::f64::consts::PI).sqrt())
             .sum()
     }

@@ -14,7 +14,7 @@ mod quantile;
 mod simultaneous;
 
 pub use bias_aware::{BiasAware, LinearForm, bias_aware};
-pub use conformity::{CONFORMANCE_PROBABILITY, Conformity, Decision, Inferred};
+pub use conformity::{CONFORMANCE_PROBABILITY, Conformity, ConformityOutcome, Inferred};
 pub use noise::Noise;
 pub use quantile::{biased_quantile, half_width};
 pub use simultaneous::{

@@ -32,10 +32,10 @@ mod result;
 mod setup;
 
 pub use measured::Measured;
-pub use outcome::{LevelFigures, Outcome};
+pub use outcome::{LevelOutcome, Outcome};
 pub use plateau::PLATEAU;
 pub use result::{
-    Figures, LevelOfB, LevelRatios, LevelResult, Optimum, Reference, ReferenceChoice, References, Regularized,
+    LevelOfB, LevelRatios, LevelResult, MethodResults, Optimum, Reference, ReferenceChoice, References, Regularized,
     StudyResult, Summary,
 };
 pub use setup::{ColumnScaling, Setup, Study};
@@ -71,7 +71,7 @@ use references::Base;
 /// let conditions: Vec<f64> = found
 ///     .levels
 ///     .iter()
-///     .map(|level| level.figures.condition.expect("full rank").median)
+///     .map(|level| level.results.condition.expect("full rank").median)
 ///     .collect();
 /// let condition = found.eigenvalues[1] / found.eigenvalues[0];
 /// assert!((conditions[0] / condition - 1.0).abs() < 1e-6);
@@ -138,10 +138,10 @@ fn gathered(study: &Study, base: &Base, outcomes: &[Outcome]) -> StudyResult {
         .iter()
         .enumerate()
         .map(|(at, &level)| {
-            let of = |f: &dyn Fn(&outcome::LevelFigures) -> f64| Summary::of(outcomes.iter().map(|o| f(&o.levels[at])));
+            let of = |f: &dyn Fn(&outcome::LevelOutcome) -> f64| Summary::of(outcomes.iter().map(|o| f(&o.levels[at])));
             LevelResult {
                 level,
-                figures: Figures {
+                results: MethodResults {
                     condition: of(&|d| d.condition),
                     log10_determinant: of(&|d| d.log10_determinant),
                     bias_norm_squared: of(&|d| d.error),

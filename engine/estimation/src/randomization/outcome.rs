@@ -4,16 +4,16 @@
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outcome {
     /// One entry for each level, in the order given.
-    pub levels: Vec<LevelFigures>,
+    pub levels: Vec<LevelOutcome>,
     /// ‖e‖² less what the columns of X reach.
     pub rss: f64,
     /// uᵢᵀe along each direction.
     pub along: Vec<f64>,
 }
 
-/// Figures of one level; not finite where the columns depend on each other.
+/// Results of one level; not finite where the columns depend on each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LevelFigures {
+pub struct LevelOutcome {
     /// cond(X̃ᵀX̃).
     pub condition: f64,
     /// log₁₀ det(X̃ᵀX̃).

@@ -9,7 +9,7 @@ use nalgebra::DMatrix;
 
 use super::{
     outcome::Outcome,
-    result::{Figures, LevelOfB, Reference, ReferenceChoice, References, Regularized, Summary},
+    result::{LevelOfB, MethodResults, Reference, ReferenceChoice, References, Regularized, Summary},
     setup::Study,
 };
 use crate::{
@@ -112,7 +112,7 @@ impl Base {
     pub(super) fn of_level(&self, outcomes: &[Outcome], level: f64) -> Option<LevelOfB> {
         let (_, rule, _) = filters::rule(&usual_regularization(Scheme::FirstOrder), self.lambda()).ok()?;
         let lambda_star = self.spectrum.full_rank().then(|| self.lambda_star_of_level(rule, level)).flatten()?;
-        Some(LevelOfB { lambda_star, figures: self.summaries(outcomes, |_| (rule, lambda_star)) })
+        Some(LevelOfB { lambda_star, results: self.summaries(outcomes, |_| (rule, lambda_star)) })
     }
 
     fn reference(&self, outcomes: &[Outcome], regularization: &Regularization) -> Reference {
@@ -142,7 +142,7 @@ impl Base {
                     noise_to_signal: Summary::of((0..outcomes.len()).map(|r| {
                         parameter(r).and_then(|lambda_star| self.noise_to_signal(rule, lambda_star)).unwrap_or(f64::NAN)
                     })),
-                    figures: self.summaries(outcomes, |r| match parameter(r) {
+                    results: self.summaries(outcomes, |r| match parameter(r) {
                         Some(parameter) => (rule, parameter),
                         None => (Rule::None, 0.0),
                     }),
@@ -163,8 +163,8 @@ impl Base {
             .collect()
     }
 
-    /// Figures of the filter that `rule` gives for repetition r.
-    fn summaries(&self, outcomes: &[Outcome], rule: impl Fn(usize) -> (Rule, f64)) -> Figures {
+    /// Results of the filter that `rule` gives for repetition r.
+    fn summaries(&self, outcomes: &[Outcome], rule: impl Fn(usize) -> (Rule, f64)) -> MethodResults {
         let one = |r: usize| {
             let (outcome, (rule, parameter)) = (&outcomes[r], rule(r));
             let (mut error, mut rss, mut determinant) = (0.0, outcome.rss, 0.0);
@@ -184,8 +184,8 @@ impl Base {
             [high / low, determinant, error, rss]
         };
         let all: Vec<[f64; 4]> = (0..outcomes.len()).map(one).collect();
-        let of = |k: usize| Summary::of(all.iter().map(|figures| figures[k]));
-        Figures { condition: of(0), log10_determinant: of(1), bias_norm_squared: of(2), rss: of(3) }
+        let of = |k: usize| Summary::of(all.iter().map(|results| results[k]));
+        MethodResults { condition: of(0), log10_determinant: of(1), bias_norm_squared: of(2), rss: of(3) }
     }
 }
 

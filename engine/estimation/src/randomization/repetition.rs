@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::{
     normal::Normals,
-    outcome::{LevelFigures, Outcome},
+    outcome::{LevelOutcome, Outcome},
     references::Base,
     setup::Study,
 };
@@ -28,7 +28,7 @@ pub(super) fn run(study: &Study, base: &Base, stream: u64) -> Result<Outcome, Fi
     Ok(Outcome { levels, rss: rss.max(0.0), along })
 }
 
-fn level(study: &Study, noise: &[f64], change: &[f64], k: f64) -> Result<LevelFigures, FitError> {
+fn level(study: &Study, noise: &[f64], change: &[f64], k: f64) -> Result<LevelOutcome, FitError> {
     let n = study.columns;
     let randomised: Vec<f64> =
         study.x.iter().zip(change).enumerate().map(|(at, (x, g))| x + k * study.deviation[at % n] * g).collect();
@@ -65,8 +65,8 @@ impl Arithmetic for Dd {
     }
 }
 
-/// Figures of X̃, and a bound on the relative error that the arithmetic leaves.
-fn solve<T: Arithmetic>(study: &Study, randomised: &[f64], noise: &[f64]) -> Result<(LevelFigures, f64), FitError> {
+/// Results of X̃, and a bound on the relative error that the arithmetic leaves.
+fn solve<T: Arithmetic>(study: &Study, randomised: &[f64], noise: &[f64]) -> Result<(LevelOutcome, f64), FitError> {
     let (m, n) = (study.rows, study.columns);
     // (X̃ − X) A − e
     let b = DVector::from_fn(m, |i, _| {
@@ -79,7 +79,7 @@ fn solve<T: Arithmetic>(study: &Study, randomised: &[f64], noise: &[f64]) -> Res
         factor.r.column_iter().map(|c| c.iter().map(|x| x.to_f64().powi(2)).sum::<f64>().sqrt()).collect();
     let regular = (0..n).all(|j| factor.r[(j, j)].to_f64().abs() > T::EPSILON * lengths[j]);
     let nothing = f64::INFINITY;
-    let lost = LevelFigures {
+    let lost = LevelOutcome {
         condition: nothing,
         log10_determinant: nothing,
         error: nothing,
@@ -109,7 +109,7 @@ fn solve<T: Arithmetic>(study: &Study, randomised: &[f64], noise: &[f64]) -> Res
     let rss = (0..m)
         .map(|i| square((0..n).fold(T::of(noise[i]), |sum, j| T::of(study.x[i * n + j]).fma(d[j], sum))))
         .sum::<f64>();
-    let drawn = LevelFigures {
+    let drawn = LevelOutcome {
         condition: square(sigma[n - 1] / sigma[0]),
         log10_determinant: sigma.iter().map(|s| 2.0 * libm::log10(s.to_f64())).sum(),
         error: d.iter().map(|x| square(*x)).sum(),

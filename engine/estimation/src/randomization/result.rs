@@ -62,10 +62,9 @@ impl Summary {
 #[cfg_attr(
     feature = "contract",
     serde_with_macros::skip_serializing_none,
-    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
-    schema(as = StudyFigures)
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema)
 )]
-pub struct Figures {
+pub struct MethodResults {
     /// Condition of the inverted matrix: X̃ᵀX̃ of a level, XᵀX of least squares, or the regularised
     /// matrix.
     pub condition: Option<Summary>,
@@ -90,7 +89,7 @@ pub struct LevelResult {
     pub level: f64,
     /// Results of the least-squares estimates on the randomised matrices.
     #[cfg_attr(feature = "contract", serde(flatten))]
-    pub figures: Figures,
+    pub results: MethodResults,
     /// ‖y − X̃ Â_R‖², the residual sum of squares in the randomised matrix.
     pub fitted_rss: Option<Summary>,
     /// The regularising matrix B of Eq. 40 of the same level, σ_B/σ_X = k; absent where no λ* up to
@@ -111,12 +110,12 @@ pub struct LevelOfB {
     pub lambda_star: f64,
     /// Results of its estimates.
     #[cfg_attr(feature = "contract", serde(flatten))]
-    pub figures: Figures,
+    pub results: MethodResults,
 }
 
 impl LevelResult {
     pub(super) fn complete(&self) -> bool {
-        let f = &self.figures;
+        let f = &self.results;
         [f.condition, f.log10_determinant, f.bias_norm_squared, f.rss, self.fitted_rss].iter().all(Option::is_some)
     }
 }
@@ -142,7 +141,7 @@ pub struct ReferenceChoice {
     feature = "contract",
     serde_with_macros::skip_serializing_none,
     derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
-    schema(as = RegularizedFigures)
+    schema(as = RegularizedResults)
 )]
 pub struct Regularized {
     /// λ* of the spectral schemes, k of ridge.
@@ -152,7 +151,7 @@ pub struct Regularized {
     pub noise_to_signal: Option<Summary>,
     /// Results of its estimates.
     #[cfg_attr(feature = "contract", serde(flatten))]
-    pub figures: Figures,
+    pub results: MethodResults,
 }
 
 /// A way of regularising, with every criterion that has an answer.
@@ -168,7 +167,7 @@ pub struct Reference {
 #[derive(Clone, Debug, PartialEq)]
 pub struct References {
     /// Least squares on the matrix as it is.
-    pub least_squares: Figures,
+    pub least_squares: MethodResults,
     /// `None` where λ₁ is numerically zero, by which Eq. 39 divides.
     pub spectral_first_order: Option<Reference>,
     /// The scheme of exact eigenvalues; `None` where λ₁ is numerically zero.

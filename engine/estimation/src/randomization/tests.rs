@@ -1,4 +1,4 @@
-//! The study against plain normal equations, and laws that its figures obey.
+//! The study against plain normal equations, and laws that its results obey.
 
 use super::*;
 use flankfit_numerics::{Dd, Rows};
@@ -94,12 +94,12 @@ fn a_level_is_what_it_is_defined_as() {
         let got = got.unwrap().median;
         assert!((got - want).abs() <= 1e-9 * want.abs(), "{got} {want}");
     };
-    let figures = &result.levels[0].figures;
+    let results = &result.levels[0].results;
     let squares = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
-    close(figures.bias_norm_squared, squares(&solved.a, &setup.coefficients));
-    close(figures.rss, squares(&y, &predict(&x, &solved.a)));
+    close(results.bias_norm_squared, squares(&solved.a, &setup.coefficients));
+    close(results.rss, squares(&y, &predict(&x, &solved.a)));
     close(result.levels[0].fitted_rss, squares(&y, &predict(&randomised, &solved.a)));
-    close(figures.log10_determinant, solved.determinant.log10());
+    close(results.log10_determinant, solved.determinant.log10());
     let least_squares = plain(&x, &y);
     let reference = &result.references.least_squares;
     close(reference.bias_norm_squared, squares(&least_squares.a, &setup.coefficients));
@@ -113,9 +113,9 @@ fn a_level_is_what_it_is_defined_as() {
         let mut z = y.clone();
         z.extend([0.0; 3]);
         let ridge = plain(&below, &z);
-        close(choice.chosen.figures.bias_norm_squared, squares(&ridge.a, &setup.coefficients));
-        close(choice.chosen.figures.rss, squares(&y, &predict(&x, &ridge.a)));
-        close(choice.chosen.figures.log10_determinant, ridge.determinant.log10());
+        close(choice.chosen.results.bias_norm_squared, squares(&ridge.a, &setup.coefficients));
+        close(choice.chosen.results.rss, squares(&y, &predict(&x, &ridge.a)));
+        close(choice.chosen.results.log10_determinant, ridge.determinant.log10());
     }
     assert_eq!(result.references.ridge.choices.len(), 4, "every criterion but min_condition");
 }
@@ -123,7 +123,7 @@ fn a_level_is_what_it_is_defined_as() {
 #[test]
 fn level_0_is_least_squares() {
     let result = run(&study(|_| ())).unwrap();
-    let (level, reference) = (&result.levels[0].figures, &result.references.least_squares);
+    let (level, reference) = (&result.levels[0].results, &result.references.least_squares);
     for (a, b) in [
         (level.condition, reference.condition),
         (level.log10_determinant, reference.log10_determinant),
@@ -170,9 +170,9 @@ fn the_matrix_b_of_a_level_has_that_level() {
     let regular: Vec<Vec<f64>> = x.iter().zip(&b).map(|(x, b)| x.iter().zip(b).map(|(x, b)| x + b).collect()).collect();
     let solved = plain(&regular, &y);
     let error: f64 = solved.a.iter().zip([1.0, -2.0, 0.5]).map(|(a, b)| (a - b).powi(2)).sum();
-    let got = found.figures.bias_norm_squared.unwrap().median;
+    let got = found.results.bias_norm_squared.unwrap().median;
     assert!((got / error - 1.0).abs() < 1e-7, "{got} {error}");
-    let determinant = found.figures.log10_determinant.unwrap().median;
+    let determinant = found.results.log10_determinant.unwrap().median;
     assert!((determinant - solved.determinant.log10()).abs() < 1e-8);
     // a reference says the level of its own λ*, which leads back to it
     let choice = &result.references.spectral_first_order.as_ref().unwrap().choices[0];
@@ -218,7 +218,7 @@ fn the_papers_headline_is_reached_where_the_coefficients_lie_along_v1() {
     assert!((1.2..1.5).contains(&ratios.rss_ratio.unwrap()), "{ratios:?}");
     assert!((0.9997..0.9998).contains(&found.along_smallest.unwrap()));
     // what is left of the error is A itself
-    let error = found.levels[1].figures.bias_norm_squared.unwrap().median;
+    let error = found.levels[1].results.bias_norm_squared.unwrap().median;
     assert!((error / found.coefficient_norm_squared - 1.0).abs() < 1e-2);
 }
 
@@ -228,7 +228,7 @@ fn the_plateau_ends_where_the_error_leaves_five_percent() {
     let optimum = result.optimum.unwrap();
     let error = |level: f64| {
         let found = result.levels.iter().find(|l| l.level == level).unwrap();
-        found.figures.bias_norm_squared.unwrap().median.sqrt()
+        found.results.bias_norm_squared.unwrap().median.sqrt()
     };
     let ascending = [0.0001, 0.001, 0.003, 0.01, 0.3, 1.0];
     let least = ascending.iter().map(|k| error(*k)).fold(f64::INFINITY, f64::min);
@@ -288,11 +288,11 @@ fn near_dependence_keeps_its_digits() {
     let determinant = (dot(0, 0) * dot(1, 1) - dot(0, 1) * dot(0, 1)).to_f64();
     let trace = (dot(0, 0) + dot(1, 1)).to_f64();
     let condition = trace * trace / determinant;
-    let got = result.levels[0].figures.condition.unwrap().median;
+    let got = result.levels[0].results.condition.unwrap().median;
     assert!((got / condition - 1.0).abs() < 1e-9, "{got:e} {condition:e}");
     let base = result.references.least_squares.condition.unwrap().median;
     assert!((base / condition - 1.0).abs() < 1e-9, "{base:e} {condition:e}");
-    let (level, reference) = (&result.levels[0].figures, &result.references.least_squares);
+    let (level, reference) = (&result.levels[0].results, &result.references.least_squares);
     let (p, q) = (level.bias_norm_squared.unwrap().median, reference.bias_norm_squared.unwrap().median);
     assert!((p / q - 1.0).abs() < 1e-8, "{p:e} {q:e}");
     assert!(result.along_smallest.unwrap() < 1e-8 && result.smallest_correlation.unwrap() > 0.999_999);
@@ -302,7 +302,7 @@ fn near_dependence_keeps_its_digits() {
 fn dependent_columns_are_told_not_invented() {
     let result = run(&study(|s| change_rows(s, |x| x.iter_mut().for_each(|row| row[2] = 2.0 * row[1])))).unwrap();
     assert!(result.references.spectral_exact.is_none() && result.references.least_squares.condition.is_none());
-    assert!(result.levels[0].figures.condition.is_none() && result.levels[2].figures.condition.is_some());
+    assert!(result.levels[0].results.condition.is_none() && result.levels[2].results.condition.is_some());
     assert!(result.references.least_squares.bias_norm_squared.is_some());
     let codes: Vec<_> = result.warnings.iter().map(|w| w.code()).collect();
     assert_eq!(codes, ["dependent_columns", "rank_deficient"]);
@@ -319,7 +319,7 @@ fn unit_length_takes_units_away() {
         .unwrap()
     };
     let (a, b) = (scaled(1.0), scaled(1024.0));
-    let median = |r: &StudyResult| r.levels[2].figures.bias_norm_squared.unwrap().median;
+    let median = |r: &StudyResult| r.levels[2].results.bias_norm_squared.unwrap().median;
     assert!((median(&a) / median(&b) - 1.0).abs() < 1e-9);
 }
 

@@ -10,9 +10,9 @@ use crate::spec::Filter;
 #[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema))]
 pub struct FilterCollinearity {
     /// Figures of the functions at the posted nodes.
-    pub before: ColumnFigures,
+    pub before: ColumnResults,
     /// Figures of the same functions after the same filters.
-    pub after: ColumnFigures,
+    pub after: ColumnResults,
 }
 
 /// Changes by one filter.
@@ -88,7 +88,7 @@ pub struct IterationReport {
     serde_with_macros::skip_serializing_none,
     derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema)
 )]
-pub struct ColumnFigures {
+pub struct ColumnResults {
     /// Counted nodes.
     #[cfg_attr(feature = "contract", serde(rename = "count"))]
     pub nodes: usize,

@@ -32,7 +32,7 @@ pub use collinearity::{Cause, CollinearityReport, ColumnCollinearity, NearDepend
 pub use constraints::{ActivePlace, ConstraintReport, ConstraintsReport};
 pub use errors::{CorrelationKind, ErrorParameters, ErrorsReport, GroupSigma, VarianceReport, Whiteness};
 pub use estimable::EstimableSum;
-pub use filtering::{ColumnFigures, FilterCollinearity, FilterKind, FilterReport, IterationReport};
+pub use filtering::{ColumnResults, FilterCollinearity, FilterKind, FilterReport, IterationReport};
 pub use fit_result::FitResult;
 pub use influence::Influence;
 pub use interval::{Interval, IntervalKind};

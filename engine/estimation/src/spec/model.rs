@@ -135,10 +135,10 @@ flankfit_numerics::constant!(total = "total");
 
 #[cfg(feature = "contract")]
 flankfit_numerics::alternatives!(
-    Terms,
+    Terms = "tensor",
     "`tensor`: every product up to the degree of each axis; `total`: those whose degrees add up to at most the \
      degree; or a list of products of a surface, as degrees along u and v within `degree`, each with all its divisors: \
-     `[[0, 0], [1, 0], [0, 1]]`. Default `tensor`.",
+     `[[0, 0], [1, 0], [0, 1]]`.",
     names(["tensor", "total"]),
     list(list(whole(0), Some((2, 2))), None),
 );

@@ -7,7 +7,7 @@ use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 use uuid::Uuid;
 
-use super::result::CorrectionBody;
+use super::result::CorrectionResultBody;
 use crate::{
     api::{
         faults::Faults,
@@ -93,7 +93,7 @@ pub fn draft(
     iteration: u32,
     at: &str,
 ) -> Result<RecordDraft, Problem> {
-    let proposed = CorrectionBody::of(correction)?;
+    let proposed = CorrectionResultBody::of(correction)?;
     let mut faults = Faults::default();
     for (name, change) in &asked.settings {
         let pointer = format!("{at}/settings/{}", escape(name));

@@ -7,7 +7,7 @@ use utoipa::ToSchema;
 use super::{
     figures::{SidedBody, symbol, tenth},
     request::{CorrectionRequestBody, LimitsBody},
-    result::CorrectionBody,
+    result::CorrectionResultBody,
 };
 use crate::{
     api::{
@@ -43,7 +43,7 @@ pub struct About<'a> {
 /// limits, unless that is `allowed`.
 pub fn write(record: &Record, about: &About<'_>, allowed: bool) -> Result<Vec<u8>, Problem> {
     let request: CorrectionRequestBody = serde_json::from_str(&record.draft.request).map_err(Problem::internal)?;
-    let result = CorrectionBody::of(record)?;
+    let result = CorrectionResultBody::of(record)?;
     let figures = result.figures.unwrap_or_default();
     let outside = figures.outside();
     if !outside.is_empty() && !allowed {

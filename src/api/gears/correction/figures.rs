@@ -6,7 +6,7 @@ use utoipa::ToSchema;
 
 use crate::api::{params::Params, warning::WarningBody};
 use flankfit_engine::{
-    estimation::inference::Decision,
+    estimation::inference::ConformityOutcome,
     gear::{
         Side,
         correction::{
@@ -72,16 +72,16 @@ pub struct TargetFigureBody {
     /// class. Left out where it requires nothing.
     #[schema(min_items = 2, max_items = 2)]
     pub limits: Option<[f64; 2]>,
-    /// Decision with a guard band by the standard error.
-    pub conformity_before: Option<Decision>,
+    /// Outcome with a guard band by the standard error.
+    pub conformity_before: Option<ConformityOutcome>,
     /// Likewise of the predicted figure.
-    pub conformity_predicted: Option<Decision>,
+    pub conformity_predicted: Option<ConformityOutcome>,
 }
 
 impl TargetFigureBody {
     fn new(figure: &HeldFigure, change: &[f64]) -> Self {
         let (before, predicted) = (figure.measured.value, figure.after(change));
-        let conformity = |value| figure.conformity(value).map(|found| found.decision);
+        let conformity = |value| figure.conformity(value).map(|found| found.outcome);
         TargetFigureBody {
             before,
             target: figure.target,

@@ -1,10 +1,12 @@
 //! Parts of a correction that are returned only when requested. All of it is stored.
 
+use std::{collections::BTreeMap, sync::Arc};
+
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
+use serde_json::value::{RawValue, to_raw_value};
 use utoipa::ToSchema;
 
-use super::result::CorrectionBody;
+use super::result::CorrectionResultBody;
 use flankfit_engine::estimation::spec;
 
 /// Parts that are returned only when requested; each name only adds to the answer, and one that
@@ -74,7 +76,7 @@ impl CorrectionInclude {
     }
 
     /// Leaves out the parts of a correction that were not requested.
-    pub fn of_result(self, mut whole: CorrectionBody) -> CorrectionBody {
+    pub fn of_result(self, mut whole: CorrectionResultBody) -> CorrectionResultBody {
         if !self.nodes {
             whole.target.deviation_um = None;
             (whole.predicted.deviation_um, whole.predicted.uncertainty_um) = (Vec::new(), Vec::new());
@@ -86,12 +88,21 @@ impl CorrectionInclude {
     }
 
     /// Leaves out the lists of a posted request that were not requested.
-    pub fn of_request(self, mut whole: Value) -> Value {
-        for (part, name) in [("/sensitivity", "matrix"), ("", "trace"), ("", "weight"), ("/target", "deviation_um")] {
-            if let Some(Value::Object(members)) = whole.pointer_mut(part).filter(|_| !self.nodes) {
-                members.remove(name);
+    pub fn of_request(self, whole: &Arc<str>) -> serde_json::Result<Arc<str>> {
+        type Members = BTreeMap<String, Box<RawValue>>;
+        if self.nodes {
+            return Ok(whole.clone());
+        }
+        let mut members: Members = serde_json::from_str(whole)?;
+        members.retain(|name, _| name != "trace" && name != "weight");
+        for (part, name) in [("sensitivity", "matrix"), ("target", "deviation_um")] {
+            // a target may be a name
+            let inner = members.get(part).and_then(|part| serde_json::from_str::<Members>(part.get()).ok());
+            if let Some(mut inner) = inner {
+                inner.remove(name);
+                members.insert(part.to_owned(), to_raw_value(&inner)?);
             }
         }
-        whole
+        Ok(serde_json::to_string(&members)?.into())
     }
 }

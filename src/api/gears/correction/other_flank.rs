@@ -12,7 +12,7 @@ use super::{
     sensitivity::Level,
     target::Wanted,
 };
-use crate::api::{faults::Faults, measurand::side::SideName};
+use crate::api::faults::Faults;
 use flankfit_engine::gear::{
     Side,
     correction::{CorrectionSpec, HeldFigure, Solution},
@@ -23,7 +23,7 @@ use flankfit_engine::gear::{
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = OtherFlank)]
 pub struct OtherFlankBody {
-    pub flank: SideName,
+    pub flank: Side,
     /// Its newest iteration; left out where it was not measured.
     pub iteration: Option<u32>,
     /// Its figures before and as predicted, with the limits that the job requires; the target is

@@ -5,7 +5,7 @@ use super::{
     chosen::ChosenFigures,
     iteration_nodes::deviations,
     request::CorrectionRequestBody,
-    result::CorrectionBody,
+    result::CorrectionResultBody,
     same_nodes::Measured,
     sensitivity::Level,
 };
@@ -32,7 +32,7 @@ pub fn change(
     let factor = AxesBody::of(measurand).and_then(|axes| axes.deviation_factor()).map_err(Problem::internal)?;
     let before = deviations(nodes, factor);
     let after: Vec<f64> = match (record.draft.kind, entered) {
-        (RecordKind::Correction, None) => CorrectionBody::of(record)?.predicted.deviation_um,
+        (RecordKind::Correction, None) => CorrectionResultBody::of(record)?.predicted.deviation_um,
         _ => match moved(record, entered, nodes, measurand)? {
             Some(after) => after,
             None => return Ok(None),
@@ -53,7 +53,7 @@ fn moved(
     nodes: &Nodes,
     measurand: &Measurand,
 ) -> Result<Option<Vec<f64>>, Problem> {
-    let stored = CorrectionBody::of(record)?;
+    let stored = CorrectionResultBody::of(record)?;
     let gear = record.draft.gear.as_deref().map(of_text).transpose()?;
     let request: CorrectionRequestBody = serde_json::from_str(&record.draft.request).map_err(Problem::internal)?;
     let of_gear = record.draft.kind == RecordKind::GearCorrection;

@@ -10,7 +10,7 @@ use super::{
     blocks::{Block, Blocks, How},
     chosen::{OfTeeth, held_by_fits},
     include::{CorrectionInclude, CorrectionIncludeName},
-    result::CorrectionBody,
+    result::CorrectionResultBody,
     same_nodes::Measured,
     sensitivity::{Level, SensitivityBody},
     target::{AimBody, AimName, TargetBody, Wanted},
@@ -132,7 +132,7 @@ pub enum Job<'a> {
     /// Those of the job now.
     Requires(Option<&'a RequirementsBody>),
     /// Those that a stored correction was made with.
-    Kept(&'a CorrectionBody),
+    Kept(&'a CorrectionResultBody),
 }
 
 impl<'a> Job<'a> {
@@ -373,7 +373,7 @@ fn stacked(parts: &[Part<'_>], aims: Vec<AimBody>) -> AimBody {
 }
 
 /// Returns the target of a stored correction; the settings that it left alone are fixed.
-fn again(kept: &CorrectionBody, settings: &mut [Setting]) -> AimBody {
+fn again(kept: &CorrectionResultBody, settings: &mut [Setting]) -> AimBody {
     let left = |name: &str| kept.settings.iter().any(|setting| setting.name == name && setting.left.is_some());
     for setting in settings.iter_mut().filter(|setting| left(&setting.name)) {
         *setting = Setting { fixed: true, ..Setting::free(setting.name.clone(), setting.unit.clone()) };

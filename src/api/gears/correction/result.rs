@@ -3,11 +3,11 @@
 use serde::{Deserialize, Serialize};
 use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
-use uuid::Uuid;
 
 use super::{
     blocks::{Blocks, Subject},
     figures::{SidedBody, TargetFiguresBody, outside_limits, removes_crowning},
+    include::CorrectionInclude,
     other_flank::{self, OtherFlankBody},
     request::{self, CorrectionRequestBody, Job, Read},
     same_nodes::Measured,
@@ -20,17 +20,13 @@ use crate::{
         built::Built,
         faults::{Faults, is_within, pointer_of},
         fits::{answer::FitResultBody, canonical},
-        gears::{
-            evaluation::request::{DirectionName, ReferenceName},
-            figure_limits,
-        },
+        gears::figure_limits,
         json::{
             location::escape,
             raw::Raw,
             value::read_json,
             writer::{Unwritable, whole},
         },
-        measurand::side::SideName,
         problem::{Problem, ProblemCode},
         warning::WarningBody,
     },
@@ -38,21 +34,24 @@ use crate::{
 };
 use flankfit_engine::{
     estimation::{FitError, FitResult},
-    gear::correction::{Change, Correction, Flank, Indistinguishable, Predicted, SettingsUsed, Solution, Trust},
+    gear::{
+        Side,
+        correction::{Change, Correction, Flank, Indistinguishable, Predicted, SettingsUsed, Solution, Trust},
+        evaluation::flank_surface::Reference,
+        trace::Direction,
+    },
     numerics::check,
 };
 
 /// Changes of machine settings, and what is expected of them.
 #[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[schema(as = Correction)]
-pub struct CorrectionBody {
-    /// UUIDv7 of the record that it is kept as; in the answer to the request that made it.
-    pub id: Option<Uuid>,
+#[schema(as = CorrectionResult)]
+pub struct CorrectionResultBody {
     /// Numbers of the iterations whose nodes it is made for; left out where there is no iteration.
     pub iterations: Option<Vec<u32>>,
     /// The flanks that they are of, the left one first; left out where no iteration says it.
-    pub flanks: Option<Vec<SideName>>,
+    pub flanks: Option<Vec<Side>>,
     /// Of a gear: the teeth of each flank, and how much they differ.
     pub teeth: Option<SidedBody<TeethBody>>,
     /// The target.
@@ -72,9 +71,9 @@ pub struct CorrectionBody {
     /// Effect of the changes on the other flank; of the correction of an iteration by a machine.
     pub other_flank: Option<OtherFlankBody>,
     /// Direction in which the figures count. Present with a machine, like the next three.
-    pub direction: Option<DirectionName>,
+    pub direction: Option<Direction>,
     /// Length that slopes refer to.
-    pub reference: Option<ReferenceName>,
+    pub reference: Option<Reference>,
     /// Length that profile slopes are over.
     pub profile_reference_length_mm: Option<f64>,
     /// Length that helix slopes are over.
@@ -97,8 +96,9 @@ pub struct CorrectionBody {
     pub warnings: Vec<WarningBody>,
 }
 
-/// Computes a correction: what is stored of it, and the answer. Processor work.
-pub fn build(text: &[u8], subject: &Subject<'_>) -> Result<(Built, Vec<u8>), Problem> {
+/// Computes a correction: what is stored of it, and the requested parts of its result. Processor
+/// work.
+pub fn build(text: &[u8], subject: &Subject<'_>) -> Result<(Built, CorrectionInclude, Vec<u8>), Problem> {
     let Subject { level, ref measured, gear, requirements, .. } = *subject;
     let request: CorrectionRequestBody = read_json(text)?;
     let read = request.read(measured, level, gear, Job::Requires(requirements)).map_err(Problem::invalid)?;
@@ -123,17 +123,18 @@ pub fn build(text: &[u8], subject: &Subject<'_>) -> Result<(Built, Vec<u8>), Pro
     let flank = nodes.blocks.first().and_then(|block| block.flank.as_ref());
     let mut iterations: Vec<u32> = nodes.blocks.iter().flat_map(|block| block.numbers.iter().copied()).collect();
     iterations.sort_unstable();
-    let flanks: Vec<SideName> = nodes.blocks.iter().filter_map(|block| block.side).collect();
-    let body = CorrectionBody {
+    let flanks: Vec<Side> = nodes.blocks.iter().filter_map(|block| block.side).collect();
+    let body = CorrectionResultBody {
         iterations: Some(iterations),
         flanks: (!flanks.is_empty()).then_some(flanks),
         teeth: (level == Level::Gear).then(|| teeth::of(&nodes)),
         other_flank: other_flank::of(&request, subject, &nodes, &solution),
-        ..CorrectionBody::new(&correction, &solution, (aim, flank), warnings, &canonical::request_sha256(text))
+        ..CorrectionResultBody::new(&correction, &solution, (aim, flank), warnings, &canonical::request_sha256(text))
             .map_err(Problem::not_finite)?
     };
     let built = Built { method: nodes.method.to_owned(), result: body.text()? };
-    Ok((built, request.include().of_result(body).text()?))
+    let include = request.include();
+    Ok((built, include, include.of_result(body).text()?))
 }
 
 /// Refuses iterations whose units are implausible.
@@ -170,7 +171,7 @@ fn refused(error: FitError) -> Problem {
     Problem::of_fit(error, place)
 }
 
-impl CorrectionBody {
+impl CorrectionResultBody {
     /// Creates the whole answer without what was measured; `warnings` follow those of the solution,
     /// and `digest` is that of the request.
     pub fn new(
@@ -190,8 +191,7 @@ impl CorrectionBody {
             warnings.extend(body.warnings.iter().map(|one| WarningBody { at: Some(at.to_owned()), ..one.clone() }));
             body.text().map(|text| Raw::from(String::from_utf8_lossy(&text)))
         };
-        Ok(CorrectionBody {
-            id: None,
+        Ok(CorrectionResultBody {
             iterations: None,
             flanks: None,
             teeth: None,

@@ -7,15 +7,12 @@ use super::{
     figures::SidedBody,
     include::CorrectionInclude,
     request::Read,
-    result::CorrectionBody,
+    result::CorrectionResultBody,
     same_nodes::Measured,
     sensitivity::Level,
     stored::{Judged, Later, MachineAnswerBody, Made, first, implausible, whole},
 };
-use crate::{
-    api::{measurand::side::SideName, problem::Problem},
-    jobs::Record,
-};
+use crate::{api::problem::Problem, jobs::Record};
 use flankfit_engine::gear::{
     Gear, Side,
     correction::{Measurements, TeethMean, compare_figures},
@@ -40,10 +37,10 @@ pub struct MadeFor {
 impl MadeFor {
     /// Reads it of the record.
     pub fn of(record: &Record) -> Result<Self, Problem> {
-        let CorrectionBody { iterations, flanks, .. } = CorrectionBody::of(record)?;
+        let CorrectionResultBody { iterations, flanks, .. } = CorrectionResultBody::of(record)?;
         let flanks = match flanks.as_deref() {
-            Some([SideName::Left]) => "the left flank",
-            Some([SideName::Right]) => "the right flank",
+            Some([Side::Left]) => "the left flank",
+            Some([Side::Right]) => "the right flank",
             _ => "both flanks",
         };
         Ok(MadeFor { flanks: flanks.to_owned(), iterations: iterations.unwrap_or_default() })
@@ -73,7 +70,7 @@ pub fn write(
             Err(why) => (None, Some(why)),
         },
     };
-    whole(record, CorrectionBody::of(record)?, applied, compared, tooth_shift, include)
+    whole(record, CorrectionResultBody::of(record)?, applied, compared, tooth_shift, include)
 }
 
 fn answer(
@@ -91,7 +88,7 @@ fn answer(
         Ok(earlier) => earlier,
         Err(why) => return Ok(Err(why)),
     };
-    let flanks: Vec<SideName> = nodes.blocks.iter().filter_map(|block| block.side).collect();
+    let flanks: Vec<Side> = nodes.blocks.iter().filter_map(|block| block.side).collect();
     if Some(flanks) != made.result.flanks {
         return Ok(Err("what the corrected iterations are of was changed since".to_owned()));
     }

@@ -27,7 +27,7 @@ pub struct Measured {
 impl Measured {
     /// Returns why its units are implausible; `None` where they are not, or have been accepted.
     pub fn implausible(&self) -> Option<&str> {
-        self.chosen.figures.implausible().filter(|_| !self.measurand.units_accepted)
+        self.chosen.figures.implausible().filter(|_| !self.measurand.accept_units)
     }
 }
 

@@ -9,54 +9,70 @@ use crate::{
     api::{
         faults::Faults,
         gears::fit_figures::missing,
-        measurand::{axes::AxesBody, side::SideName, units::canonical},
+        measurand::{axes::AxesBody, units::canonical},
     },
     jobs::{Measurand, side_name},
 };
 use flankfit_engine::{
     estimation::Nodes,
     gear::{
-        Gear, ProfileAxis,
+        Gear, ProfileAxis, Side,
         correction::{
             Flank, Setting,
             machine::{Machine, Ranges},
         },
         evaluation::flank_surface::FigureTerms,
     },
-    numerics::check,
+    numerics::{check, tagged},
     words::entries,
 };
 
 /// Effect of a unit of each setting on each node: as a matrix, or by a machine for cylindrical
 /// gears that is known here.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[serde(tag = "type", rename_all = "snake_case")]
+#[schema(as = Sensitivity)]
+pub enum SensitivityBody {
+    Matrix(MatrixSensitivity),
+    Machine(MachineSensitivity),
+}
+
+tagged!(SensitivityBody { "matrix" => Matrix, "machine" => Machine });
+
+/// A matrix with a row for each node and a column for each setting.
 #[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
-#[schema(as = Sensitivity)]
-pub struct SensitivityBody {
-    /// Names of the settings, with `matrix`.
-    pub settings: Option<Vec<String>>,
-    /// Units of the settings, with `matrix`.
+pub struct MatrixSensitivity {
+    /// Names of the settings.
+    pub settings: Vec<String>,
+    /// Units of the settings.
     pub units: Option<Vec<String>>,
     /// µm per unit: a row for each node in the order posted (of a grid row by row, missing ones
     /// too), an entry for each setting.
-    pub matrix: Option<Vec<Vec<f64>>>,
-    /// In place of a matrix. Nodes then have u along the profile and v = z, and the job has a gear.
-    pub machine: Option<Machine>,
-    /// With `machine`: the flank that was measured. By default that of the iteration.
-    pub flank: Option<SideName>,
-    /// With `machine`: quantity of u of the nodes. By default that of the iteration's axes.
+    pub matrix: Vec<Vec<f64>>,
+}
+
+/// A machine. Nodes have u along the profile and v = z, and the job has a gear.
+#[skip_serializing_none]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MachineSensitivity {
+    pub machine: Machine,
+    /// The flank that was measured. By default that of the iteration.
+    pub flank: Option<Side>,
+    /// Quantity of u of the nodes. By default that of the iteration's axes.
     pub profile_axis: Option<ProfileAxis>,
-    /// With `machine`: range that crownings refer to. By default that of the nodes.
+    /// Range that crownings refer to. By default that of the nodes.
     #[schema(min_items = 2, max_items = 2)]
     pub profile_diameter_range_mm: Option<[f64; 2]>,
     /// Range in z over which angle and crowning of the helix are meant, `[from, to]`. By default
     /// that of the nodes.
     #[schema(min_items = 2, max_items = 2)]
     pub helix_range_mm: Option<[f64; 2]>,
-    /// With `machine`: settings that it has for each flank by itself, such as the profile angle of
-    /// a wheel that is dressed on both sides. Their names end in `_left` or `_right`, and they
-    /// leave the other flank as it is. Default none: all settings act on both flanks.
+    /// Settings that the machine has for each flank by itself, such as the profile angle of a wheel
+    /// that is dressed on both sides. Their names end in `_left` or `_right`, and they leave the
+    /// other flank as it is. Default none: all settings act on both flanks.
     pub by_flank: Option<Vec<String>>,
 }
 
@@ -98,37 +114,16 @@ const AT: &str = "/sensitivity";
 impl SensitivityBody {
     /// Returns the sensitivity for the nodes of an iteration; `None` with a fault.
     pub fn read(&self, iteration: Corrected<'_>, faults: &mut Faults) -> Option<Sensitivity> {
-        let of_machine_only = [
-            ("flank", self.flank.is_some()),
-            ("profile_axis", self.profile_axis.is_some()),
-            ("profile_diameter_range_mm", self.profile_diameter_range_mm.is_some()),
-            ("helix_range_mm", self.helix_range_mm.is_some()),
-            ("by_flank", self.by_flank.is_some()),
-        ];
-        let of_matrix_only =
-            [("settings", self.settings.is_some()), ("units", self.units.is_some()), ("matrix", self.matrix.is_some())];
-        let (kind, foreign) = match self.machine {
-            Some(_) => ("machine", &of_matrix_only[..]),
-            None => ("matrix", &of_machine_only[..]),
-        };
-        let before = faults.count();
-        for (name, _) in foreign.iter().filter(|(_, given)| *given) {
-            faults.push(format!("{AT}/{name}"), format!("it does not belong to a `{kind}`"));
-        }
-        match self.machine {
-            _ if faults.count() > before => None,
-            Some(machine) => self.of_machine(machine, iteration, faults),
-            None => self.of_matrix(faults),
+        match self {
+            SensitivityBody::Matrix(matrix) => matrix.read(faults),
+            SensitivityBody::Machine(machine) => machine.read(iteration, faults),
         }
     }
+}
 
-    fn of_matrix(&self, faults: &mut Faults) -> Option<Sensitivity> {
-        for (name, given) in [("settings", self.settings.is_some()), ("matrix", self.matrix.is_some())] {
-            if !given {
-                faults.push_missing(format!("{AT}/{name}"), "missing");
-            }
-        }
-        let (names, matrix) = (self.settings.as_ref()?, self.matrix.as_ref()?);
+impl MatrixSensitivity {
+    fn read(&self, faults: &mut Faults) -> Option<Sensitivity> {
+        let (names, matrix) = (&self.settings, &self.matrix);
         let wrong =
             |count: usize| (count != names.len()).then(|| format!("{} for {} settings", entries(count), names.len()));
         let before = faults.count();
@@ -144,10 +139,13 @@ impl SensitivityBody {
         let sensitivity = Sensitivity { name: "matrix", settings, matrix: matrix.concat(), flank: None };
         (faults.count() == before).then_some(sensitivity)
     }
+}
 
-    fn of_machine(&self, machine: Machine, iteration: Corrected<'_>, faults: &mut Faults) -> Option<Sensitivity> {
+impl MachineSensitivity {
+    fn read(&self, iteration: Corrected<'_>, faults: &mut Faults) -> Option<Sensitivity> {
         let Corrected { nodes, measurand, axes, gear, level } = iteration;
-        let by_flank = self.by_flank(machine, faults)?;
+        let machine = self.machine;
+        let by_flank = self.by_flank(faults)?;
         if level == Level::Gear && self.flank.is_some() {
             let detail = "a correction of the gear takes the flanks that were measured; leave it out";
             faults.push("/sensitivity/flank", detail);
@@ -195,7 +193,8 @@ impl SensitivityBody {
     }
 
     /// Returns the settings that the machine has for each flank.
-    fn by_flank(&self, machine: Machine, faults: &mut Faults) -> Option<&[String]> {
+    fn by_flank(&self, faults: &mut Faults) -> Option<&[String]> {
+        let machine = self.machine;
         let names = self.by_flank.as_deref().unwrap_or_default();
         let settings: Vec<String> = machine.settings().into_iter().map(|setting| setting.name).collect();
         let before = faults.count();

@@ -1,6 +1,7 @@
 //! A stored correction with the answer of the machine.
 
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 use uuid::Uuid;
@@ -11,7 +12,7 @@ use super::{
     figures::SidedBody,
     include::CorrectionInclude,
     request::{CorrectionRequestBody, Job, Read},
-    result::CorrectionBody,
+    result::CorrectionResultBody,
     same_nodes::{Measured, same_nodes},
     sensitivity::Level,
 };
@@ -23,7 +24,7 @@ use crate::{
         problem::Problem,
         warning::WarningBody,
     },
-    jobs::Record,
+    jobs::{Record, RecordKind},
 };
 use flankfit_engine::{
     estimation::{FitError, Unconverged},
@@ -34,26 +35,29 @@ use flankfit_engine::{
     },
 };
 
-/// A correction and its answer.
+/// A correction. In the response to the request that made it there is no answer of the machine yet.
 #[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[schema(as = KeptCorrection)]
-pub struct StoredCorrectionBody {
+#[schema(as = Correction)]
+pub struct CorrectionBody {
     /// UUIDv7 of the record.
     pub id: Uuid,
+    pub kind: RecordKind,
     /// `matrix`, or the machine.
     pub method: String,
     /// When the correction was stored.
     #[schema(value_type = String, format = DateTime)]
     pub created_at: Moment,
+    /// Actor of the caller; absent where no key was required.
+    pub by: Option<String>,
     /// The gear that the job had then, of which `result` and `answer` are; left out where it had
     /// none.
     #[schema(value_type = Option<GearBody>)]
     pub gear: Option<Raw<GearBody>>,
     /// As it was posted; what it says node by node when `nodes` was included.
     #[schema(value_type = Object)]
-    pub request: serde_json::Value,
-    pub result: CorrectionBody,
+    pub request: Raw<Value>,
+    pub result: CorrectionResultBody,
     /// What was entered on the machine, where it was said; the newest entry. `answer` is compared
     /// with these changes then, and with those of `result` otherwise.
     pub applied: Option<AppliedChangesBody>,
@@ -131,7 +135,7 @@ pub fn write(
             Err(why) => (None, Some(why)),
         },
     };
-    whole(record, CorrectionBody::of(record)?, applied, compared, tooth_shift, include)
+    whole(record, CorrectionResultBody::of(record)?, applied, compared, tooth_shift, include)
 }
 
 /// Returns why an iteration is not compared whose units are implausible.
@@ -142,19 +146,20 @@ pub(super) fn implausible(measured: &Measured) -> Option<String> {
 /// Returns a stored correction with the answer of the machine, or why there is none.
 pub(super) fn whole(
     record: &Record,
-    result: CorrectionBody,
+    result: CorrectionResultBody,
     applied: Option<AppliedChangesBody>,
     (answer, not_compared): (Option<MachineAnswerBody>, Option<String>),
     tooth_shift: Option<ToothShift>,
     include: CorrectionInclude,
 ) -> Result<Vec<u8>, Problem> {
-    let request = serde_json::from_str(&record.draft.request).map_err(Problem::internal)?;
-    let body = StoredCorrectionBody {
+    let body = CorrectionBody {
         id: record.id,
+        kind: record.draft.kind,
         method: record.draft.method.clone(),
         created_at: Moment(record.created_at),
+        by: record.by.as_deref().map(str::to_owned),
         gear: record.draft.gear.as_deref().map(Raw::from),
-        request: include.of_request(request),
+        request: include.of_request(&record.draft.request).map_err(Problem::internal)?.into(),
         result: include.of_result(result),
         applied,
         answer,
@@ -212,7 +217,7 @@ fn answer(
 pub(super) struct Made<'a> {
     record: &'a Record,
     pub request: CorrectionRequestBody,
-    pub result: CorrectionBody,
+    pub result: CorrectionResultBody,
     own_gear: Option<Gear>,
     today: Option<&'a Gear>,
 }
@@ -240,7 +245,7 @@ impl<'a> Made<'a> {
     pub fn of(record: &'a Record, today: Option<&'a Gear>) -> Result<Result<Self, String>, Problem> {
         let own_gear = record.draft.gear.as_deref().map(of_text).transpose()?;
         let request = serde_json::from_str(&record.draft.request).map_err(Problem::internal)?;
-        let result = CorrectionBody::of(record)?;
+        let result = CorrectionResultBody::of(record)?;
         if result.settings.iter().all(|setting| setting.change == 0.0) {
             return Ok(Err("the correction changed nothing".to_owned()));
         }

@@ -9,7 +9,6 @@ use super::places::ProfileBody;
 use crate::api::{
     gears::{gear::GearBody, notice::NoticeBody},
     json::{value::read_json, writer::Json},
-    measurand::side::SideName,
     problem::{Problem, Room},
 };
 use flankfit_engine::{
@@ -25,7 +24,7 @@ use flankfit_engine::{
 #[schema(as = FlankRequest)]
 pub struct FlankRequestBody {
     pub gear: GearBody,
-    pub flank: SideName,
+    pub flank: Side,
     pub profile: ProfileBody,
     /// z of each column.
     pub face_width_positions_mm: Vec<f64>,

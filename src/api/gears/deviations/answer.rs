@@ -16,13 +16,11 @@ use crate::{
         fits::canonical,
         gears::{
             design::modification,
-            evaluation::request::DirectionName,
             notice::NoticeBody,
             of_iteration::{ToothOf, refuse_others, tooth_number},
             plausibility::{implausible_grid, implausible_points},
         },
         json::{gather::gathered, writer::whole},
-        measurand::side::SideName,
         problem::{Problem, Room},
     },
     jobs::Measurand,
@@ -31,6 +29,7 @@ use flankfit_engine::gear::{
     Gear, Side,
     deviation::{self, Deviations, NoFoot, Node, Reference, Relief},
     registration::{Registering, Start, register, register_from, start},
+    trace::Direction,
 };
 
 /// Deviations, everything in the order of the points; `null` stands for an undefined one.
@@ -38,7 +37,7 @@ use flankfit_engine::gear::{
 #[derive(Clone, Debug, Serialize, ToSchema)]
 #[schema(as = GearDeviations)]
 pub struct DeviationsBody<'a> {
-    pub direction: DirectionName,
+    pub direction: Direction,
     /// Positive where material stands out. After a registration: of the part carried back.
     pub deviation_um: Vec<Option<f64>>,
     /// Where each point's foot lies on the nominal flank.
@@ -51,7 +50,7 @@ pub struct DeviationsBody<'a> {
     /// given.
     pub tooth: Vec<u32>,
     /// Flank that each point belongs to.
-    pub flank: Vec<SideName>,
+    pub flank: Vec<Side>,
     /// Whether it takes part: defined and inside the borders.
     pub counts: Vec<bool>,
     /// How many take part.

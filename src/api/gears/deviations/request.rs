@@ -10,7 +10,6 @@ use crate::api::{
     fits::{reader::fields, spec::request::FitFields},
     gears::{
         design::modification::{ModificationBody, ModificationRangeBody},
-        evaluation::request::DirectionName,
         gear::GearBody,
         notice::NoticeBody,
     },
@@ -20,12 +19,11 @@ use crate::api::{
         numbers::read_rows_of_heights,
         request::request,
     },
-    measurand::side::SideName,
 };
 use flankfit_engine::{
     estimation::FitSpec,
     gear::{
-        Gear,
+        Gear, Side,
         deviation::{FootlessPoints, MeasuredPoint, Measurement, Topography},
         registration::Motion,
         trace::Direction,
@@ -55,7 +53,7 @@ request! {
         optional teeth: Vec<u32>,
         /// The flank of each point. By default the nearest, after a registration that of the part
         /// laid in place.
-        optional flanks: Vec<SideName>,
+        optional flanks: Vec<Side>,
         optional grid: DeviationGridBody,
         /// What is taken off the involute on purpose, superposed: deviations refer to the flank
         /// that is left.
@@ -66,7 +64,7 @@ request! {
         #[schema(minimum = 0)]
         optional probe_radius_mm: f64,
         /// Along what deviations are taken. Default `normal`.
-        optional direction: DirectionName,
+        optional direction: Direction,
         /// How far from its flank a point may lie. By default a quarter of the base pitch, at most
         /// 2 mm.
         #[schema(exclusive_minimum = 0)]
@@ -91,7 +89,7 @@ request! {
         /// Counted clockwise from 1, the tooth at the top. By default that of the iteration that
         /// the deviations are kept with, else 1.
         optional tooth: u32,
-        required flank: SideName,
+        required flank: Side,
         /// Ascending; either these …
         optional roll_length_mm: Vec<f64>,
         /// … or these.
@@ -148,7 +146,7 @@ impl Given {
 /// A grid, read, all but what needs the gear.
 pub struct DeviationGrid {
     pub tooth: Option<u32>,
-    flank: SideName,
+    flank: Side,
     roll_length: Option<Vec<f64>>,
     diameter: Option<Vec<f64>>,
     z: Vec<f64>,

@@ -1,6 +1,5 @@
 //! The line that deviations of traces are about.
 
-pub use flankfit_engine::gear::evaluation::Against as AgainstName;
 use flankfit_engine::gear::{Kind, Trace};
 
 /// Why a trace has no design line.

@@ -3,10 +3,9 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::against::AgainstName;
-use crate::api::{contract::Pair, faults::Faults, gears::trace::KindName, measurand::side::SideName};
+use crate::api::{contract::Pair, faults::Faults};
 use flankfit_engine::gear::{
-    Gear, ProfileAxis,
+    Gear, Kind, ProfileAxis, Side,
     evaluation::{Against, band::Band},
     trace::MOST_DEVIATION,
 };
@@ -28,13 +27,13 @@ pub const MOST_POINTS_IN_ALL: usize = 4000;
     "upper": [[50.4, 2], [53.5, 2], [54.0, -4]], "lower": [[50.4, -8], [53.0, -4], [54.0, -14]]}))]
 pub struct KBandBody {
     /// Of which traces it is.
-    pub kind: KindName,
+    pub kind: Kind,
     /// Of which flank; of both where it is left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub flank: Option<SideName>,
+    pub flank: Option<Side>,
     /// What the deviations are about. Default `involute`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub against: Option<AgainstName>,
+    pub against: Option<Against>,
     /// What places of profiles are. Default `roll_length`. Those of helices are z in mm.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub profile_axis: Option<ProfileAxis>,
@@ -75,11 +74,11 @@ pub fn on_all(bands: &[KBandBody], gear: &Gear, at: &str) -> Result<Vec<Band>, F
 impl KBandBody {
     /// True if its deviations are about the design.
     pub fn is_about_design(&self) -> bool {
-        self.against == Some(AgainstName::Design)
+        self.against == Some(Against::Design)
     }
 
     fn check(&self, at: &str, faults: &mut Faults) {
-        if self.kind == KindName::Helix && self.profile_axis.is_some() {
+        if self.kind == Kind::Helix && self.profile_axis.is_some() {
             faults.push(format!("{at}/profile_axis"), "places of helices are z in mm; leave it out");
         }
         let before = faults.count();
@@ -106,8 +105,8 @@ impl KBandBody {
         let mut faults = Faults::default();
         let mut line = |of: &str, points: &[[f64; 2]]| -> Vec<[f64; 2]> {
             let point = |(k, [x, y]): (usize, &[f64; 2])| match self.kind {
-                KindName::Helix => [*x, *y],
-                KindName::Profile => {
+                Kind::Helix => [*x, *y],
+                Kind::Profile => {
                     if axis.roll_length(gear, axis.requested(*x)).is_none() {
                         let why = format!("there is no involute at {x}, which is a {}", axis.name().replace('_', " "));
                         faults.push(format!("{at}/{of}/{k}/0"), why);

@@ -1,7 +1,7 @@
 //! The design lines of the traces of a job.
 
 use super::{
-    against::{AgainstName, NO_SECTION, section},
+    against::{NO_SECTION, section},
     band::KBandBody,
     request::EvaluationSettingsBody,
 };
@@ -13,7 +13,12 @@ use crate::api::{
         requirements::{RequirementsBody, aside},
     },
 };
-use flankfit_engine::gear::{Gear, Kind, Side, Trace, correction::machine::Ranges, evaluation, modification::Range};
+use flankfit_engine::gear::{
+    Gear, Kind, Side, Trace,
+    correction::machine::Ranges,
+    evaluation::{self, Against},
+    modification::Range,
+};
 
 /// Place of the member in a request.
 pub const AT: &str = "/evaluation/against";
@@ -29,7 +34,7 @@ pub fn complete(
     lines: &mut [Option<Vec<f64>>],
 ) -> Result<Vec<NoticeBody>, Faults> {
     let has_lines = lines.iter().any(Option::is_some);
-    let default = if has_lines { AgainstName::Design } else { AgainstName::Involute };
+    let default = if has_lines { Against::Design } else { Against::Involute };
     settings.against = settings.against.or(Some(default));
     let own_bands = settings.k_bands.is_some();
     let mut notices = Vec::new();
@@ -48,7 +53,7 @@ pub fn complete(
             }));
             Ok(notices)
         }
-        Err(faults) if own_bands || settings.against == Some(AgainstName::Design) => Err(faults),
+        Err(faults) if own_bands || settings.against == Some(Against::Design) => Err(faults),
         Err(faults) => {
             let why = faults.list().first().map_or("", |fault| fault.detail.as_str());
             notices.push(aside(&format!("the job's bands about the design: {why}")));
@@ -106,7 +111,7 @@ fn design_lines<'a>(
 impl EvaluationSettingsBody {
     /// Returns the place of the member by which a trace needs a design line.
     fn place_of_design(&self, trace: &Trace) -> Option<String> {
-        if self.against == Some(AgainstName::Design) {
+        if self.against == Some(Against::Design) {
             return Some(AT.to_owned());
         }
         let bands = self.k_bands.as_deref().unwrap_or_default();

@@ -3,7 +3,7 @@
 use serde::Serialize;
 use utoipa::ToSchema;
 
-use super::request::{DeviationSignName, DirectionName, ReferenceName, SignName, figure_terms};
+use super::request::figure_terms;
 use crate::api::{
     built::Built,
     faults::{Faults, is_within, pointer_of},
@@ -16,18 +16,18 @@ use crate::api::{
         request::request,
         writer::whole,
     },
-    measurand::side::SideName,
     problem::Problem,
 };
 use flankfit_engine::{
     estimation::FitError,
     gear::{
-        Gear, ProfileAxis,
+        Gear, ProfileAxis, Side,
         evaluation::{
             SidedLimits,
-            flank_surface::{Border, FlankNodes, FlankSurface, SurfaceSettings, flank_surface},
+            flank_surface::{Border, FlankNodes, FlankSurface, Reference, SurfaceSettings, flank_surface},
             settings::{DeviationSign, SlopeSign},
         },
+        trace::Direction,
     },
     words::entries,
 };
@@ -38,7 +38,7 @@ request! {
     #[schema(as = FlankSurfaceRequest)]
     pub struct FlankSurfaceRequestBody as FlankSurfaceMembers {
         required gear: GearBody,
-        required flank: SideName,
+        required flank: Side,
         /// What `profile` is. Default `roll_length`.
         optional profile_axis: ProfileAxis,
         /// mm; roll angles in degrees. Of a grid ascending.
@@ -57,15 +57,15 @@ request! {
         optional helix_range_mm: [f64; 2],
         optional border_percent: Border,
         /// The sign of slopes and twist. Default `din`.
-        optional sign: SignName,
+        optional sign: SlopeSign,
         /// Default `material`, which is what `din` means for a whole flank too; helix slope and
         /// twist are answered by `sign`.
-        optional deviation_sign: DeviationSignName,
+        optional deviation_sign: DeviationSign,
         /// Direction in which deviations were taken, figures and form are given, and limits count.
         /// Default `normal`.
-        optional direction: DirectionName,
+        optional direction: Direction,
         /// Length that slopes refer to. Default `reference_length`.
-        optional reference: ReferenceName,
+        optional reference: Reference,
         /// What the figures must lie within. Limits of form and total deviations are of traces, and
         /// refused here.
         optional tolerance_limits: SidedLimits,

@@ -6,7 +6,6 @@ use serde::{Deserialize, Serialize};
 use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
-use super::request::RoundingName;
 use crate::{
     api::{
         built::Built,
@@ -23,7 +22,6 @@ use crate::{
     },
     jobs::Measurand,
 };
-pub use flankfit_engine::gear::evaluation::runout::Counting as CountingName;
 use flankfit_engine::{
     formats::klingelnberg::Thickness,
     gear::{
@@ -31,7 +29,7 @@ use flankfit_engine::{
         evaluation::{
             pitch::{Pitch, PitchClasses, PitchMeasured, PitchSettings, pitch, thickness_variation},
             pitch_limits::{PitchLimits, PitchUncertainty},
-            runout::{Runout, from_pitches, from_readings},
+            runout::{Counting, Runout, from_pitches, from_readings},
         },
         tolerance::{OutOfScope, Rounding, Tolerances},
     },
@@ -63,9 +61,9 @@ pub struct PitchRequestBody {
     pub sector: Option<usize>,
     /// Which way teeth are counted. It decides which flanks bound a space: without it no run-out
     /// follows from pitches.
-    pub counting: Option<CountingName>,
+    pub counting: Option<Counting>,
     /// Which tolerances decide the class. Default `rounded`.
-    pub tolerances: Option<RoundingName>,
+    pub tolerances: Option<Rounding>,
     /// What the figures must lie within. In a job those of its `requirements` take its place where
     /// it is left out.
     pub pitch_limits: Option<PitchLimits>,
@@ -99,7 +97,7 @@ pub struct PitchMeasuredBody {
 #[schema(as = PitchEvaluation)]
 pub struct PitchEvaluationBody {
     /// Which way teeth are counted; left out where it is not known.
-    pub counting: Option<CountingName>,
+    pub counting: Option<Counting>,
     pub left: Option<PitchBody>,
     pub right: Option<PitchBody>,
     /// R_s: greatest less least thickness of the measured teeth, on the measuring circle. There

@@ -5,7 +5,7 @@ use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use super::{
-    against::{self, AgainstName},
+    against,
     band::{self, KBandBody},
 };
 use crate::api::{
@@ -16,25 +16,23 @@ use crate::api::{
         trace::TraceBody,
     },
 };
-use flankfit_engine::estimation::spec::DEFAULT_LEVEL;
-pub use flankfit_engine::gear::evaluation::flank_surface::Reference as ReferenceName;
-pub use flankfit_engine::gear::evaluation::settings::DeviationSign as DeviationSignName;
-pub use flankfit_engine::gear::evaluation::settings::SlopeSign as SignName;
-pub use flankfit_engine::gear::tolerance::Rounding as RoundingName;
-pub use flankfit_engine::gear::trace::Direction as DirectionName;
-use flankfit_engine::gear::{
-    Gear, Trace,
-    evaluation::{
-        self, Against, Evaluation, SidedLimits,
-        flank_surface::FigureTerms,
-        settings::{
-            HelixReference, HelixSettings, MeanCurve, Outliers, PlusMaterial, ProfileReference, ProfileSettings,
-            Settings,
+use flankfit_engine::{
+    estimation::spec::DEFAULT_LEVEL,
+    gear::{
+        Gear, Trace,
+        evaluation::{
+            self, Against, Evaluation, SidedLimits,
+            flank_surface::{FigureTerms, Reference},
+            settings::{
+                DeviationSign, HelixReference, HelixSettings, MeanCurve, Outliers, PlusMaterial, ProfileReference,
+                ProfileSettings, Settings, SlopeSign,
+            },
         },
+        tolerance::Rounding,
+        trace::Direction,
     },
-    trace::Direction,
+    numerics::check,
 };
-use flankfit_engine::numerics::check;
 
 /// Traces to evaluate.
 #[skip_serializing_none]
@@ -79,16 +77,16 @@ pub struct EvaluationSettingsBody {
     /// Default `face_width`.
     pub helix_reference: Option<HelixReference>,
     /// The sign of the answered slopes. Default `din`.
-    pub sign: Option<SignName>,
+    pub sign: Option<SlopeSign>,
     /// The sign of the posted deviations. By default that of `sign`: `din` for `din`, else
     /// `material`.
-    pub deviation_sign: Option<DeviationSignName>,
+    pub deviation_sign: Option<DeviationSign>,
     /// Along what deviations were taken. Default `transverse`; answers are transverse.
-    pub direction: Option<DirectionName>,
+    pub direction: Option<Direction>,
     /// What figures are about. Default `design` with `modifications` or `design_um`, else
     /// `involute`. Against a design the job's limits of slopes, crownings and twist, which are of
     /// the flank, are not compared.
-    pub against: Option<AgainstName>,
+    pub against: Option<Against>,
     /// About what the form deviation of profiles is taken. Default `line`.
     pub profile_mean: Option<MeanCurve>,
     /// About what the form deviation of helices is taken. Default `line`.
@@ -97,7 +95,7 @@ pub struct EvaluationSettingsBody {
     pub profile_plus_material: Option<PlusMaterial>,
     pub helix_plus_material: Option<PlusMaterial>,
     /// Which tolerances decide the class. Default `rounded`.
-    pub tolerances: Option<RoundingName>,
+    pub tolerances: Option<Rounding>,
     /// What becomes of samples that stand far out of their neighbours, as dust does. Default
     /// `keep`.
     pub outliers: Option<Outliers>,
@@ -121,16 +119,16 @@ pub struct EvaluationSettingsBody {
 
 /// Returns the direction and the reference lengths of figures; by default along the normal, over
 /// the reference lengths.
-pub fn figure_terms(direction: Option<DirectionName>, reference: Option<ReferenceName>) -> FigureTerms {
+pub fn figure_terms(direction: Option<Direction>, reference: Option<Reference>) -> FigureTerms {
     let terms = FigureTerms::default();
     FigureTerms { direction: direction.unwrap_or(terms.direction), reference: reference.unwrap_or(terms.reference) }
 }
 
 /// Returns the sign of deviations that goes with a sign of slopes.
-fn deviation_sign(slopes: SignName) -> DeviationSignName {
+fn deviation_sign(slopes: SlopeSign) -> DeviationSign {
     match slopes {
-        SignName::Din => DeviationSignName::Din,
-        SignName::Vdi | SignName::AsGiven => DeviationSignName::Material,
+        SlopeSign::Din => DeviationSign::Din,
+        SlopeSign::Vdi | SlopeSign::AsGiven => DeviationSign::Material,
     }
 }
 
@@ -138,18 +136,18 @@ impl EvaluationSettingsBody {
     /// The same with every default written out, as it is answered.
     pub fn explicit(&self, evaluation: &Evaluation) -> Self {
         let (profile, helix) = (evaluation.profile.is_some(), evaluation.helix.is_some());
-        let sign = self.sign.unwrap_or(SignName::Din);
+        let sign = self.sign.unwrap_or(SlopeSign::Din);
         EvaluationSettingsBody {
             profile_reference_length_mm: evaluation.profile.map(|window| window.reference),
             helix_reference_length_mm: evaluation.helix.map(|window| window.reference),
             sign: Some(sign),
             deviation_sign: Some(self.deviation_sign.unwrap_or(deviation_sign(sign))),
-            direction: Some(self.direction.unwrap_or(DirectionName::Transverse)),
+            direction: Some(self.direction.unwrap_or(Direction::Transverse)),
             profile_mean: profile.then(|| self.profile_mean.unwrap_or(MeanCurve::Line)),
             helix_mean: helix.then(|| self.helix_mean.unwrap_or(MeanCurve::Line)),
             profile_plus_material: profile.then(|| self.profile_plus_material.unwrap_or(PlusMaterial::Ignored)),
             helix_plus_material: helix.then(|| self.helix_plus_material.unwrap_or(PlusMaterial::Ignored)),
-            tolerances: Some(self.tolerances.unwrap_or(RoundingName::Rounded)),
+            tolerances: Some(self.tolerances.unwrap_or(Rounding::Rounded)),
             outliers: Some(self.outliers.unwrap_or(Outliers::Keep)),
             traces_share_zero: Some(self.traces_share_zero()),
             level: Some(self.level.unwrap_or(DEFAULT_LEVEL)),
@@ -167,7 +165,7 @@ impl EvaluationSettingsBody {
 
     /// The settings, without bands, whose places need the gear.
     pub fn settings(&self) -> Settings {
-        let sign = self.sign.unwrap_or(SignName::Din);
+        let sign = self.sign.unwrap_or(SlopeSign::Din);
         let given = self.deviation_sign.unwrap_or(deviation_sign(sign));
         let profile = self.profile_diameter_range_mm.map(|range| ProfileSettings {
             reference: self.profile_reference.unwrap_or_default(),

@@ -11,10 +11,9 @@ use crate::api::{
     faults::Faults,
     gears::{
         evaluation::{
-            against::AgainstName,
             answer::EvaluationBody,
             design_lines, evaluate,
-            request::{DeviationSignName, DirectionName, EvaluateBody, EvaluationSettingsBody, SignName},
+            request::{EvaluateBody, EvaluationSettingsBody},
         },
         gear::GearBody,
         notice::NoticeBody,
@@ -27,7 +26,11 @@ use flankfit_engine::{
     formats::klingelnberg::{Curves, ProfileAxis, Range, SectionPlane, SignConvention},
     gear::{
         Gear, Kind, Trace,
-        evaluation::{self, FlankTraces, Levelled, Position, Posted, settings::PlusMaterial},
+        evaluation::{
+            self, Against, FlankTraces, Levelled, Position, Posted,
+            settings::{DeviationSign, PlusMaterial, SlopeSign},
+        },
+        trace::Direction,
     },
 };
 
@@ -85,7 +88,7 @@ pub(super) fn of_traces(
     required: Option<&RequirementsBody>,
     mut warnings: Vec<NoticeBody>,
 ) -> Result<FileRead, Problem> {
-    if settings.against == Some(AgainstName::Design) && required.is_none_or(|required| required.design.is_none()) {
+    if settings.against == Some(Against::Design) && required.is_none_or(|required| required.design.is_none()) {
         let detail = "there is no design: give the job's requirements a `design`";
         return Err(Problem::invalid(Faults::one(format!("/spec{}", design_lines::AT), detail)));
     }
@@ -181,10 +184,10 @@ fn settings(
         warnings.push(NoticeBody::new("plus_material_assumed", &message));
     }
     if rules.section == Some(SectionPlane::Normal) {
-        asked.direction = asked.direction.or(Some(DirectionName::Normal));
+        asked.direction = asked.direction.or(Some(Direction::Normal));
     }
-    asked.sign = asked.sign.or(Some(SignName::Din));
-    asked.deviation_sign = Some(DeviationSignName::Din);
+    asked.sign = asked.sign.or(Some(SlopeSign::Din));
+    asked.deviation_sign = Some(DeviationSign::Din);
     asked
 }
 

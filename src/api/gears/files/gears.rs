@@ -15,7 +15,6 @@ use crate::api::{
         notice::NoticeBody,
     },
     json::writer,
-    measurand::side::SideName,
     problem::Problem,
 };
 use flankfit_engine::{
@@ -23,7 +22,7 @@ use flankfit_engine::{
         Datum, Difference, GearFacts, Notes,
         gear_file::{self, GearFile},
     },
-    gear::{Gear, GearData, Hand},
+    gear::{Gear, GearData, Hand, Side},
 };
 
 /// What a file says of gears.
@@ -38,7 +37,7 @@ pub struct GearsOfFileBody {
     pub traces: Vec<FileTraceBody>,
     /// Flanks with a table of pitches that an import keeps.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub pitches: Vec<SideName>,
+    pub pitches: Vec<Side>,
     /// Of values: every one that the file prints, in its order.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub values: Vec<FileValueBody>,
@@ -77,7 +76,7 @@ pub struct GearOfFileBody {
     pub missing: Vec<String>,
     /// Flanks with a topography that can be imported.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub topographies: Vec<SideName>,
+    pub topographies: Vec<Side>,
 }
 
 /// Data of a gear, as far as a file gives them.

@@ -4,7 +4,6 @@ use serde::{Deserialize, Serialize};
 use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
-use crate::api::{gears::trace::KindName, measurand::side::SideName};
 use flankfit_engine::{
     formats::{
         klingelnberg::{Characteristic, Curve, MeasuringPosition, ResultLine, ResultValue, Section, Statistic},
@@ -21,8 +20,8 @@ use flankfit_engine::{
 pub struct FileTraceBody {
     /// As evaluations name it: a letter behind the number stands for a trace beside the middle.
     pub tooth: String,
-    pub flank: SideName,
-    pub kind: KindName,
+    pub flank: Side,
+    pub kind: Kind,
     /// All samples of the trace.
     pub samples: usize,
     /// Samples without a deviation.
@@ -51,7 +50,7 @@ pub struct FileValueBody {
     pub position: MeasuringPosition,
     pub statistic: Statistic,
     /// Left out where it is of no flank.
-    pub flank: Option<SideName>,
+    pub flank: Option<Side>,
     /// Of a value of one tooth, where its label names it.
     pub tooth: Option<String>,
     /// In `unit`; left out where there is none, which `state` explains.

@@ -1,14 +1,17 @@
 //! Tables of pitches of a gear tester, evaluated.
 
 use crate::api::gears::{
-    evaluation::pitch::{CountingName, PitchEvaluationBody, PitchMeasuredBody, PitchRequestBody},
+    evaluation::pitch::{PitchEvaluationBody, PitchMeasuredBody, PitchRequestBody},
     gear::GearBody,
     notice::NoticeBody,
     requirements::RequirementsBody,
 };
 use flankfit_engine::{
     formats::klingelnberg::{Curves, PitchRow, PitchTable},
-    gear::{Gear, Side, evaluation::runout},
+    gear::{
+        Gear, Side,
+        evaluation::runout::{self, Counting},
+    },
 };
 
 /// Pitches of a file.
@@ -78,10 +81,10 @@ const DECIDES: f64 = 0.9;
 
 /// Returns the direction in which the teeth of a file are counted: from code 161, or from the
 /// file's own run-out.
-fn counting(curves: &Curves, request: &PitchRequestBody, notices: &mut Vec<NoticeBody>) -> Option<CountingName> {
+fn counting(curves: &Curves, request: &PitchRequestBody, notices: &mut Vec<NoticeBody>) -> Option<Counting> {
     let index = |flank: &Option<PitchMeasuredBody>| flank.as_ref()?.index_deviation_um.clone();
     let both = index(&request.left).zip(index(&request.right)).zip(request.readings_um.clone());
-    let agreement = |counting: CountingName| {
+    let agreement = |counting: Counting| {
         let ((left, right), readings) = both.as_ref()?;
         runout::agreement(left, right, readings, counting)
     };
@@ -107,7 +110,7 @@ fn counting(curves: &Curves, request: &PitchRequestBody, notices: &mut Vec<Notic
             Some(said)
         }
         None => {
-            let each = [CountingName::Clockwise, CountingName::Counterclockwise];
+            let each = [Counting::Clockwise, Counting::Counterclockwise];
             let best = each.into_iter().filter_map(|counting| Some((counting, agreement(counting)?)));
             let told = best.max_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, found)| *found >= DECIDES);
             let message = match told {

@@ -7,11 +7,7 @@ use super::{
 };
 use crate::api::{
     faults::{Faults, pointer_of},
-    gears::{
-        evaluation::request::{DeviationSignName, DirectionName},
-        notice::NoticeBody,
-        requirements::RequirementsBody,
-    },
+    gears::{notice::NoticeBody, requirements::RequirementsBody},
     problem::Problem,
 };
 use flankfit_engine::{
@@ -22,6 +18,7 @@ use flankfit_engine::{
     gear::{
         Gear, Trace,
         deviation::{self, Deviations, FootlessPoints, MeasuredPoint, Measurement, Node, Reference},
+        evaluation::settings::DeviationSign,
         trace::Direction,
     },
     words::counted,
@@ -85,8 +82,8 @@ pub(in crate::api) fn of_model(
     if !topographies {
         let traces = traces(of_gear, &gear, &mut warnings);
         let mut settings = spec.evaluation.clone().unwrap_or_default();
-        settings.direction = settings.direction.or(Some(DirectionName::Normal));
-        settings.deviation_sign = settings.deviation_sign.or(Some(DeviationSignName::Material));
+        settings.direction = settings.direction.or(Some(Direction::Normal));
+        settings.deviation_sign = settings.deviation_sign.or(Some(DeviationSign::Material));
         return curves::of_traces(gear, traces, settings, required.as_ref(), warnings);
     }
     let mut nodes = Vec::new();

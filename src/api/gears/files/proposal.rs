@@ -10,7 +10,7 @@ use crate::api::{
     fits::{nodes_text, spec::nodes::NodesBody},
     gears::notice::NoticeBody,
     json::writer,
-    measurand::{axes::AxesBody, side::SideName, units},
+    measurand::{axes::AxesBody, units},
     problem::Problem,
     tables::{
         mapping::{ColumnBody, MappingBody, axis_unit},
@@ -23,6 +23,7 @@ use flankfit_engine::{
         FileError, Table,
         table::{Decimal, FlankFault, HelixSign, Layout, Meaning, NodeSet, Separator, Unit},
     },
+    gear::Side,
     words::rounded,
 };
 
@@ -115,7 +116,7 @@ pub struct TableFlankBody {
     /// Left out where the table does not say it.
     pub tooth: Option<String>,
     /// Left out where the table does not say it.
-    pub flank: Option<SideName>,
+    pub flank: Option<Side>,
     /// Nodes with a height.
     pub nodes: usize,
     /// Rows without a height, and crossings of a grid without a row.

@@ -6,15 +6,14 @@ use utoipa::ToSchema;
 
 use crate::api::{
     faults::Faults,
-    gears::{
-        evaluation::request::{DeviationSignName, EvaluationSettingsBody},
-        gear::GearBody,
-    },
+    gears::{evaluation::request::EvaluationSettingsBody, gear::GearBody},
     json::text::ShortText,
-    measurand::side::SideName,
     problem::Problem,
 };
-use flankfit_engine::formats::gear_file::GearFile;
+use flankfit_engine::{
+    formats::gear_file::GearFile,
+    gear::{Side, evaluation::settings::DeviationSign},
+};
 
 /// What is said of a file beside it: the part `spec` of the form.
 #[skip_serializing_none]
@@ -27,7 +26,7 @@ pub struct ImportSpecBody {
     /// The tooth whose traces become nodes. By default the one with the most of them.
     pub tooth: Option<String>,
     /// The flank whose traces become nodes. Default `left`, where it was measured.
-    pub flank: Option<SideName>,
+    pub flank: Option<Side>,
     /// How traces are evaluated. Ranges and reference lengths that are left out are those of the
     /// file.
     pub evaluation: Option<EvaluationSettingsBody>,
@@ -65,7 +64,7 @@ impl ImportSpecBody {
             }
         }
         let sign = self.evaluation.as_ref().and_then(|evaluation| evaluation.deviation_sign);
-        if curves && sign.is_some_and(|sign| sign != DeviationSignName::Din) {
+        if curves && sign.is_some_and(|sign| sign != DeviationSign::Din) {
             let detail = "the file says what its deviations count; they are turned into DIN's";
             faults.push("/spec/evaluation/deviation_sign", detail);
         }

@@ -2,8 +2,10 @@
 
 use std::collections::HashSet;
 
-use crate::api::measurand::side::SideName;
-use flankfit_engine::formats::qdas::{Characteristic, one_line};
+use flankfit_engine::{
+    formats::qdas::{Characteristic, one_line},
+    gear::Side,
+};
 
 /// Characters of a number.
 const LONGEST: usize = 20;
@@ -35,9 +37,9 @@ impl List {
 }
 
 /// As numbers and names say it.
-pub fn flank(side: SideName) -> (&'static str, &'static str) {
+pub fn flank(side: Side) -> (&'static str, &'static str) {
     match side {
-        SideName::Left => ("L", "left flank"),
-        SideName::Right => ("R", "right flank"),
+        Side::Left => ("L", "left flank"),
+        Side::Right => ("R", "right flank"),
     }
 }

@@ -1,17 +1,14 @@
 //! The figures of evaluated traces as characteristics, with their limits.
 
 use super::list::{List, flank};
-use crate::api::gears::{
-    evaluation::{answer::EvaluationBody, request::RoundingName},
-    trace::KindName,
-};
+use crate::api::gears::evaluation::answer::EvaluationBody;
 use flankfit_engine::{
     estimation::inference::Conformity,
     formats::qdas,
     gear::{
-        Gear,
+        Gear, Kind,
         evaluation::{Evaluated, SidedLimits, Summary, TraceSurface, Twist},
-        tolerance::{Characteristic, Tolerances},
+        tolerance::{Characteristic, Rounding, Tolerances},
     },
 };
 
@@ -69,8 +66,8 @@ fn of_twist(twist: &Twist, list: &mut List) {
     let (letter, side) = flank(twist.flank);
     let tooth = &twist.tooth;
     let (between, words) = match twist.kind {
-        KindName::Profile => ("P", "two profiles"),
-        KindName::Helix => ("H", "two helices"),
+        Kind::Profile => ("P", "two profiles"),
+        Kind::Helix => ("H", "two helices"),
     };
     let name = format!("twist of {words}, {side} of tooth {tooth}");
     list.push(&format!("{tooth}{letter}-twist_{between}"), name, Some(twist.twist_um), [None; 2]);
@@ -79,7 +76,7 @@ fn of_twist(twist: &Twist, list: &mut List) {
 fn of_surface(surface: &TraceSurface, list: &mut List) {
     let (letter, side) = flank(surface.flank);
     let tooth = &surface.tooth;
-    let [profile, helix] = [KindName::Profile, KindName::Helix].map(Symbols::of);
+    let [profile, helix] = [Kind::Profile, Kind::Helix].map(Symbols::of);
     let figures = &surface.figures;
     for (symbol, figure) in [
         (profile.slope.symbol(), figures.profile_slope),
@@ -104,11 +101,11 @@ struct Symbols {
 }
 
 impl Symbols {
-    fn of(kind: KindName) -> Self {
+    fn of(kind: Kind) -> Self {
         use Characteristic as C;
         let (slope, form, total, crowning) = match kind {
-            KindName::Profile => (C::ProfileSlope, C::ProfileForm, C::ProfileTotal, "C_alpha"),
-            KindName::Helix => (C::HelixSlope, C::HelixForm, C::HelixTotal, "C_beta"),
+            Kind::Profile => (C::ProfileSlope, C::ProfileForm, C::ProfileTotal, "C_alpha"),
+            Kind::Helix => (C::HelixSlope, C::HelixForm, C::HelixTotal, "C_beta"),
         };
         Symbols { slope, form, total, crowning }
     }
@@ -127,7 +124,7 @@ impl Limits {
         Limits {
             told: found.evaluation.tolerance_limits.unwrap_or_default(),
             tolerances: gear.and_then(|gear| Tolerances::new(gear).ok()),
-            rounded: found.evaluation.tolerances != Some(RoundingName::Unrounded),
+            rounded: found.evaluation.tolerances != Some(Rounding::Unrounded),
         }
     }
 
@@ -145,10 +142,10 @@ impl Limits {
     fn of_trace(&self, trace: &Evaluated) -> [[Option<f64>; 2]; 4] {
         let told = self.told.of(trace.flank);
         let [slope, form, total, crowning] = match trace.kind {
-            KindName::Profile => {
+            Kind::Profile => {
                 [told.profile_slope_um, told.profile_form_um, told.profile_total_um, told.profile_crowning_um]
             }
-            KindName::Helix => [told.helix_slope_um, told.helix_form_um, told.helix_total_um, told.helix_crowning_um],
+            Kind::Helix => [told.helix_slope_um, told.helix_form_um, told.helix_total_um, told.helix_crowning_um],
         };
         let symbols = Symbols::of(trace.kind);
         let compared = |conformity: Option<Conformity>| conformity.map(|conformity| conformity.limits);

@@ -7,7 +7,7 @@ use crate::jobs::{
 use flankfit_engine::estimation::Nodes;
 
 from_row! {
-    Measurand { flank, tooth, axes, units_accepted }
+    Measurand { flank, tooth, axes, accept_units }
     MeasurementDetails { measured_at, instrument, operator, note }
     ListedIteration {
         @measurand, @fit,

@@ -7,16 +7,16 @@ use crate::jobs::{Answer, Job};
 /// The columns of a [`Job`].
 macro_rules! job_columns {
     () => {
-        "id, name, part_number, serial_number, machine, gear, requirements, tags, version, created_at, updated_at, \
-         purged_at"
+        "id, name, part_number, serial_number, machine, gear, requirements, tags, status, version, created_at, \
+         updated_at, purged_at"
     };
 }
 pub(in crate::store::sql) use job_columns;
 
 from_row! {
     Job {
-        id, name, part_number, serial_number, machine, gear, requirements, tags, version, created_at, updated_at,
-        purged_at,
+        id, name, part_number, serial_number, machine, gear, requirements, tags, status, version, created_at,
+        updated_at, purged_at,
     }
 }
 

@@ -4,7 +4,7 @@ use crate::jobs::ListedJob;
 
 from_row! {
     ListedJob {
-        @job, status, iteration_count, changed_at, last_measured_at, flank, left = "left_status",
+        @job, iteration_count, changed_at, last_measured_at, flank, left = "left_status",
         right = "right_status", decision, rms, condition, figures = "flank_figures", class,
     }
 }

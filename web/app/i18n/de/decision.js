@@ -2,9 +2,9 @@
 export default {
   decision: "Entscheidung",
   none: "Noch ist nichts entschieden.",
-  accept: "Annehmen",
+  accepted: "Annehmen",
   remachine: "Nacharbeiten",
-  reject: "Verwerfen",
+  rejected: "Verwerfen",
   sureAccept: (/** @type {number} */ number) => `Iteration ${number} annehmen`,
   sureRemachine: (/** @type {number} */ number) => `Nach Iteration ${number} nacharbeiten`,
   sureReject: (/** @type {number} */ number) => `Bei Iteration ${number} verwerfen`,

@@ -1,9 +1,9 @@
 export default {
   decision: "Decision",
   none: "Nothing has been decided yet.",
-  accept: "Accept",
+  accepted: "Accept",
   remachine: "Machine again",
-  reject: "Reject",
+  rejected: "Reject",
   sureAccept: (/** @type {number} */ number) => `Accept iteration ${number}`,
   sureRemachine: (/** @type {number} */ number) => `Machine again after iteration ${number}`,
   sureReject: (/** @type {number} */ number) => `Reject at iteration ${number}`,
