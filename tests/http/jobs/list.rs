@@ -27,7 +27,7 @@ async fn a_listed_job_tells_of_its_last_iteration() {
     let job = app.job().await;
     let alone = app.get(&job).await.json();
     let mut expected = alone.clone();
-    expected["status"] = json!("new");
+    assert_eq!(alone["status"], "new");
     expected["iteration_count"] = json!(0);
     expected["changed_at"] = alone["created_at"].clone();
     assert_eq!(found(&app, "").await, json!({"items": [expected]}));
@@ -52,6 +52,10 @@ async fn a_listed_job_tells_of_its_last_iteration() {
     expected["decision"] = json!("accepted");
     expected["changed_at"] = accepted["changed_at"].clone();
     assert_eq!(accepted, expected);
+    // the job itself has the same status, and another tag by it
+    let alone = app.get(&job).await;
+    assert_eq!((&alone.json()["status"], alone.header("etag")), (&json!("accepted"), Some("\"1-accepted\"")));
+    app.patch_if(&job, "\"1-new\"", &json!({"name": "wheel"})).await.expect(200);
     assert_eq!(found(&app, "status=open").await, json!({"items": []}));
 
     // the flank is always that of the last one
