@@ -33,7 +33,9 @@ use flankfit_engine::{
 #[serde(tag = "type", rename_all = "snake_case")]
 #[schema(as = Sensitivity)]
 pub enum SensitivityBody {
+    /// A matrix with a row for each node and a column for each setting.
     Matrix(MatrixSensitivity),
+    /// A machine. Nodes have u along the profile and v = z, and the job has a gear.
     Machine(MachineSensitivity),
 }
 
