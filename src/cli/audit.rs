@@ -1,4 +1,4 @@
-//! `flankfit audit verify`: whether all that the audit tells of is as it was written, asked of the
+//! `flankfit audit verify`: checks whether all audited data are as they were written, in the
 //! database itself and of seals that were kept elsewhere. A server may use the database meanwhile.
 
 use std::{
@@ -13,7 +13,7 @@ use clap::{Args, Subcommand};
 use tokio_rustls::rustls::pki_types::{SubjectPublicKeyInfoDer, pem::PemObject};
 use uuid::Uuid;
 
-use super::{CommandError, out::out, progress};
+use super::{CommandError, out::out, progress, runtime};
 use crate::{
     api::jobs::seals,
     app::open_auditor,
@@ -33,8 +33,8 @@ pub struct AuditArguments {
 
 #[derive(Debug, Subcommand)]
 enum AuditCommand {
-    /// Verify entries, rows, chains and seals. Exit code 0: intact; 1: faults, one on each line; 2:
-    /// the verification could not be completed.
+    /// Verify entries, rows, chains and seals. Exit code 0: intact; 1: differences, one on each
+    /// line; 2: the verification could not be completed.
     Verify(VerifyArguments),
 }
 
@@ -120,7 +120,7 @@ fn verify(arguments: &VerifyArguments) -> Result<(Verdict, Vec<String>), Command
     }
     let evidence = Evidence::of(seals, key)
         .map_err(|place| format!("the seal in {} is not as it was made, so it proves nothing", places[place]))?;
-    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+    let runtime = runtime()?;
     let auditor = runtime.block_on(open_auditor(&arguments.database_url))?;
     let done = AtomicU64::new(0);
     let step = |part: f64| done.store(part.to_bits(), Relaxed);

@@ -8,7 +8,7 @@ use std::{
 
 use clap::Args;
 
-use super::{CommandError, out::out, progress};
+use super::{CommandError, out::out, progress, runtime};
 use crate::store::{PostgresSettings, StoreSettings, backup, unfinished_backup};
 
 #[derive(Debug, Args)]
@@ -29,7 +29,7 @@ pub fn run(arguments: &BackupArguments) -> Result<(), CommandError> {
         );
     }
     let source = StoreSettings::of_url(&arguments.database_url)?;
-    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+    let runtime = runtime()?;
     let (from, to) = (source.path(), unfinished_backup(&arguments.file));
     progress::watched("backup", || Some(part(&from, &to)), || runtime.block_on(backup(&source, &arguments.file)))?;
     Ok(writeln!(out(), "{} copied to {}", source.path().display(), arguments.file.display())?)

@@ -1,17 +1,12 @@
 //! `flankfit healthcheck`: for containers without a shell or curl.
 
-use std::{
-    net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr},
-    path::PathBuf,
-    sync::Arc,
-    time::Duration,
-};
+use std::{net::SocketAddr, path::PathBuf, sync::Arc, time::Duration};
 
 use clap::Args;
 use tokio_rustls::rustls::crypto::aws_lc_rs::default_provider;
 use ureq::tls::{TlsConfig, TlsProvider};
 
-use super::CommandError;
+use super::{CommandError, reachable};
 use crate::config::parse_address;
 
 #[derive(Debug, Args)]
@@ -32,7 +27,7 @@ pub struct HealthcheckArguments {
 }
 
 pub fn run(arguments: &HealthcheckArguments) -> Result<(), CommandError> {
-    let address = at_home(arguments.ops_bind.unwrap_or(arguments.bind));
+    let address = reachable(arguments.ops_bind.unwrap_or(arguments.bind));
     let tls = arguments.tls_cert.is_some() && arguments.ops_bind.is_none();
     let agent: ureq::Agent = ureq::Agent::config_builder()
         .timeout_global(Some(Duration::from_secs(arguments.timeout)))
@@ -65,15 +60,4 @@ pub fn run(arguments: &HealthcheckArguments) -> Result<(), CommandError> {
         )
         .into()),
     }
-}
-
-/// A server that listens on all addresses is checked on the loopback address.
-fn at_home(mut address: SocketAddr) -> SocketAddr {
-    if address.ip().is_unspecified() {
-        address.set_ip(match address {
-            SocketAddr::V4(_) => IpAddr::V4(Ipv4Addr::LOCALHOST),
-            SocketAddr::V6(_) => IpAddr::V6(Ipv6Addr::LOCALHOST),
-        });
-    }
-    address
 }

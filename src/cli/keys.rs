@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use clap::{Args, Subcommand};
 
-use super::CommandError;
+use super::{CommandError, runtime};
 use crate::{
     app::open_store,
     config::{MigrateMode, PostgresArguments, ServeSettings},
@@ -89,8 +89,7 @@ pub fn run(arguments: &KeysArguments) -> Result<(), CommandError> {
         },
         ..ServeSettings::default()
     };
-    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
-    let secret = runtime.block_on(async {
+    let secret = runtime()?.block_on(async {
         let ids = Arc::new(OrderedIds::new());
         let store = open_store(&settings, ids.clone()).await?;
         let service = JobService::new(store.clone(), Arc::new(SystemClock), ids);
@@ -109,7 +108,7 @@ async fn create(
     tenant: Tenant,
     arguments: &CreateArguments,
 ) -> Result<Secret, CommandError> {
-    // a database without a schema is told as that, not as the table that is missing first
+    // a missing schema is reported as that, not as the first missing table
     service.ping().await?;
     let keys = service.keys_of(&Caller {
         tenant: tenant.clone(),

@@ -5,7 +5,6 @@ use std::{
     fs::{self, File, OpenOptions},
     future::ready,
     io::{self, BufReader, BufWriter, Write},
-    num::NonZeroU32,
     path::{Path, PathBuf},
     sync::Arc,
 };
@@ -13,13 +12,14 @@ use std::{
 use clap::Args;
 use flankfit_engine::numerics::cancel::parts;
 use jiff::SignedDuration;
-use tokio::runtime::{Builder, Runtime};
+use tokio::runtime::Runtime;
 use uuid::Uuid;
 
-use super::{CommandError, called, out::out, progress};
+use super::{CommandError, called, out::out, progress, runtime};
 use crate::{
     api::jobs::carried,
     app::{open_beside, open_holdings},
+    config::within,
     jobs::{
         Caller, JobService, OrderedIds, SystemClock, actor,
         archive::{self, ArchiveError, ArchiveReader, Holdings, Imported, Key, last_line},
@@ -58,20 +58,11 @@ pub struct ImportArguments {
 #[derive(Debug, Args)]
 pub struct PurgeArguments {
     /// Days without activity after which a job is purged.
-    #[arg(long, value_name = "DAYS", value_parser = parse_days)]
-    older_than: NonZeroU32,
+    #[arg(long, value_name = "DAYS", value_parser = within(1..=MOST_DAYS))]
+    older_than: u32,
     /// Database: sqlite://FILE, or postgres://USER@HOST/NAME; a server may be running on it.
     #[arg(long, env = "FLANKFIT_DATABASE_URL", default_value = "sqlite://flankfit.db", hide_env_values = true)]
     database_url: String,
-}
-
-fn parse_days(text: &str) -> Result<NonZeroU32, String> {
-    let days = text.parse().ok().filter(|days: &NonZeroU32| days.get() <= MOST_DAYS);
-    days.ok_or_else(|| format!("write a whole number from 1 to {MOST_DAYS}"))
-}
-
-fn runtime() -> io::Result<Runtime> {
-    Builder::new_current_thread().enable_all().build()
 }
 
 pub fn export(arguments: &ExportArguments) -> Result<(), CommandError> {
@@ -190,8 +181,8 @@ pub fn purge(arguments: &PurgeArguments) -> Result<(), CommandError> {
 }
 
 /// Returns the numbers of jobs that were purged, and that could not be.
-async fn purge_old(service: &Arc<JobService>, days: NonZeroU32) -> Result<(u64, u64), CommandError> {
-    let since = service.now() - SignedDuration::from_hours(24 * i64::from(days.get()));
+async fn purge_old(service: &Arc<JobService>, days: u32) -> Result<(u64, u64), CommandError> {
+    let since = service.now() - SignedDuration::from_hours(24 * i64::from(days));
     let (mut after, mut purged, mut failed) = (None, 0, 0);
     loop {
         let due = service.untouched(since, after.clone(), AT_A_TIME).await?;

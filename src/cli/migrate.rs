@@ -4,7 +4,7 @@ use std::io::Write as _;
 
 use clap::Args;
 
-use super::{CommandError, out::out, progress};
+use super::{CommandError, out::out, progress, runtime};
 use crate::store::{PostgresSettings, migrate};
 
 #[derive(Debug, Args)]
@@ -21,7 +21,7 @@ pub fn run(arguments: &MigrateArguments) -> Result<(), CommandError> {
             .into());
     }
     let settings = PostgresSettings::of_url(&arguments.database_url)?;
-    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+    let runtime = runtime()?;
     progress::watched("migrate", || None, || runtime.block_on(migrate(&settings)))?;
     Ok(writeln!(out(), "the schema of {} is up to date", settings.address())?)
 }

@@ -26,6 +26,7 @@ use std::{
 };
 
 use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
+use tokio::runtime::{Builder, Runtime};
 
 use self::secrets::Refused;
 use crate::{api::problem::Problem, config::ServeSettings, telemetry};
@@ -70,7 +71,7 @@ enum Command {
     Keys(keys::KeysArguments),
     /// Verify the audit.
     Audit(audit::AuditArguments),
-    /// Check that a running server answers; exit code 0 if it does.
+    /// Check that a running server responds; exit code 0 if it does.
     Healthcheck(healthcheck::HealthcheckArguments),
 }
 
@@ -113,9 +114,8 @@ fn arguments() -> Result<Arguments, Refused> {
     Arguments::from_arg_matches(&matches).map_err(Refused::Said)
 }
 
-/// A server that listens on all addresses is reached on the loopback address.
-fn reachable(address: SocketAddr) -> SocketAddr {
-    let mut address = address;
+/// Returns the loopback address in place of one that means all addresses.
+fn reachable(mut address: SocketAddr) -> SocketAddr {
     if address.ip().is_unspecified() {
         address.set_ip(match address {
             SocketAddr::V4(_) => std::net::Ipv4Addr::LOCALHOST.into(),
@@ -123,6 +123,11 @@ fn reachable(address: SocketAddr) -> SocketAddr {
         });
     }
     address
+}
+
+/// Returns a runtime of the calling thread.
+fn runtime() -> io::Result<Runtime> {
+    Builder::new_current_thread().enable_all().build()
 }
 
 /// Returns the content of a file, or of standard input for `-`; `what` describes the expected
@@ -162,7 +167,7 @@ fn at(pointer: &str) -> String {
     }
 }
 
-/// What a subcommand failed with, ready for a person to read.
+/// Error of a subcommand, for a person to read.
 pub type CommandError = Box<dyn std::error::Error + Send + Sync>;
 
 #[cfg(test)]

@@ -11,7 +11,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::pool::Handle;
 
-/// What is over by then shows no bar.
+/// Shorter work shows no bar.
 const SHORT: Duration = Duration::from_secs(1);
 /// Between two looks.
 const LOOK: Duration = Duration::from_millis(100);
@@ -26,7 +26,7 @@ pub fn shown<T: Send>(what: &'static str, work: impl FnOnce() -> T + Send) -> T 
         what,
         || Some(handle.progress()),
         move || {
-            // nobody cancels; what tells of its progress is the same work
+            // nobody cancels; the progress is that of the same work
             let mut work = Some(work);
             match telling.run(|| work.take().map(|work| work())) {
                 Ok(Some(done)) => done,
@@ -101,7 +101,7 @@ mod tests {
     use super::*;
     use flankfit_engine::numerics::cancel::parts;
 
-    /// What was drawn.
+    /// Text that was drawn.
     #[derive(Clone, Debug, Default)]
     struct Screen(Arc<Mutex<String>>);
 
@@ -158,7 +158,7 @@ mod tests {
         }
     }
 
-    /// What is drawn while half of some work is done and nothing more, as long as `lasting` takes.
+    /// Returns the text that is drawn while half of some work is done, as long as `lasting` takes.
     fn drawn(short: Duration, lasting: impl Fn(&Screen) + Send + 'static) -> String {
         let (screen, handle) = (Screen::default(), Handle::new());
         let (over, ended) = channel();

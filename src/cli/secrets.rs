@@ -1,4 +1,4 @@
-//! Settings that hold a secret: read from files, too, and told by no error.
+//! Settings that hold a secret: read from files, too, and shown by no error.
 //!
 //! For each variable of [`SECRETS`] there is another one with `_FILE` at its end, which names a
 //! file with the value. An argument of the command line goes before both, as everywhere.

@@ -3,7 +3,7 @@
 
 use std::fmt;
 
-/// Where the cells of a column stand.
+/// Alignment of the cells of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Align {
     Left,
@@ -36,7 +36,7 @@ impl Table {
         self
     }
 
-    /// Adds a row; cells beyond the headings are dropped, absent ones stay empty.
+    /// Adds a row; cells after the last heading are dropped, absent ones stay empty.
     pub fn row<I: IntoIterator<Item = String>>(&mut self, cells: I) {
         let mut row: Vec<String> = cells.into_iter().take(self.headings.len()).collect();
         row.resize(self.headings.len(), String::new());

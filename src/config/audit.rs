@@ -18,9 +18,3 @@ pub struct AuditSettings {
         value_parser = clap::value_parser!(u32).range(1..=3600))]
     pub audit_seal_seconds: u32,
 }
-
-impl Default for AuditSettings {
-    fn default() -> Self {
-        AuditSettings { audit_signing_key: None, audit_seal_file: None, audit_seal_seconds: 10 }
-    }
-}

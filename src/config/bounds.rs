@@ -29,10 +29,30 @@ where
     }
 }
 
+/// Reads a part of a whole, from 0 to 1.
+pub fn parse_part(text: &str) -> Result<f64, String> {
+    let part = text.parse::<f64>().ok().filter(|part| (0.0..=1.0).contains(part));
+    part.ok_or_else(|| "write a number from 0 to 1".into())
+}
+
+/// Reads a part that is more than nothing, up to 1.
+pub fn parse_share(text: &str) -> Result<f64, String> {
+    parse_part(text).ok().filter(|share| *share > 0.0).ok_or_else(|| "write a number above 0, up to 1".into())
+}
+
+/// Reads values separated by commas; an empty text has none.
+pub fn parse_list<T>(text: &str, read: impl Fn(&str) -> Result<T, String>) -> Result<Vec<T>, String> {
+    match text.trim() {
+        "" => Ok(Vec::new()),
+        text => text.split(',').map(|one| read(one.trim())).collect(),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use clap::{Args as _, Command};
 
+    use super::*;
     use crate::config::ServeSettings;
 
     /// Returns the error of a setting, `None` where it is valid.
@@ -56,6 +76,7 @@ mod tests {
             ("--progress-timeout", 1, 86_400),
             ("--drain-delay", 0, 86_400),
             ("--shutdown-grace", 0, 86_400),
+            ("--rate-limit", 1, 4_294_967_295),
         ] {
             let beyond = [most + 1, u64::MAX - 1].map(|value| value.to_string());
             let below = least.checked_sub(1).map(|value| value.to_string());
@@ -68,5 +89,13 @@ mod tests {
                 assert_eq!(refusal(flag, &value.to_string()), None);
             }
         }
+    }
+    #[test]
+    fn a_share_is_no_more_than_everything_and_not_nothing() {
+        assert_eq!((parse_share("0.5"), parse_share("1"), parse_part("0")), (Ok(0.5), Ok(1.0), Ok(0.0)));
+        for wrong in ["-0.1", "1.1", "NaN", "half", ""] {
+            assert!(parse_share(wrong).is_err() && parse_part(wrong).is_err(), "{wrong}");
+        }
+        assert!(parse_share("0").is_err());
     }
 }

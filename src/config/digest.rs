@@ -1,5 +1,7 @@
 //! Digests of API keys.
 
+use super::bounds::parse_list;
+
 /// SHA-256 of an API key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Digest(pub [u8; 32]);
@@ -7,25 +9,18 @@ pub struct Digest(pub [u8; 32]);
 /// Digests of all keys.
 pub type Digests = Vec<Digest>;
 
-/// Digests separated by commas; an empty text has none, as in `FLANKFIT_API_KEYS_SHA256=`.
+/// Reads digests separated by commas; an empty text has none, as in `FLANKFIT_API_KEYS_SHA256=`.
 pub fn parse_digests(text: &str) -> Result<Digests, String> {
-    if text.trim().is_empty() {
-        return Ok(Vec::new());
-    }
-    text.split(',').map(parse_digest).collect()
-}
-
-fn parse_digest(text: &str) -> Result<Digest, String> {
-    let text = text.trim();
-    let mut digest = [0_u8; 32];
-    if text.len() != 64 || !text.is_ascii() {
-        return Err("a SHA-256 digest has 64 hexadecimal digits".into());
-    }
-    for (byte, pair) in digest.iter_mut().zip(text.as_bytes().chunks_exact(2)) {
-        let pair = std::str::from_utf8(pair).map_err(|error| error.to_string())?;
-        *byte = u8::from_str_radix(pair, 16).map_err(|error| error.to_string())?;
-    }
-    Ok(Digest(digest))
+    parse_list(text, |text| {
+        let mut digest = [0; 32];
+        if text.len() != 64 || !text.bytes().all(|byte| byte.is_ascii_hexdigit()) {
+            return Err("a SHA-256 digest has 64 hexadecimal digits".into());
+        }
+        for (k, byte) in digest.iter_mut().enumerate() {
+            *byte = u8::from_str_radix(&text[2 * k..2 * k + 2], 16).map_err(|error| error.to_string())?;
+        }
+        Ok(Digest(digest))
+    })
 }
 
 #[cfg(test)]
@@ -35,9 +30,9 @@ mod tests {
     #[test]
     fn digests_are_read_strictly() {
         let text = "00ff".to_owned() + &"0".repeat(60);
-        assert_eq!(parse_digest(&text).map(|d| d.0[1]), Ok(255));
-        assert!(parse_digest("00").is_err());
-        assert!(parse_digest(&"g".repeat(64)).is_err());
+        assert_eq!(parse_digests(&text).map(|digests| digests[0].0[1]), Ok(255));
+        assert!(parse_digests("00").is_err());
+        assert!(parse_digests(&"g".repeat(64)).is_err());
         assert_eq!(parse_digests(&format!("{text}, {text}")).map(|digests| digests.len()), Ok(2));
         assert_eq!(parse_digests(" "), Ok(Vec::new()));
         assert!(parse_digests(&format!("{text},")).is_err());

@@ -1,10 +1,12 @@
 //! Hosts that requests may name.
 
+use super::bounds::parse_list;
+
 /// A host as requests name it, with or without its port.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Host {
-    name: String,
-    port: Option<u16>,
+    pub(super) name: String,
+    pub(super) port: Option<u16>,
 }
 
 /// Hosts that requests may name; by default the usual ones.
@@ -46,19 +48,17 @@ impl Host {
     }
 }
 
-/// Hosts separated by commas, or `*` for all.
+/// Reads hosts separated by commas, or `*` for all.
 pub fn parse_hosts(text: &str) -> Result<Hosts, String> {
-    if text.trim().is_empty() {
-        return Ok(Hosts::Usual);
-    }
-    if text.trim() == "*" {
-        return Ok(Hosts::Any);
-    }
     let host = |text: &str| {
         let refused = || format!("`{text}` is not a host: write HOST or HOST:PORT, such as cell.example, or * for all");
         Host::read(text).ok_or_else(refused)
     };
-    Ok(Hosts::Named(text.split(',').map(host).collect::<Result<_, _>>()?))
+    match text.trim() {
+        "" => Ok(Hosts::Usual),
+        "*" => Ok(Hosts::Any),
+        text => parse_list(text, host).map(Hosts::Named),
+    }
 }
 
 #[cfg(test)]

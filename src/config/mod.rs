@@ -5,32 +5,29 @@ mod address;
 mod audit;
 mod auth;
 mod bounds;
-mod count;
 mod digest;
 mod host;
 mod network;
 mod oidc;
 mod origin;
-mod pace;
 mod store;
 mod tls;
 mod traces;
 
 use std::{net::SocketAddr, num::NonZeroU32, path::PathBuf, time::Duration};
 
-use clap::{Args, ValueEnum};
+use clap::{Args, Command, FromArgMatches as _, ValueEnum};
 
 pub use address::parse_address;
 pub use audit::AuditSettings;
 pub use auth::{Authentication, KeysRole};
-use bounds::within;
-pub use count::parse_positive;
+use bounds::parse_share;
+pub use bounds::within;
 pub use digest::{Digest, Digests, parse_digests};
 pub use host::{Host, Hosts, parse_hosts};
 pub use network::{Networks, parse_networks};
 pub use oidc::OidcSettings;
 pub use origin::{Origin, Origins, parse_origins};
-pub use pace::Pace;
 pub use store::{MigrateMode, PostgresArguments};
 pub use tls::{ClientAuthentication, TlsSettings};
 pub use traces::{EndpointError, HeadersError, TraceSettings};
@@ -68,10 +65,10 @@ pub struct ServeSettings {
     pub trusted_proxies: Networks,
     /// Requests per second to /v1/… for each API key, without keys for each client address; more
     /// are answered 429. Default: no limit.
-    #[arg(long, env = "FLANKFIT_RATE_LIMIT", value_parser = parse_positive)]
+    #[arg(long, env = "FLANKFIT_RATE_LIMIT", value_parser = within(NonZeroU32::MIN..=NonZeroU32::MAX))]
     pub rate_limit: Option<NonZeroU32>,
     /// Requests at once within the rate limit; default the requests of one second.
-    #[arg(long, env = "FLANKFIT_RATE_BURST", requires = "rate_limit", value_parser = parse_positive)]
+    #[arg(long, env = "FLANKFIT_RATE_BURST", requires = "rate_limit", value_parser = within(NonZeroU32::MIN..=NonZeroU32::MAX))]
     pub rate_burst: Option<NonZeroU32>,
     /// Database of the gear jobs: sqlite://FILE, or postgres://USER@HOST/NAME for several servers.
     #[arg(long, env = "FLANKFIT_DATABASE_URL", default_value = "sqlite://flankfit.db", hide_env_values = true)]
@@ -214,43 +211,34 @@ impl ServeSettings {
     }
 }
 
-impl Default for ServeSettings {
-    /// Returns the settings of an empty command line and an empty environment.
+/// Makes the default settings of types those of an empty command line and an empty environment.
+macro_rules! defaults {
+    ($($Settings:ty),*) => {
+        $(impl Default for $Settings {
+            fn default() -> Self {
+                let command = <$Settings>::augment_args(Command::new("flankfit")).mut_args(|arg| arg.env(None::<&str>));
+                let matches = command.try_get_matches_from(["flankfit"]);
+                let read = matches.and_then(|matches| <$Settings>::from_arg_matches(&matches));
+                read.unwrap_or_else(|error| error.exit())
+            }
+        })*
+    };
+}
+
+defaults!(ServeSettings, AuditSettings, OidcSettings, PostgresArguments, TraceSettings);
+
+/// Intervals of server-sent events, which are no options.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Pace {
+    /// Time between two looks at the progress of a request. A problem that is found before the
+    /// first is returned as that of a plain request.
+    pub look: Duration,
+    /// Silence after which a comment keeps proxies from closing the connection.
+    pub comment: Duration,
+}
+
+impl Default for Pace {
     fn default() -> Self {
-        ServeSettings {
-            bind: SocketAddr::from(([127, 0, 0, 1], 8080)),
-            database_url: "sqlite://flankfit.db".into(),
-            postgres: PostgresArguments::default(),
-            workers: 0,
-            queue: 1024,
-            body_limit: 256 * 1024 * 1024,
-            body_memory: 1 << 30,
-            body_timeout: 60,
-            write_timeout: 30,
-            max_connections: 4096,
-            request_timeout: 120,
-            progress_timeout: 3600,
-            pace: Pace::default(),
-            drain_delay: 0,
-            ops_bind: None,
-            tls: TlsSettings::default(),
-            trusted_proxies: Networks::default(),
-            rate_limit: None,
-            rate_burst: None,
-            shutdown_grace: 30,
-            auth: Authentication::default(),
-            api_keys_sha256: Vec::new(),
-            api_keys_role: KeysRole::default(),
-            oidc: OidcSettings::default(),
-            audit: AuditSettings::default(),
-            cors_origins: Vec::new(),
-            allowed_hosts: Hosts::default(),
-            log_format: LogFormat::Pretty,
-            log: "info".into(),
-            traces: TraceSettings::default(),
-            docs: true,
-            dashboard: true,
-            dashboard_dir: None,
-        }
+        Pace { look: Duration::from_secs(1), comment: Duration::from_secs(10) }
     }
 }

@@ -4,6 +4,8 @@ use std::net::IpAddr;
 
 use ipnet::IpNet;
 
+use super::bounds::parse_list;
+
 /// Networks in CIDR notation; a single address is a network of its own.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Networks(Vec<IpNet>);
@@ -17,20 +19,14 @@ impl Networks {
     }
 }
 
-/// Networks separated by commas; an empty text has none.
+/// Reads networks separated by commas; an empty text has none.
 pub fn parse_networks(text: &str) -> Result<Networks, String> {
-    if text.trim().is_empty() {
-        return Ok(Networks::default());
-    }
-    text.split(',').map(|network| parse_network(network.trim())).collect::<Result<_, _>>().map(Networks)
-}
-
-fn parse_network(text: &str) -> Result<IpNet, String> {
-    let address = || text.parse::<IpAddr>().ok().map(IpNet::from);
-    text.parse::<IpNet>()
-        .ok()
-        .or_else(address)
-        .ok_or_else(|| format!("`{text}` is not a network; write ADDRESS/BITS, such as 10.1.0.0/16 or fd00::/8"))
+    let network = |text: &str| {
+        let address = || text.parse::<IpAddr>().ok().map(IpNet::from);
+        let refused = || format!("`{text}` is not a network; write ADDRESS/BITS, such as 10.1.0.0/16 or fd00::/8");
+        text.parse().ok().or_else(address).ok_or_else(refused)
+    };
+    parse_list(text, network).map(Networks)
 }
 
 #[cfg(test)]

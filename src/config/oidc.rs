@@ -55,20 +55,6 @@ pub struct OidcSettings {
     pub refresh: Duration,
 }
 
-impl Default for OidcSettings {
-    fn default() -> Self {
-        OidcSettings {
-            issuer: None,
-            audience: None,
-            role_claim: "role".into(),
-            tenant_claim: None,
-            jwks_url: None,
-            authorities: None,
-            refresh: REFRESH,
-        }
-    }
-}
-
 /// Reads a URL with TLS; without TLS for this machine only.
 fn parse_issuer(text: &str) -> Result<String, String> {
     let text = text.trim();
@@ -96,16 +82,11 @@ fn parse_audiences(text: &str) -> Result<Audiences, String> {
 
 #[cfg(test)]
 mod tests {
-    use clap::FromArgMatches as _;
-
     use super::*;
 
     #[test]
     fn a_key_that_is_taken_back_is_refused_within_ten_minutes() {
         assert_eq!(OidcSettings::default().refresh, Duration::from_secs(10 * 60));
-        let command = OidcSettings::augment_args(clap::Command::new("serve")).mut_args(|given| given.env(None::<&str>));
-        let parsed = OidcSettings::from_arg_matches(&command.try_get_matches_from(["serve"]).unwrap()).unwrap();
-        assert_eq!(parsed.refresh, OidcSettings::default().refresh);
     }
 
     #[test]

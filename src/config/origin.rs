@@ -1,5 +1,7 @@
 //! Origins of web pages that may call.
 
+use super::{bounds::parse_list, host::Host};
+
 /// Origin of a web page as browsers write it: scheme, host, and the port unless it is the default
 /// of the scheme.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -14,12 +16,9 @@ impl Origin {
     }
 }
 
-/// Origins separated by commas; an empty text has none.
+/// Reads origins separated by commas; an empty text has none.
 pub fn parse_origins(text: &str) -> Result<Origins, String> {
-    if text.trim().is_empty() {
-        return Ok(Vec::new());
-    }
-    text.split(',').map(|origin| parse_origin(origin.trim())).collect()
+    parse_list(text, parse_origin)
 }
 
 fn parse_origin(text: &str) -> Result<Origin, String> {
@@ -37,26 +36,11 @@ fn parse_origin(text: &str) -> Result<Origin, String> {
     if authority.contains('*') {
         return Err(refused("origins are named, there are no wildcards"));
     }
-    let (host, port) = match authority.rsplit_once(':') {
-        // the colons of an IPv6 address are its own
-        Some((host, port)) if !port.ends_with(']') => {
-            let port = port.parse::<u16>().map_err(|_| refused("its port is not a number up to 65535"))?;
-            (host, Some(port))
-        }
-        _ => (authority, None),
-    };
-    let of_name = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '-' | '_');
-    let address = host.strip_prefix('[').and_then(|host| host.strip_suffix(']'));
-    let valid = match address {
-        Some(address) => address.parse::<std::net::Ipv6Addr>().is_ok(),
-        None => !host.is_empty() && host.chars().all(of_name),
-    };
-    if !valid {
-        return Err(refused("its host is not a name or an address"));
-    }
+    let host = Host::read(authority).ok_or_else(|| refused("its host is not a name or an address with a port"));
+    let Host { name, port } = host?;
     let usual = if scheme == "https" { 443 } else { 80 };
     let port = port.filter(|port| *port != usual).map_or(String::new(), |port| format!(":{port}"));
-    Ok(Origin(format!("{scheme}://{host}{port}")))
+    Ok(Origin(format!("{scheme}://{name}{port}")))
 }
 
 #[cfg(test)]
@@ -79,7 +63,7 @@ mod tests {
             ("ftp://cell.example", "neither http nor https"),
             ("https://cell.example/", "a path"),
             ("https://*.example", "no wildcards"),
-            ("https://cell.example:x", "not a number"),
+            ("https://cell.example:x", "not a name"),
             ("https://", "not a name"),
             ("https://a b", "not a name"),
             ("https://a@b", "not a name"),

@@ -45,16 +45,3 @@ impl PostgresArguments {
         Duration::from_secs(self.store_patience)
     }
 }
-
-impl Default for PostgresArguments {
-    fn default() -> Self {
-        PostgresArguments {
-            store_writers: 4,
-            database_readers: 8,
-            store_patience: 5,
-            migrate: MigrateMode::Auto,
-            database_direct_url: None,
-            unsafe_store: false,
-        }
-    }
-}

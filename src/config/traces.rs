@@ -4,6 +4,8 @@ use std::{collections::HashMap, path::PathBuf};
 
 use clap::Args;
 
+use super::bounds::parse_part;
+
 #[derive(Clone, Debug, PartialEq, Args)]
 pub struct TraceSettings {
     /// URL of a collector (OTLP over HTTP, such as http://collector:4318) for spans of requests.
@@ -22,18 +24,6 @@ pub struct TraceSettings {
     /// percent-encoded.
     #[arg(long, env = "OTEL_EXPORTER_OTLP_HEADERS", value_name = "HEADERS", hide_env_values = true)]
     pub otlp_headers: Option<String>,
-}
-
-impl Default for TraceSettings {
-    fn default() -> Self {
-        TraceSettings { otlp_endpoint: None, otlp_sample: 0.01, otlp_ca: None, otlp_headers: None }
-    }
-}
-
-/// A part from 0 to 1.
-fn parse_part(text: &str) -> Result<f64, String> {
-    let part = text.parse::<f64>().ok().filter(|part| (0.0..=1.0).contains(part));
-    part.ok_or_else(|| "write a number from 0 to 1".into())
 }
 
 /// Error in a collector's URL. The URL is not repeated, since it may contain a password.

@@ -34,33 +34,6 @@ const LONGEST: u64 = 1 << 20;
 /// Below the issuer.
 const DISCOVERY: &str = "/.well-known/openid-configuration";
 
-/// Reason why there are no new keys.
-#[derive(Debug, thiserror::Error)]
-enum FetchError {
-    #[error("GET {url}: {source}")]
-    Transport {
-        url: String,
-        #[source]
-        source: Box<ureq::Error>,
-    },
-    #[error("GET {url} was answered {status}")]
-    Status { url: String, status: u16 },
-    #[error("the answer to GET {url} is invalid: {source}")]
-    Form {
-        url: String,
-        #[source]
-        source: serde_json::Error,
-    },
-    #[error("{url} describes another issuer")]
-    OtherIssuer { url: String },
-    #[error("the key address in {url} does not use TLS")]
-    Insecure { url: String },
-    #[error("{url} has no key for RS256, PS256, ES256 or EdDSA")]
-    NoKeys { url: String },
-    #[error("the thread that requests the keys has ended")]
-    Lost,
-}
-
 /// Metadata published by a provider (OpenID Connect Discovery 1.0, 3).
 #[derive(Deserialize)]
 struct Discovery {
@@ -84,19 +57,19 @@ pub struct Provider {
     /// Keys of the provider; none until it has responded once.
     current: RwLock<Option<Arc<KeySet>>>,
     /// One asks at a time.
-    asked: Mutex<Asked>,
+    requests: Mutex<Requests>,
 }
 
 /// Times of the requests to the provider.
 #[derive(Default)]
-struct Asked {
+struct Requests {
     /// Time of the last request, and its success.
     last: Option<(Instant, bool)>,
     /// Because of a token that names a key that is not known.
     for_token: Option<Instant>,
 }
 
-impl Asked {
+impl Requests {
     /// Time until the next request in any case: `refresh` after a success.
     fn rest(&self, refresh: Duration) -> Duration {
         self.last.map_or(Duration::ZERO, |(at, answered)| {
@@ -110,18 +83,18 @@ impl Provider {
         let keys = settings.jwks_url.clone();
         let agent = outgoing::agent(keys.as_deref().unwrap_or(issuer), PATIENCE, settings.authorities.clone())?;
         let source = Source { issuer: issuer.to_owned(), keys, agent };
-        Ok(Provider { source, refresh: settings.refresh, current: RwLock::default(), asked: Mutex::default() })
+        Ok(Provider { source, refresh: settings.refresh, current: RwLock::default(), requests: Mutex::default() })
     }
 
     /// Keeps the keys current. Never ends.
     pub async fn follow(&self) {
         loop {
             let rest = {
-                let mut asked = self.asked.lock().await;
-                if asked.rest(self.refresh).is_zero() {
-                    self.fetch(&mut asked).await;
+                let mut requests = self.requests.lock().await;
+                if requests.rest(self.refresh).is_zero() {
+                    self.fetch(&mut requests).await;
                 }
-                asked.rest(self.refresh)
+                requests.rest(self.refresh)
             };
             tokio::time::sleep(rest).await;
         }
@@ -147,14 +120,14 @@ impl Provider {
 
     /// Asks for keys, unless somebody has done so since `seen`, or lately.
     async fn ask_for_new(&self, seen: Option<Arc<KeySet>>) {
-        let mut asked = self.asked.lock().await;
-        let lately = asked.for_token.is_some_and(|at| at.elapsed() < PAUSE);
+        let mut requests = self.requests.lock().await;
+        let lately = requests.for_token.is_some_and(|at| at.elapsed() < PAUSE);
         match (seen, self.current()) {
             // nothing is known yet: as often as it would be anyway
-            (None, None) if asked.rest(self.refresh).is_zero() => self.fetch(&mut asked).await,
+            (None, None) if requests.rest(self.refresh).is_zero() => self.fetch(&mut requests).await,
             (Some(seen), Some(now)) if Arc::ptr_eq(&seen, &now) && !lately => {
-                asked.for_token = Some(Instant::now());
-                self.fetch(&mut asked).await;
+                requests.for_token = Some(Instant::now());
+                self.fetch(&mut requests).await;
             }
             _ => {}
         }
@@ -165,12 +138,12 @@ impl Provider {
     }
 
     /// Asks, apart from the threads that serve.
-    async fn fetch(&self, asked: &mut Asked) {
+    async fn fetch(&self, requests: &mut Requests) {
         let source = self.source.clone();
         let span = telemetry::here();
         let fetched = tokio::task::spawn_blocking(move || span.in_scope(|| source.fetch())).await;
-        let fetched = fetched.unwrap_or(Err(FetchError::Lost));
-        asked.last = Some((Instant::now(), fetched.is_ok()));
+        let fetched = fetched.unwrap_or_else(|lost| Err(lost.to_string()));
+        requests.last = Some((Instant::now(), fetched.is_ok()));
         telemetry::record_identity_provider(fetched.is_ok());
         match fetched {
             Ok(keys) => {
@@ -191,50 +164,53 @@ impl Provider {
 }
 
 impl Source {
-    fn fetch(&self) -> Result<KeySet, FetchError> {
+    /// Returns the keys, or the reason why there are none.
+    fn fetch(&self) -> Result<KeySet, String> {
         let url = match &self.keys {
             Some(url) => url.clone(),
             None => self.discover()?,
         };
-        let text = self.get(&url)?;
-        let keys = KeySet::read(&text).map_err(|source| FetchError::Form { url: url.clone(), source })?;
-        if keys.is_empty() { Err(FetchError::NoKeys { url }) } else { Ok(keys) }
+        let keys = KeySet::read(&self.get(&url)?).map_err(|error| invalid(&url, &error))?;
+        match keys.is_empty() {
+            true => Err(format!("{url} has no key for RS256, PS256, ES256 or EdDSA")),
+            false => Ok(keys),
+        }
     }
 
-    fn discover(&self) -> Result<String, FetchError> {
+    fn discover(&self) -> Result<String, String> {
         let url = format!("{}{DISCOVERY}", self.issuer.trim_end_matches('/'));
-        let text = self.get(&url)?;
-        let said: Discovery = match serde_json::from_slice(&text) {
-            Ok(said) => said,
-            Err(source) => return Err(FetchError::Form { url, source }),
-        };
+        let said: Discovery = serde_json::from_slice(&self.get(&url)?).map_err(|error| invalid(&url, &error))?;
         if said.issuer != self.issuer {
-            return Err(FetchError::OtherIssuer { url });
+            return Err(format!("{url} describes another issuer"));
         }
         let secure = said.jwks_uri.starts_with("https://");
-        // what is asked without TLS is on this machine, and stays there
+        // what is requested without TLS is on this machine, and stays there
         let here = outgoing::is_here(&self.issuer) && outgoing::is_here(&said.jwks_uri);
-        if secure || here { Ok(said.jwks_uri) } else { Err(FetchError::Insecure { url }) }
+        match secure || here {
+            true => Ok(said.jwks_uri),
+            false => Err(format!("the key address in {url} does not use TLS")),
+        }
     }
 
-    fn get(&self, url: &str) -> Result<Vec<u8>, FetchError> {
-        let transport = |source| FetchError::Transport { url: url.to_owned(), source: Box::new(source) };
+    fn get(&self, url: &str) -> Result<Vec<u8>, String> {
+        let failed = |error: ureq::Error| format!("GET {url}: {error}");
         let span = telemetry::asking_span("GET", url);
         let request = self.agent.get(url).header("accept", "application/json");
         let request = telemetry::names(&span).into_iter().fold(request, |request, (name, of)| request.header(name, of));
         // by TLS to begin with, by TLS wherever that leads
         let only = url.starts_with("https://");
-        let mut response = match request.config().https_only(only).build().call() {
-            Ok(response) => response,
-            Err(error) => {
-                telemetry::asked_in_vain(&span);
-                return Err(transport(error));
-            }
-        };
+        let mut response = request.config().https_only(only).build().call().map_err(|error| {
+            telemetry::asked_in_vain(&span);
+            failed(error)
+        })?;
         telemetry::asked(&span, response.status().as_u16());
         match response.status().as_u16() {
-            200 => response.body_mut().with_config().limit(LONGEST).read_to_vec().map_err(transport),
-            status => Err(FetchError::Status { url: url.to_owned(), status }),
+            200 => response.body_mut().with_config().limit(LONGEST).read_to_vec().map_err(failed),
+            status => Err(format!("GET {url} was answered {status}")),
         }
     }
+}
+
+fn invalid(url: &str, error: &serde_json::Error) -> String {
+    format!("the response to GET {url} is invalid: {error}")
 }

@@ -2,7 +2,7 @@
 
 use std::{collections::BTreeMap, fs};
 
-use clap::{Arg, ArgAction, Args as _, Command, FromArgMatches as _};
+use clap::{Arg, ArgAction, Args as _, Command};
 use flankfit::config::ServeSettings;
 
 use crate::root;
@@ -92,13 +92,4 @@ fn defaults_of_a_plant_stay() {
     for flag in ["--trusted-proxies", "--otlp-endpoint"] {
         assert_eq!(program[flag].1, None, "{flag}");
     }
-}
-
-/// Default settings of tests are those of an empty command line.
-#[test]
-fn settings_without_a_command_line_are_those_of_an_empty_one() {
-    let command = command().mut_args(|arg| arg.env(None::<&'static str>));
-    let matches = command.try_get_matches_from(["serve"]).expect("an empty command line");
-    let parsed = ServeSettings::from_arg_matches(&matches).expect("settings");
-    assert_eq!(format!("{parsed:#?}"), format!("{:#?}", ServeSettings::default()));
 }

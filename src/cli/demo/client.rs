@@ -5,7 +5,7 @@ use std::time::Duration;
 use serde::{Deserialize, de::DeserializeOwned};
 use serde_json::Value;
 
-use crate::cli::progress;
+use crate::cli::{CommandError, progress};
 
 /// Largest answer taken, in bytes: a refit of a million nodes with its residuals is 20 MB.
 const LARGEST_ANSWER: u64 = 1 << 30;
@@ -16,29 +16,7 @@ pub struct Client {
     base: String,
 }
 
-/// A request that did not bring what was asked for.
-#[derive(Debug, thiserror::Error)]
-pub enum ClientError {
-    #[error("{method} {url}: {source}")]
-    Transport {
-        method: &'static str,
-        url: String,
-        #[source]
-        source: Box<ureq::Error>,
-    },
-    #[error("{method} {url} was answered {status}: {problem}")]
-    Refused { method: &'static str, url: String, status: u16, problem: String },
-    #[error("{method} {url} was answered {status} with an invalid body: {source}")]
-    Unexpected {
-        method: &'static str,
-        url: String,
-        status: u16,
-        #[source]
-        source: serde_json::Error,
-    },
-}
-
-/// What is shown of an `application/problem+json`.
+/// The parts of an `application/problem+json` that are shown.
 #[derive(Deserialize)]
 struct Problem {
     title: String,
@@ -73,7 +51,7 @@ impl Client {
         format!("{}{path}", self.base)
     }
 
-    pub fn get<T: DeserializeOwned + Send>(&self, path: &str) -> Result<T, ClientError> {
+    pub fn get<T: DeserializeOwned + Send>(&self, path: &str) -> Result<T, CommandError> {
         let url = self.url(path);
         waiting(|| {
             let outcome = self.agent.get(&url).call();
@@ -81,15 +59,15 @@ impl Client {
         })
     }
 
-    pub fn post<T: DeserializeOwned + Send>(&self, path: &str, body: &Value) -> Result<T, ClientError> {
+    pub fn post<T: DeserializeOwned + Send>(&self, path: &str, body: &Value) -> Result<T, CommandError> {
         self.send("POST", self.agent.post(self.url(path)), path, body)
     }
 
-    pub fn put<T: DeserializeOwned + Send>(&self, path: &str, body: &Value) -> Result<T, ClientError> {
+    pub fn put<T: DeserializeOwned + Send>(&self, path: &str, body: &Value) -> Result<T, CommandError> {
         self.send("PUT", self.agent.put(self.url(path)), path, body)
     }
 
-    pub fn patch<T: DeserializeOwned + Send>(&self, path: &str, body: &Value) -> Result<T, ClientError> {
+    pub fn patch<T: DeserializeOwned + Send>(&self, path: &str, body: &Value) -> Result<T, CommandError> {
         self.send("PATCH", self.agent.patch(self.url(path)), path, body)
     }
 
@@ -99,7 +77,7 @@ impl Client {
         request: ureq::RequestBuilder<ureq::typestate::WithBody>,
         path: &str,
         body: &Value,
-    ) -> Result<T, ClientError> {
+    ) -> Result<T, CommandError> {
         waiting(|| {
             let outcome = request.header("content-type", "application/json").send(body.to_string());
             answer(method, self.url(path), outcome)
@@ -116,22 +94,20 @@ fn answer<T: DeserializeOwned>(
     method: &'static str,
     url: String,
     outcome: Result<ureq::http::Response<ureq::Body>, ureq::Error>,
-) -> Result<T, ClientError> {
+) -> Result<T, CommandError> {
     let read = outcome.and_then(|mut response| {
         let body = response.body_mut().with_config().limit(LARGEST_ANSWER).read_to_vec()?;
         Ok((response.status().as_u16(), body))
     });
-    let (status, body) = match read {
-        Ok(parts) => parts,
-        Err(source) => return Err(ClientError::Transport { method, url, source: Box::new(source) }),
-    };
+    let (status, body) = read.map_err(|error| format!("{method} {url}: {error}"))?;
     if !(200..300).contains(&status) {
-        return Err(ClientError::Refused { method, url, status, problem: in_words(&body) });
+        return Err(format!("{method} {url} was answered {status}: {}", in_words(&body)).into());
     }
-    serde_json::from_slice(&body).map_err(|source| ClientError::Unexpected { method, url, status, source })
+    let invalid = |error| format!("{method} {url} was answered {status} with an invalid body: {error}").into();
+    serde_json::from_slice(&body).map_err(invalid)
 }
 
-/// A problem as one sentence with the first faults and where in the request they are.
+/// Returns a problem as one sentence with the first errors and their places in the request.
 fn in_words(body: &[u8]) -> String {
     let Ok(problem) = serde_json::from_slice::<Problem>(body) else {
         return String::from_utf8_lossy(body).into_owned();

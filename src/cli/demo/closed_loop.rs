@@ -7,12 +7,12 @@ use flankfit_engine::numerics::cancel::parts;
 use serde::Deserialize;
 use serde_json::json;
 
-use super::{client::Client, story::StoryError};
-use crate::cli::{progress, table::Table};
+use super::client::Client;
+use crate::cli::{CommandError, progress, table::Table};
 
-/// Machines that are simulated beside the one that is kept.
+/// Machines that are simulated in addition to the one that is stored.
 const SEEDS: u64 = 100;
-/// What a good flank is, µm RMS.
+/// RMS of a good flank, µm.
 const GOOD: f64 = 0.5;
 /// Re-machinings.
 const CORRECTIONS: usize = 2;
@@ -49,8 +49,8 @@ struct Answer {
 }
 
 /// Tells it, and returns the paths of the jobs that keep it.
-pub fn run(client: &Client, out: &mut impl Write) -> Result<Vec<String>, StoryError> {
-    let ask = |seed: u64, store: bool| -> Result<Loop, StoryError> {
+pub fn run(client: &Client, out: &mut impl Write) -> Result<Vec<String>, CommandError> {
+    let ask = |seed: u64, store: bool| -> Result<Loop, CommandError> {
         let body = json!({"seed": seed, "store": store, "corrections": CORRECTIONS});
         Ok(client.post("/v1/simulations/closed-loop", &body)?)
     };
@@ -90,7 +90,7 @@ answers 1 % off, the probe is 0.3 µm off and misses every tenth node.",
         jobs.push(job);
     }
     let mut good = vec![0; first.runs.len()];
-    progress::shown("closed loops", || -> Result<(), StoryError> {
+    progress::shown("closed loops", || -> Result<(), CommandError> {
         let each = parts(SEEDS as usize);
         for seed in 0..SEEDS {
             for (good, run) in good.iter_mut().zip(each.run(1, || ask(seed, false))?.runs) {

@@ -12,11 +12,11 @@ use super::{
     client::Client,
     node_file::Units,
     numbers::{as_certain_as, significant},
-    story::{Story, StoryError, chosen},
+    story::{Story, chosen},
 };
 use crate::{
     api::jobs::{iterations::NewIterationBody, job::JobBody},
-    cli::table::Table,
+    cli::{CommandError, table::Table},
 };
 use flankfit_engine::{estimation::result::Cause, gear::evaluation::flank_surface::Figure};
 
@@ -36,7 +36,7 @@ const SECOND: [&str; 2] = [
 
 /// Runs the job and prints one screen or, with `verbose`, every table of every fit. Returns the
 /// path of the job.
-pub fn run(client: &Client, out: &mut impl Write, verbose: bool) -> Result<String, StoryError> {
+pub fn run(client: &Client, out: &mut impl Write, verbose: bool) -> Result<String, CommandError> {
     let mut job: Value = serde_json::from_str(JOB)?;
     let mut requirements: Value = serde_json::from_str(REQUIREMENTS)?;
     job["requirements"] = requirements["requirements"].take();
@@ -101,7 +101,7 @@ fn measure(
     note: &str,
     out: &mut impl Write,
     verbose: bool,
-) -> Result<Vec<NewIterationBody>, StoryError> {
+) -> Result<Vec<NewIterationBody>, CommandError> {
     let mut measured = Vec::new();
     for flank in flanks {
         let mut request: Value = serde_json::from_str(flank)?;
@@ -119,7 +119,7 @@ fn measure(
 
 /// Accepts the flanks whose figures all lie within their limits, and decides to remachine the
 /// others.
-fn decide(client: &Client, job: &str, measured: &[NewIterationBody]) -> Result<(), StoryError> {
+fn decide(client: &Client, job: &str, measured: &[NewIterationBody]) -> Result<(), CommandError> {
     for iteration in measured {
         let outside: Vec<String> = figures_of(iteration)
             .into_iter()
@@ -204,7 +204,7 @@ fn words(setting: &str) -> String {
     setting.replace('_', " ")
 }
 
-fn list<'a>(out: &mut impl Write, text: &str, settings: impl Iterator<Item = &'a Value>) -> Result<(), StoryError> {
+fn list<'a>(out: &mut impl Write, text: &str, settings: impl Iterator<Item = &'a Value>) -> Result<(), CommandError> {
     let names: Vec<String> = settings.filter_map(|setting| setting["name"].as_str()).map(words).collect();
     if !names.is_empty() {
         writeln!(out, "  {text}: {}", names.join(", "))?;

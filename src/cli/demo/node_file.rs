@@ -6,28 +6,26 @@
 //! - what `POST …/import` takes: curves of a gear tester (.mka), a REXS model with topographies. Of
 //!   each flank the tooth with the most nodes.
 
-use std::{
-    collections::BTreeSet,
-    fs, io,
-    path::{Path, PathBuf},
-    sync::Arc,
-};
+use std::{collections::BTreeSet, fs, path::Path, sync::Arc};
 
-use serde_json::{Value, json};
-
-use super::numbers::short;
-use crate::api::{
-    fits::nodes_text,
-    gears::files::{content, read, spec::ImportSpecBody},
-    problem::Problem,
-    tables::nodes,
-};
 use flankfit_engine::{
     formats::{
         Table,
         table::{Crossings, Layout, Meaning, NodeSet as TableNodes},
     },
     gear::Side,
+};
+use serde_json::{Value, json};
+
+use super::numbers::short;
+use crate::{
+    api::{
+        fits::nodes_text,
+        gears::files::{content, read, spec::ImportSpecBody},
+        problem::Problem,
+        tables::nodes,
+    },
+    cli::CommandError,
 };
 
 /// Nodes to be shown, as the body of a fit request.
@@ -36,11 +34,11 @@ pub struct NodeSet {
     pub name: String,
     pub request: Value,
     pub units: Units,
-    /// What was read and what was left out, for the reader.
+    /// Report of nodes read and left out.
     pub report: String,
 }
 
-/// What the numbers of a node set mean.
+/// Meaning of the numbers of a node set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Units {
     /// Deviations in µm over roll length and face width in mm.
@@ -49,41 +47,17 @@ pub enum Units {
     Callers,
 }
 
-/// A file that holds no nodes.
-#[derive(Debug, thiserror::Error)]
-pub enum NodeFileError {
-    #[error("cannot read {}: {source}", path.display())]
-    Unreadable {
-        path: PathBuf,
-        #[source]
-        source: io::Error,
-    },
-    #[error("{} is not valid JSON: {source}", path.display())]
-    Json {
-        path: PathBuf,
-        #[source]
-        source: serde_json::Error,
-    },
-    #[error("{} holds neither a fit request (an object with \"nodes\") nor nodes (an object with \"type\")",
-        path.display())]
-    NoNodes { path: PathBuf },
-    #[error("{}: {faults}", path.display())]
-    Nodes { path: PathBuf, faults: String },
-    #[error("{}: {reason}", path.display())]
-    Measured { path: PathBuf, reason: String },
-}
-
 /// Reads a file of any of the known forms.
-pub fn read(path: &Path) -> Result<Vec<NodeSet>, NodeFileError> {
-    of_content(path, &fs::read(path).map_err(|source| NodeFileError::Unreadable { path: path.into(), source })?)
+pub fn read(path: &Path) -> Result<Vec<NodeSet>, CommandError> {
+    of_content(path, &fs::read(path).map_err(|error| format!("cannot read {}: {error}", path.display()))?)
 }
 
 /// The same of a file that has been read.
-pub fn of_content(path: &Path, content: &[u8]) -> Result<Vec<NodeSet>, NodeFileError> {
+pub fn of_content(path: &Path, content: &[u8]) -> Result<Vec<NodeSet>, CommandError> {
     let name = name_of(path);
     if is_of_a_tester(&name, content) {
-        return from_tester(&name, content)
-            .map_err(|problem| NodeFileError::Measured { path: path.into(), reason: problem.detail });
+        let refused = |problem: Problem| format!("{}: {}", path.display(), problem.detail).into();
+        return from_tester(&name, content).map_err(refused);
     }
     let start = content.strip_prefix(b"\xef\xbb\xbf").unwrap_or(content).trim_ascii_start();
     if start.starts_with(b"{") {
@@ -107,25 +81,29 @@ fn name_of(path: &Path) -> String {
     path.file_name().map_or_else(|| path.display().to_string(), |name| name.to_string_lossy().into_owned())
 }
 
-fn from_json(path: &Path, text: &[u8]) -> Result<NodeSet, NodeFileError> {
+fn from_json(path: &Path, text: &[u8]) -> Result<NodeSet, CommandError> {
     let value: Value =
-        serde_json::from_slice(text).map_err(|source| NodeFileError::Json { path: path.into(), source })?;
+        serde_json::from_slice(text).map_err(|error| format!("{} is not valid JSON: {error}", path.display()))?;
     let request = if value.get("nodes").is_some() {
         value
     } else if value.get("type").is_some() {
         request_for(value)
     } else {
-        return Err(NodeFileError::NoNodes { path: path.into() });
+        let path = path.display();
+        return Err(format!(
+            "{path} holds neither a fit request (an object with \"nodes\") nor nodes (an object with \"type\")"
+        )
+        .into());
     };
     Ok(NodeSet { name: name_of(path), request, units: Units::Callers, report: String::new() })
 }
 
 /// A table, by the reader of the service; of traces the tooth of each flank with the most nodes.
-fn from_table(path: &Path, content: &[u8]) -> Result<Vec<NodeSet>, NodeFileError> {
+fn from_table(path: &Path, content: &[u8]) -> Result<Vec<NodeSet>, CommandError> {
     let refused = |problem: Problem| {
         let each: Vec<&str> = problem.errors.iter().map(|error| error.detail.as_str()).collect();
         let faults = if each.is_empty() { problem.detail.clone() } else { each.join("; ") };
-        NodeFileError::Nodes { path: path.into(), faults }
+        CommandError::from(format!("{}: {faults}", path.display()))
     };
     let table = nodes::table(content, None, "/nodes").map_err(|error| refused(error.into()))?;
     let mut sets = table.node_sets().map_err(|error| refused(nodes::refusal(&error, "/nodes").into()))?;
@@ -189,7 +167,7 @@ fn at_crossings(crossings: &Crossings) -> String {
 }
 
 /// Whether content or ending say curves, values or a gear model. CSV is taken for nodes: points on
-/// a gear need the gear beside them.
+/// a gear need the gear in addition.
 fn is_of_a_tester(name: &str, content: &[u8]) -> bool {
     let start = content.strip_prefix(b"\xef\xbb\xbf").unwrap_or(content).trim_ascii_start();
     let ending = name.rsplit_once('.').map(|(_, ending)| ending.to_lowercase());
@@ -198,7 +176,7 @@ fn is_of_a_tester(name: &str, content: &[u8]) -> bool {
         || ending.is_some_and(|ending| ["mka", "mew", "rexs", "xml"].contains(&ending.as_str()))
 }
 
-/// What an import would make of the file, of each flank the tooth with the most nodes.
+/// Returns the nodes that an import would read, of each flank the tooth with the most nodes.
 fn from_tester(name: &str, content: &[u8]) -> Result<Vec<NodeSet>, Problem> {
     let read = read::read(content, Some(name), &ImportSpecBody::default(), None, None)?;
     let mut report = String::new();
@@ -229,7 +207,7 @@ fn from_tester(name: &str, content: &[u8]) -> Result<Vec<NodeSet>, Problem> {
 mod tests {
     use super::*;
 
-    fn read_text(name: &str, text: &str) -> Result<Vec<NodeSet>, NodeFileError> {
+    fn read_text(name: &str, text: &str) -> Result<Vec<NodeSet>, CommandError> {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join(name);
         fs::write(&path, text).unwrap();

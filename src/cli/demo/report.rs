@@ -1,4 +1,4 @@
-//! The service's answers as tables for a terminal.
+//! The service's responses as tables for a terminal.
 
 use jiff::Timestamp;
 use uuid::Uuid;
@@ -16,7 +16,7 @@ use flankfit_engine::estimation::{
     spec::ChosenBy,
 };
 
-/// What the node numbers and heights are given in.
+/// Returns the unit of the heights.
 fn height_unit(units: Units) -> &'static str {
     match units {
         Units::FlankDeviation => " µm",
@@ -93,7 +93,7 @@ pub fn spectrum(fit: &FitResultBody) -> String {
     )
 }
 
-/// What every criterion would choose, side by side.
+/// Returns the choice of every criterion, side by side.
 pub fn choices(fit: &FitResultBody) -> String {
     let headings = ["criterion", "λ*", "condition", "bias", "predicted error²", "÷ least squares", "rms", ""];
     let mut table = Table::new(headings, 1).with_remark();
@@ -133,7 +133,7 @@ pub fn warnings(fit: &FitResultBody) -> String {
     fit.warnings.iter().map(|warning| format!("  ! {}: {}\n", warning.code, warning.message)).collect()
 }
 
-/// The stored fits of one iteration beside each other.
+/// Returns the stored fits of one iteration, side by side.
 pub fn fits(fits: &[(Uuid, &FitResultBody)], chosen: Uuid) -> String {
     let headings = ["fit", "criterion", "λ*", "condition", "regularised", "bias", "rms", ""];
     let mut table = Table::new(headings, 2).with_remark();

@@ -2,38 +2,28 @@
 
 use std::io::{self, Write};
 
-use serde_json::{Value, json};
-
-use super::{
-    client::{Client, ClientError},
-    node_file::{NodeSet, Units},
-    report,
-};
-use crate::api::{
-    fits::answer::FitResultBody,
-    jobs::{
-        iterations::{IterationFitBody, NewIterationBody},
-        job::JobBody,
-        trace::TraceBody,
-    },
-};
 use flankfit_engine::estimation::{
     result::Choice,
     spec::{ChosenBy, Criterion},
 };
+use serde_json::{Value, json};
 
-/// Why the demonstration ended early.
-#[derive(Debug, thiserror::Error)]
-pub enum StoryError {
-    #[error(transparent)]
-    Client(#[from] ClientError),
-    #[error("cannot write: {0}")]
-    Output(#[from] io::Error),
-    #[error("iteration {0} was answered without a fit")]
-    NoFit(u32),
-    #[error("an example of the project is not JSON: {0}")]
-    Example(#[from] serde_json::Error),
-}
+use super::{
+    client::Client,
+    node_file::{NodeSet, Units},
+    report,
+};
+use crate::{
+    api::{
+        fits::answer::FitResultBody,
+        jobs::{
+            iterations::{IterationFitBody, NewIterationBody},
+            job::JobBody,
+            trace::TraceBody,
+        },
+    },
+    cli::CommandError,
+};
 
 /// Prints the fits of iterations as tables.
 pub struct Story<'a, W: Write> {
@@ -44,7 +34,7 @@ pub struct Story<'a, W: Write> {
 impl<W: Write> Story<'_, W> {
     /// Measures and fits nodes of the caller's own, refits them with another λ*, and chooses.
     /// Returns the path of the job.
-    pub fn run(&mut self, set: &NodeSet) -> Result<String, StoryError> {
+    pub fn run(&mut self, set: &NodeSet) -> Result<String, CommandError> {
         let created: JobBody = self.client.post("/v1/jobs", &json!({"name": set.name}))?;
         let path = format!("/v1/jobs/{}", created.id);
         self.heading(&format!("Job: {}", set.name))?;
@@ -65,7 +55,7 @@ impl<W: Write> Story<'_, W> {
     }
 
     /// Prints the fit of an iteration, and refits its nodes by another criterion.
-    pub fn tell(&mut self, job: &str, iteration: &NewIterationBody, set: &NodeSet) -> Result<(), StoryError> {
+    pub fn tell(&mut self, job: &str, iteration: &NewIterationBody, set: &NodeSet) -> Result<(), CommandError> {
         self.heading(&format!("Iteration {}: {}", iteration.posted.measured.number, set.name))?;
         write!(self.out, "{}", set.report)?;
         let fit = chosen(iteration)?;
@@ -74,7 +64,7 @@ impl<W: Write> Story<'_, W> {
     }
 
     /// Prints what was recorded of the job.
-    pub fn trace(&mut self, job: &str) -> Result<(), StoryError> {
+    pub fn trace(&mut self, job: &str) -> Result<(), CommandError> {
         let trace: TraceBody = self.client.get(&format!("{job}/trace"))?;
         self.heading("Trace of the job")?;
         write!(self.out, "{}", report::trace(&trace))?;
@@ -110,7 +100,7 @@ impl<W: Write> Story<'_, W> {
         first: &NewIterationBody,
         fit: &IterationFitBody,
         request: &Value,
-    ) -> Result<(), StoryError> {
+    ) -> Result<(), CommandError> {
         let result = fit.result.value()?;
         let other = best_other(&result).and_then(|criterion| {
             with_criterion(request.get("regularization"), criterion.name()).map(|changed| (criterion, changed))
@@ -153,11 +143,12 @@ impl<W: Write> Story<'_, W> {
 }
 
 /// Returns the fit that an iteration was stored with.
-pub fn chosen(iteration: &NewIterationBody) -> Result<&IterationFitBody, StoryError> {
-    iteration.fits.first().ok_or(StoryError::NoFit(iteration.posted.measured.number))
+pub fn chosen(iteration: &NewIterationBody) -> Result<&IterationFitBody, CommandError> {
+    let number = iteration.posted.measured.number;
+    iteration.fits.first().ok_or_else(|| format!("iteration {number} was answered without a fit").into())
 }
 
-/// Of the criteria whose λ* is clearly another than the fit's own (by more than a tenth), the one
+/// Returns, of the criteria whose λ* differs from the fit's own by more than a tenth, the one
 /// with the smallest predicted error.
 fn best_other(fit: &FitResultBody) -> Option<ChosenBy> {
     let current = fit.regularization.lambda_star;
