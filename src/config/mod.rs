@@ -68,7 +68,8 @@ pub struct ServeSettings {
     #[arg(long, env = "FLANKFIT_RATE_LIMIT", value_parser = within(NonZeroU32::MIN..=NonZeroU32::MAX))]
     pub rate_limit: Option<NonZeroU32>,
     /// Requests at once within the rate limit; default the requests of one second.
-    #[arg(long, env = "FLANKFIT_RATE_BURST", requires = "rate_limit", value_parser = within(NonZeroU32::MIN..=NonZeroU32::MAX))]
+    #[arg(long, env = "FLANKFIT_RATE_BURST", requires = "rate_limit",
+        value_parser = within(NonZeroU32::MIN..=NonZeroU32::MAX))]
     pub rate_burst: Option<NonZeroU32>,
     /// Database of the gear jobs: sqlite://FILE, or postgres://USER@HOST/NAME for several servers.
     #[arg(long, env = "FLANKFIT_DATABASE_URL", default_value = "sqlite://flankfit.db", hide_env_values = true)]

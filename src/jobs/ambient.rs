@@ -5,13 +5,13 @@ use std::sync::Mutex;
 use jiff::Timestamp;
 use uuid::{ContextV7, Uuid};
 
-/// Where "now" comes from.
+/// Source of the current time.
 pub trait Clock: Send + Sync + 'static {
     /// The present moment, in whole microseconds: what is stored is what was answered.
     fn now(&self) -> Timestamp;
 }
 
-/// Where fresh ids come from.
+/// Source of fresh ids.
 pub trait Ids: Send + Sync + 'static {
     /// A UUIDv7 greater than every one given before, as far as the clock allows.
     fn fresh(&self, now: Timestamp) -> Uuid;

@@ -153,13 +153,13 @@ pub struct ArchiveReader<R> {
     longest: u64,
 }
 
-/// What became of the next job of an archive.
+/// Result for the next job of an archive.
 #[derive(Debug, PartialEq, Eq)]
 pub enum Imported {
     Stored,
     /// The same job exists.
     Exists,
-    /// There was no further job.
+    /// No job is left.
     Nothing,
 }
 
@@ -260,7 +260,7 @@ async fn section(of: &dyn Holdings, key: &Key) -> Result<Option<String>, Archive
 mod tests {
     use super::*;
 
-    /// A line that would fill the memory is told by its number, and no more of it is read.
+    /// A line that would fill the memory is named by its number, and no more of it is read.
     #[test]
     fn a_line_without_an_end_is_told_by_its_number() {
         let text = [b"{}\n".as_slice(), &b" ".repeat(2 << 20)].concat();

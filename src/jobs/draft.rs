@@ -2,11 +2,9 @@
 
 use std::{collections::BTreeMap, sync::Arc};
 
-use super::{
-    fit::Computed, gear::JobGear, measurand::Measurand, measurement::MeasurementDetails, record::RecordDraft,
-    said::Decision,
-};
 use flankfit_engine::estimation::Nodes;
+
+use crate::jobs::*;
 
 /// A job to create.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -16,7 +14,7 @@ pub struct JobDraft {
     pub serial_number: Option<String>,
     pub machine: Option<String>,
     pub gear: Option<JobGear>,
-    /// What its flanks must be like: a JSON document.
+    /// Requirements on its flanks: a JSON document.
     pub requirements: Option<Arc<str>>,
     pub tags: BTreeMap<String, String>,
 }
@@ -43,7 +41,7 @@ pub struct ExpectedGear(pub Option<JobGear>);
 /// A stream to open.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StreamDraft {
-    /// What is fitted: a JSON document.
+    /// Specification of the fit: a JSON document.
     pub spec: Arc<str>,
     /// In (0, 1].
     pub forgetting_factor: f64,

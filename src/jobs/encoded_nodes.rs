@@ -2,8 +2,9 @@
 
 use std::{ops::Deref, sync::Arc};
 
-use super::nodes_codec;
 use flankfit_engine::estimation::Nodes;
+
+use super::nodes_codec;
 
 /// Nodes with the bytes that are stored of them, made before the store takes them.
 #[derive(Clone, Debug)]

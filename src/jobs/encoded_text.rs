@@ -10,7 +10,7 @@ use super::frames;
 
 /// Longer texts are compressed.
 pub const LONG: usize = 8 << 10;
-/// What the trace tells of longer results is kept beside them.
+/// Coefficients and prior of longer results are stored separately, for the trace.
 pub const READ_AT_ONCE: usize = 64 << 10;
 /// Fast: whoever posts a fit waits for it.
 const LEVEL: i32 = 1;
@@ -18,7 +18,7 @@ const LEVEL: i32 = 1;
 /// nearest cache, where the level's own does not, and hardly less is found by it.
 const SMALL_TABLE: u32 = 12;
 const SMALL: usize = 64 << 10;
-/// What frames of zstd begin with; its second byte begins no letter of UTF-8.
+/// First bytes of frames of zstd; the second byte begins no letter of UTF-8.
 const FRAME: [u8; 4] = [0x28, 0xb5, 0x2f, 0xfd];
 
 thread_local! {
@@ -43,7 +43,7 @@ impl EncodedText {
         self.frame.as_deref().unwrap_or(self.text.as_bytes())
     }
 
-    /// The text of [`Self::bytes`]; an error is told of other bytes.
+    /// Returns the text of [`Self::bytes`], or an error for other bytes.
     pub fn read(bytes: &[u8]) -> io::Result<String> {
         let text = match bytes.starts_with(&FRAME) {
             true => frames::unpacked(bytes, frames::LONGEST)?,
@@ -101,14 +101,14 @@ fn compressed(text: &[u8]) -> Option<Vec<u8>> {
     })
 }
 
-/// The answer of a fit. What the trace tells of a long one is kept beside it.
+/// The response of a fit. Coefficients and prior of a long one are stored separately.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EncodedResult {
     whole: EncodedText,
     beside: KeptBeside,
 }
 
-/// What is kept beside a result: of one that is unpacked and read at once nothing.
+/// Parts of a result that are stored separately; none of one that is read at once.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct KeptBeside {
     pub coefficients: Option<EncodedText>,
@@ -154,7 +154,7 @@ impl Deref for EncodedResult {
     }
 }
 
-/// What the trace tells of a result, as it stands there.
+/// Parts of a result in the trace, as they are in the text of the result.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Told<'a> {
     pub coefficients: Option<&'a str>,
@@ -205,7 +205,7 @@ mod tests {
         assert!(EncodedText::from("x".repeat(LONG + 1)).frame.is_some());
         assert!(EncodedText::read(&[0xff]).is_err());
         assert!(EncodedText::read(&FRAME).is_err());
-        // a head that tells of more than any text has, and nothing behind it
+        // a head with a length that no text has, and nothing behind it
         let endless = [&FRAME[..], &[0xe0], &(1_u64 << 40).to_le_bytes()].concat();
         assert!(EncodedText::read(&endless).is_err_and(|error| error.to_string().contains("1099511627776 bytes")));
     }

@@ -2,18 +2,15 @@
 
 use std::{
     collections::HashMap,
-    sync::{Mutex, PoisonError},
+    hash::Hash,
+    sync::{Mutex, MutexGuard, PoisonError},
 };
 
 use jiff::{SignedDuration, Timestamp};
 use tokio::sync::watch;
 use uuid::Uuid;
 
-use super::{
-    callers::{Owned, Tenant},
-    record::RecordKind,
-    said::Decision,
-};
+use crate::jobs::*;
 
 /// One thing that happened.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,7 +22,7 @@ pub struct JobEvent {
     pub kind: EventKind,
 }
 
-/// What happened.
+/// Kind of an event.
 #[derive(Clone, Debug, PartialEq)]
 pub enum EventKind {
     /// An iteration was added, with its first fit.
@@ -80,17 +77,6 @@ pub enum JobChange {
     Deleted,
 }
 
-impl JobChange {
-    pub fn named(name: &str) -> Option<Self> {
-        match name {
-            "created" => Some(JobChange::Created),
-            "changed" => Some(JobChange::Changed),
-            "deleted" => Some(JobChange::Deleted),
-            _ => None,
-        }
-    }
-}
-
 /// A place in the order of all that happens to the jobs of a tenant.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct EventPlace {
@@ -99,7 +85,7 @@ pub struct EventPlace {
     pub number: u64,
 }
 
-/// How long all jobs' events are told in their common order. (Those of a job stay.)
+/// Time for which all jobs' events are listed in their common order. (Those of a job stay.)
 pub const EVENTS_TOLD: SignedDuration = SignedDuration::from_hours(7 * 24);
 
 /// An event of some job, at its place among those of all.
@@ -121,21 +107,9 @@ pub enum StreamEvent {
     Deleted,
 }
 
-impl StreamEvent {
-    pub fn name(self) -> &'static str {
-        match self {
-            StreamEvent::Open => "open",
-            StreamEvent::Block => "block",
-            StreamEvent::Finished => "finished",
-            StreamEvent::Deleted => "deleted",
-        }
-    }
-
-    pub fn named(name: &str) -> Option<Self> {
-        [StreamEvent::Open, StreamEvent::Block, StreamEvent::Finished, StreamEvent::Deleted]
-            .into_iter()
-            .find(|event| event.name() == name)
-    }
+names! {
+    JobChange { Created "created", Changed "changed", Deleted "deleted" }
+    StreamEvent { Open "open", Block "block", Finished "finished", Deleted "deleted" }
 }
 
 /// Wakes the listeners of a job, or of all jobs of a tenant. It carries a count of wakes: a woken
@@ -143,49 +117,68 @@ impl StreamEvent {
 /// missed wake costs time, not events.
 #[derive(Debug, Default)]
 pub struct JobNotifier {
-    jobs: Mutex<HashMap<Owned, watch::Sender<u64>>>,
-    tenants: Mutex<HashMap<Tenant, watch::Sender<u64>>>,
+    jobs: Wakers<Owned>,
+    tenants: Wakers<Tenant>,
+}
+
+/// Wakers of listeners by what they listen to.
+#[derive(Debug)]
+struct Wakers<K>(Mutex<HashMap<K, watch::Sender<u64>>>);
+
+impl<K> Default for Wakers<K> {
+    fn default() -> Self {
+        Wakers(Mutex::default())
+    }
+}
+
+impl<K: Eq + Hash> Wakers<K> {
+    fn lock(&self) -> MutexGuard<'_, HashMap<K, watch::Sender<u64>>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn subscribe(&self, key: K) -> watch::Receiver<u64> {
+        let mut wakers = self.lock();
+        wakers.retain(|_, waker| waker.receiver_count() > 0);
+        wakers.entry(key).or_insert_with(|| watch::channel(0).0).subscribe()
+    }
+
+    /// Wakes the listeners of one key, or all.
+    fn wake(&self, key: Option<&K>) {
+        let (wakers, wake) = (self.lock(), |waker: &watch::Sender<u64>| waker.send_modify(|wakes| *wakes += 1));
+        match key {
+            Some(key) => wakers.get(key).into_iter().for_each(wake),
+            None => wakers.values().for_each(wake),
+        }
+    }
 }
 
 impl JobNotifier {
-    /// Hears of the job from now on.
+    /// Subscribes to the events of the job from now on.
     pub fn subscribe(&self, job: Owned) -> watch::Receiver<u64> {
-        let mut jobs = self.jobs.lock().unwrap_or_else(PoisonError::into_inner);
-        jobs.retain(|_, sender| sender.receiver_count() > 0);
-        jobs.entry(job).or_insert_with(|| watch::channel(0).0).subscribe()
+        self.jobs.subscribe(job)
     }
 
-    /// Hears of all jobs of the tenant from now on.
+    /// Subscribes to the events of all jobs of the tenant from now on.
     pub fn subscribe_all(&self, tenant: Tenant) -> watch::Receiver<u64> {
-        let mut tenants = self.tenants.lock().unwrap_or_else(PoisonError::into_inner);
-        tenants.retain(|_, sender| sender.receiver_count() > 0);
-        tenants.entry(tenant).or_insert_with(|| watch::channel(0).0).subscribe()
+        self.tenants.subscribe(tenant)
     }
 
-    /// Something happened to the job.
+    /// Wakes after something happened to the job.
     pub fn notify(&self, job: &Owned) {
-        if let Some(sender) = self.jobs.lock().unwrap_or_else(PoisonError::into_inner).get(job) {
-            sender.send_modify(|wakes| *wakes += 1);
-        }
-        if let Some(sender) = self.tenants.lock().unwrap_or_else(PoisonError::into_inner).get(&job.tenant) {
-            sender.send_modify(|wakes| *wakes += 1);
-        }
+        self.jobs.wake(Some(job));
+        self.tenants.wake(Some(&job.tenant));
     }
 
-    /// Something may have happened to any job.
+    /// Wakes after something may have happened to any job.
     pub fn notify_all(&self) {
-        for sender in self.jobs.lock().unwrap_or_else(PoisonError::into_inner).values() {
-            sender.send_modify(|wakes| *wakes += 1);
-        }
-        for sender in self.tenants.lock().unwrap_or_else(PoisonError::into_inner).values() {
-            sender.send_modify(|wakes| *wakes += 1);
-        }
+        self.jobs.wake(None);
+        self.tenants.wake(None);
     }
 
-    /// The jobs that somebody listens to.
+    /// Returns the jobs that somebody listens to.
     pub fn listened(&self) -> Vec<Owned> {
-        let jobs = self.jobs.lock().unwrap_or_else(PoisonError::into_inner);
-        jobs.iter().filter(|(_, sender)| sender.receiver_count() > 0).map(|(job, _)| job.clone()).collect()
+        let jobs = self.jobs.lock();
+        jobs.iter().filter(|(_, waker)| waker.receiver_count() > 0).map(|(job, _)| job.clone()).collect()
     }
 }
 
@@ -205,7 +198,7 @@ mod tests {
         first.borrow_and_update();
         drop(first);
         let again = notifier.subscribe(two.clone());
-        assert_eq!(notifier.jobs.lock().unwrap().len(), 1);
+        assert_eq!(notifier.jobs.lock().len(), 1);
         assert_eq!(notifier.listened(), std::slice::from_ref(&two));
         notifier.notify(&two);
         assert!(again.has_changed().unwrap());

@@ -2,24 +2,26 @@
 
 use std::sync::Arc;
 
-use uuid::Uuid;
-
-use super::encoded_text::EncodedResult;
-use super::said::{Choice, Event};
 use flankfit_engine::estimation::{
     FitResult,
     spec::{ChosenBy, Criterion, Scheme},
+};
+use uuid::Uuid;
+
+use super::{
+    encoded_text::EncodedResult,
+    said::{Choice, Event},
 };
 
 /// A fit computed and written down, on its way to be stored.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Computed {
-    /// What was asked for, without the nodes: a JSON document.
+    /// The request without the nodes: a JSON document.
     pub spec: Arc<str>,
-    /// What was answered: the JSON document itself, so that a replay can compare bit by bit.
+    /// The response: the JSON document itself, so that a replay can compare bit by bit.
     pub result: EncodedResult,
     pub figures: Figures,
-    /// The figures of the flank that it is of, where its nodes are told to be on one: a JSON
+    /// The figures of the flank that it is of, if its nodes are known to be on one: a JSON
     /// document. They are by the job's gear and requirements of that time.
     pub flank: Option<Arc<str>>,
 }
@@ -53,7 +55,7 @@ pub struct FitRecord {
     /// The figures of the flank, as they were answered first.
     pub flank: Option<Arc<str>>,
     pub event: Event,
-    /// Whether it stands.
+    /// True if it is the chosen fit.
     pub chosen: bool,
 }
 

@@ -4,9 +4,9 @@ use std::{collections::HashMap, time::Duration};
 
 use uuid::Uuid;
 
-use super::{callers::Owned, repository::Wakes, service::JobService, wake::Wake};
+use super::{callers::Owned, repository::Wakes, service::JobService};
 
-/// Between two looks for what was not told.
+/// Time between two looks for events without a message.
 const LOOK: Duration = Duration::from_secs(2);
 
 impl JobService {
@@ -38,7 +38,7 @@ impl JobService {
         self.key_changes.send_modify(|changes| *changes += 1);
     }
 
-    /// Hears what other processes tell, and tells them. It ends only where the store is this
+    /// Receives messages of other processes, and sends them. It ends only where the store is this
     /// process's alone.
     pub async fn follow_others(&self) {
         if let Some(wakes) = &self.wakes {
@@ -81,4 +81,18 @@ impl JobService {
             }
         }
     }
+}
+
+/// Something that others may wait for. It carries no data: whoever hears it looks into the store,
+/// so a wake that is lost costs time, and one too many a look.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub enum Wake {
+    /// Something happened to a job.
+    Job(Owned),
+    /// Some stream was finished or deleted.
+    StreamEnd,
+    /// Some key or some tenant was changed.
+    Keys,
+    /// Nothing was heard for a while, and anything may have happened.
+    Anything,
 }

@@ -5,14 +5,15 @@ use std::io::{self, Read as _};
 
 use zstd::{stream::read::Decoder, zstd_safe};
 
-/// No document that is kept is longer: requests and answers are bounded, and are told as texts.
+/// No document that is kept is longer: requests and responses are bounded, and are sent as texts.
 pub const LONGEST: u64 = 1 << 30;
 /// A frame is not read back further than this to go on, 128 MiB; what is written here needs less.
 const WINDOW_LOG: u32 = 27;
-/// So much room is made before anything was read.
+/// Capacity that is reserved before anything was read.
 const AT_FIRST: u64 = 64 << 10;
 
-/// What a frame holds; an error where that is more than so many bytes, or the frame is damaged.
+/// Returns the content of a frame; an error where that is more than so many bytes, or the frame is
+/// damaged.
 pub fn unpacked(frame: &[u8], most: u64) -> io::Result<Vec<u8>> {
     let told = zstd_safe::get_frame_content_size(frame).ok().flatten();
     if let Some(told) = told.filter(|told| *told > most) {
@@ -21,7 +22,7 @@ pub fn unpacked(frame: &[u8], most: u64) -> io::Result<Vec<u8>> {
     let mut decoder = Decoder::with_buffer(frame)?;
     decoder.window_log_max(WINDOW_LOG)?;
     let mut bytes = Vec::with_capacity(told.unwrap_or(0).min(AT_FIRST) as usize);
-    // one more than it may be tells that it is longer
+    // one byte more shows that it is longer
     decoder.take(most.saturating_add(1)).read_to_end(&mut bytes)?;
     match bytes.len() as u64 {
         length if length > most => Err(longer(length, most)),

@@ -8,7 +8,7 @@ use serde::Deserialize;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct JobGear(String);
 
-/// What a job must know of its gear.
+/// The data of its gear that a job uses.
 #[derive(Deserialize)]
 struct GearFields {
     teeth: u32,

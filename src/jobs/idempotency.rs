@@ -1,6 +1,6 @@
 //! Idempotency keys: a client that lost an answer may ask again without storing twice.
 //!
-//! An answer is kept under (tenant, key, scope) in the same transaction as what it tells of, with a
+//! An answer is kept under (tenant, key, scope) in the same transaction as its subject, with a
 //! digest of its request; so the key works across restarts and never vouches for something that was
 //! not stored. Which keys are being worked on right now is kept in memory only: after a crash
 //! nothing is being worked on.
@@ -39,13 +39,13 @@ pub struct KeyedRequest {
 }
 
 impl KeyedRequest {
-    /// What is kept under the key: the answer that `answer` writes.
+    /// Keeps, under the key, the response that `answer` writes.
     pub fn answered_by<T>(self, answer: impl Fn(&T, Stored) -> Answer + Send + Sync + 'static) -> Keyed<T> {
         Keyed { request: self, answer: Box::new(answer) }
     }
 }
 
-/// What is kept of a keyed request.
+/// Receipt of a keyed request.
 pub struct Receipt {
     pub request: KeyedRequest,
     /// Writes the answer, once the store knows what only it can know. Runs inside the transaction,

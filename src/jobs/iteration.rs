@@ -5,21 +5,9 @@ use std::sync::Arc;
 use jiff::Timestamp;
 use uuid::Uuid;
 
-use super::{
-    draft::ExpectedGear,
-    encoded_nodes::EncodedNodes,
-    fit::{Figures, NewFit},
-    gear::JobGear,
-    job::Job,
-    measurand::Measurand,
-    measurement::MeasurementDetails,
-    outcome::RepositoryError,
-    page::Cursor,
-    record::{Record, RecordSummary},
-    said::{Choice, Decision, DecisionEvent, Event},
-};
+use crate::jobs::*;
 
-/// What is stored when an iteration is added: nodes, first fit and the choice of that fit, all or
+/// Content of a new iteration: nodes, first fit and the choice of that fit, all or
 /// nothing.
 #[derive(Clone, Debug)]
 pub struct NewIteration {
@@ -30,7 +18,7 @@ pub struct NewIteration {
     pub created_at: Timestamp,
     pub nodes: EncodedNodes,
     pub fit: NewFit,
-    /// What is kept with it from the beginning, stored in the same transaction.
+    /// Its first records, stored in the same transaction.
     pub records: Vec<Record>,
     /// The gear that the job must still have.
     pub expected_gear: Option<ExpectedGear>,
@@ -90,7 +78,7 @@ pub struct Iteration {
     pub purged_at: Option<Timestamp>,
 }
 
-/// An iteration in a list, with the fit that stands of it.
+/// An iteration in a list, with its chosen fit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ListedIteration {
     pub id: Uuid,
@@ -114,7 +102,7 @@ pub struct Trace {
     pub next: Option<Cursor>,
 }
 
-/// An iteration as the trace tells it: fits, choices and decisions in the order in which they were
+/// An iteration in the trace: fits, choices and decisions in the order in which they were
 /// made, of each the last [`MAX_LISTED`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct TracedIteration {
@@ -147,7 +135,7 @@ pub struct Earlier {
 pub struct FitSummary {
     pub id: Uuid,
     pub chosen: bool,
-    /// Who chose it, if it stands and somebody is known.
+    /// Who chose it, if it is the chosen fit and somebody is known.
     pub chosen_by: Option<Arc<str>>,
     pub figures: Figures,
     /// The figures of the flank, as they were answered first.
@@ -161,6 +149,46 @@ pub struct TracedFit {
     pub summary: FitSummary,
     /// The answered coefficients, as the JSON array that was answered; of a purged job `[]`.
     pub coefficients: String,
-    /// What it says of its prior, as the JSON object that was answered.
+    /// Its prior, as the JSON object of the response.
     pub prior: Option<String>,
+}
+
+/// A change of the measurand of nodes. It is stored in one transaction with the fit whose figures
+/// follow from it and with the decision sent with it.
+#[derive(Clone, Debug)]
+pub struct Amendment {
+    /// The new measurand of the nodes.
+    pub measurand: Measurand,
+    /// Record of the change, with the values before and after.
+    pub record: Record,
+    /// The chosen fit repeated with the figures of the new measurand; it becomes the chosen one.
+    pub fit: Option<NewFit>,
+    pub decision: Option<DecisionEvent>,
+}
+
+impl Amendment {
+    /// Returns by how much the version of the iteration increases: one for the change, each fit,
+    /// choice and decision.
+    pub fn steps(&self) -> u64 {
+        1 + 2 * u64::from(self.fit.is_some()) + u64::from(self.decision.is_some())
+    }
+}
+
+/// An earlier iteration of the same flank and tooth.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Predecessor {
+    pub number: u32,
+    pub measurand: Measurand,
+    /// The chosen fit.
+    pub fit_id: Uuid,
+}
+
+/// Which of them: numbers from `from` on and below `before`, and of these the last `most`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Predecessors {
+    pub of: Measurand,
+    pub from: u32,
+    /// The iteration that they precede; `None` for one that is about to be stored.
+    pub before: Option<u32>,
+    pub most: usize,
 }

@@ -1,24 +1,14 @@
-//! The use cases of iterations: nodes, their fits, which of them stands, and what was decided.
+//! The use cases of iterations: nodes, their fits, choices and decisions.
 
 use std::sync::Arc;
 
 use jiff::Timestamp;
 use uuid::Uuid;
 
-use super::{
-    amendment::Amendment,
-    draft::{AmendmentDraft, DecisionDraft, IterationDraft, RefitDraft},
-    fit::NewFit,
-    idempotency::Keyed,
-    iteration::{Iteration, NewIteration},
-    outcome::{Precondition, RepositoryError, Stored},
-    record::Record,
-    said::{Choice, DecisionEvent},
-    service::Jobs,
-};
+use crate::jobs::*;
 
 impl Jobs {
-    /// Stores nodes with their first fit, which stands until somebody chooses another.
+    /// Stores nodes with their first fit, which is the chosen one until somebody chooses another.
     pub async fn add_iteration(
         &self,
         job_id: Uuid,
@@ -27,11 +17,8 @@ impl Jobs {
     ) -> Result<(Arc<NewIteration>, Stored), RepositoryError> {
         let iteration = Arc::new(self.new_iteration(job_id, draft));
         let receipt = keyed.map(|keyed| keyed.receipt(iteration.clone()));
-        self.write(job_id, |repository| async move {
-            let stored = repository.insert_iteration(iteration.clone(), receipt).await?;
-            Ok((iteration, stored))
-        })
-        .await
+        let stored = self.write(job_id, self.repository.insert_iteration(iteration.clone(), receipt)).await?;
+        Ok((iteration, stored))
     }
 
     /// An iteration with its first fit, before it is stored.
@@ -44,17 +31,13 @@ impl Jobs {
             details: draft.details,
             created_at: now,
             nodes: draft.nodes.into(),
-            fit: NewFit { id: self.fresh_id(now), computed: draft.computed, event: self.event(None, now) },
-            records: draft
-                .records
-                .into_iter()
-                .map(|draft| Record { id: self.fresh_id(now), created_at: now, by: self.actor(), draft })
-                .collect(),
+            fit: self.new_fit(RefitDraft { computed: draft.computed, reason: None }, now),
+            records: draft.records.into_iter().map(|draft| self.new_record(draft, now)).collect(),
             expected_gear: draft.expected_gear,
         }
     }
 
-    /// Stores another fit of stored nodes. It does not stand until it is chosen.
+    /// Stores another fit of stored nodes. It is not the chosen one until it is chosen.
     pub async fn add_fit(
         &self,
         job: Uuid,
@@ -63,17 +46,35 @@ impl Jobs {
         keyed: Option<Keyed<NewFit>>,
     ) -> Result<(Arc<NewFit>, Stored), RepositoryError> {
         let now = self.now();
-        let fit =
-            Arc::new(NewFit { id: self.fresh_id(now), computed: draft.computed, event: self.event(draft.reason, now) });
+        let fit = Arc::new(self.new_fit(draft, now));
         let receipt = keyed.map(|keyed| keyed.receipt(fit.clone()));
-        self.write(job, |repository| async move {
-            let stored = repository.insert_fit(job, number, fit.clone(), receipt).await?;
-            Ok((fit, stored))
-        })
-        .await
+        let stored = self.write(job, self.repository.insert_fit(job, number, fit.clone(), receipt)).await?;
+        Ok((fit, stored))
     }
 
-    /// From now on this fit of the iteration stands.
+    fn new_fit(&self, RefitDraft { computed, reason }: RefitDraft, now: Timestamp) -> NewFit {
+        NewFit { id: self.fresh_id(now), computed, event: self.event(reason, now) }
+    }
+
+    fn new_record(&self, draft: RecordDraft, now: Timestamp) -> Record {
+        Record { id: self.fresh_id(now), created_at: now, by: self.actor(), draft }
+    }
+
+    /// Stores a record of an iteration, in addition to those it has.
+    pub async fn add_record(
+        &self,
+        job: Uuid,
+        number: u32,
+        draft: RecordDraft,
+        keyed: Option<Keyed<Record>>,
+    ) -> Result<(Arc<Record>, Stored), RepositoryError> {
+        let record = Arc::new(self.new_record(draft, self.now()));
+        let receipt = keyed.map(|keyed| keyed.receipt(record.clone()));
+        let stored = self.write(job, self.repository.insert_record(job, number, record.clone(), receipt)).await?;
+        Ok((record, stored))
+    }
+
+    /// Makes a fit of the iteration the chosen one.
     pub async fn choose_fit(
         &self,
         job: Uuid,
@@ -83,11 +84,11 @@ impl Jobs {
         precondition: Precondition,
     ) -> Result<Iteration, RepositoryError> {
         let choice = Choice { fit_id, event: self.event(reason, self.now()) };
-        self.write(job, |repository| async move { repository.choose(job, number, choice, precondition).await }).await?;
+        self.write(job, self.repository.choose(job, number, choice, precondition)).await?;
         self.iteration(job, number).await
     }
 
-    /// What is done with the gear after this iteration.
+    /// Stores a decision on the gear after this iteration.
     pub async fn decide(
         &self,
         job: Uuid,
@@ -96,8 +97,7 @@ impl Jobs {
         precondition: Precondition,
     ) -> Result<Iteration, RepositoryError> {
         let decision = self.decision(draft, self.now());
-        self.write(job, |repository| async move { repository.decide(job, number, decision, precondition).await })
-            .await?;
+        self.write(job, self.repository.decide(job, number, decision, precondition)).await?;
         self.iteration(job, number).await
     }
 
@@ -115,15 +115,10 @@ impl Jobs {
     ) -> Result<Iteration, RepositoryError> {
         let now = self.now();
         let AmendmentDraft { measurand, record, refit, decision } = draft;
-        let fit = refit.map(|RefitDraft { computed, reason }| {
-            let event = self.event(reason, now);
-            NewFit { id: self.fresh_id(now), computed, event }
-        });
-        let record = Record { id: self.fresh_id(now), created_at: now, by: self.actor(), draft: record };
-        let decision = decision.map(|draft| self.decision(draft, now));
+        let fit = refit.map(|draft| self.new_fit(draft, now));
+        let (record, decision) = (self.new_record(record, now), decision.map(|draft| self.decision(draft, now)));
         let amendment = Arc::new(Amendment { measurand, record, fit, decision });
-        self.write(job, |repository| async move { repository.amend(job, number, amendment, precondition).await })
-            .await?;
+        self.write(job, self.repository.amend(job, number, amendment, precondition)).await?;
         self.iteration(job, number).await
     }
 }

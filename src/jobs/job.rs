@@ -7,7 +7,7 @@ use uuid::Uuid;
 
 use super::{gear::JobGear, listing::JobStatus};
 
-/// What is known of a job. Iterations are kept apart: a job may gather many.
+/// A job. Iterations are kept apart: a job may gather many.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Job {
     pub id: Uuid,
@@ -16,7 +16,7 @@ pub struct Job {
     pub serial_number: Option<String>,
     pub machine: Option<String>,
     pub gear: Option<JobGear>,
-    /// What its flanks must be like: a JSON document.
+    /// Requirements on its flanks: a JSON document.
     pub requirements: Option<Arc<str>>,
     pub tags: BTreeMap<String, String>,
     /// That of its measured flanks.
@@ -29,7 +29,7 @@ pub struct Job {
     pub purged_at: Option<Timestamp>,
 }
 
-/// What a patch does to an optional field.
+/// Effect of a patch on an optional field.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum Update<T> {
     #[default]
@@ -95,45 +95,5 @@ impl Job {
     /// The job once it is purged.
     pub fn purged(&self, at: Timestamp) -> Job {
         Job { version: self.version + 1, updated_at: at.max(self.updated_at), purged_at: Some(at), ..self.clone() }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn job() -> Job {
-        let now = Timestamp::UNIX_EPOCH;
-        Job {
-            id: Uuid::nil(),
-            name: "wheel".into(),
-            part_number: Some("A1".into()),
-            serial_number: None,
-            machine: None,
-            gear: None,
-            requirements: None,
-            tags: BTreeMap::new(),
-            status: JobStatus::New,
-            version: 1,
-            created_at: now,
-            updated_at: now,
-            purged_at: None,
-        }
-    }
-
-    #[test]
-    fn a_patch_changes_what_it_names_and_counts_once() {
-        let later = Timestamp::UNIX_EPOCH + jiff::SignedDuration::from_secs(5);
-        let patch = JobPatch { part_number: Update::Clear, machine: Update::Set("K300".into()), ..JobPatch::default() };
-        let after = job().patched(patch, later);
-        assert_eq!((after.part_number, after.machine.as_deref(), after.version), (None, Some("K300"), 2));
-        assert_eq!(after.updated_at, later);
-    }
-
-    #[test]
-    fn a_patch_without_effect_leaves_the_version() {
-        let later = Timestamp::UNIX_EPOCH + jiff::SignedDuration::from_secs(5);
-        let patch = JobPatch { name: Some("wheel".into()), ..JobPatch::default() };
-        assert_eq!(job().patched(patch, later), job());
     }
 }

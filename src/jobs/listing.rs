@@ -1,16 +1,13 @@
-//! The list of jobs: what is looked for, in which order, and what is told of each job.
+//! The list of jobs: filters, order, and the columns of each job.
 
 use std::{collections::BTreeMap, sync::Arc};
 
+use flankfit_engine::gear::Side;
 use jiff::Timestamp;
 use uuid::Uuid;
 
-use super::{
-    job::Job,
-    page::{Cursor, CursorError, JOBS_BY_CHANGE, JOBS_BY_NAME, List},
-    said::Decision,
-};
-use flankfit_engine::gear::Side;
+use super::page::{JOBS_BY_CHANGE, JOBS_BY_NAME};
+use crate::jobs::*;
 
 /// Status of a flank or a job. A flank (of a tooth) has the status of the latest decision on its
 /// newest iteration, `open` without a decision. A job has the first of `rejected`, `remachine`,
@@ -20,32 +17,16 @@ use flankfit_engine::gear::Side;
 pub enum JobStatus {
     /// Nothing has been measured.
     New,
-    /// There is no decision on the newest iteration.
+    /// Without a decision on the newest iteration.
     Open,
     Remachine,
     Accepted,
     Rejected,
 }
 
-impl JobStatus {
-    pub const ALL: [JobStatus; 5] =
-        [JobStatus::New, JobStatus::Open, JobStatus::Remachine, JobStatus::Accepted, JobStatus::Rejected];
-
-    /// The contract's name.
-    pub fn name(self) -> &'static str {
-        match self {
-            JobStatus::New => "new",
-            JobStatus::Open => "open",
-            JobStatus::Remachine => "remachine",
-            JobStatus::Accepted => "accepted",
-            JobStatus::Rejected => "rejected",
-        }
-    }
-
-    /// The status of that name.
-    pub fn named(name: &str) -> Option<Self> {
-        JobStatus::ALL.into_iter().find(|status| status.name() == name)
-    }
+names! {
+    JobStatus { New "new", Open "open", Remachine "remachine", Accepted "accepted", Rejected "rejected" }
+    JobSort { Changed "changed", Name "name", Created "created" }
 }
 
 /// A job with the status of its last iteration.
@@ -108,18 +89,7 @@ pub enum JobSort {
 }
 
 impl JobSort {
-    const ALL: [JobSort; 3] = [JobSort::Changed, JobSort::Name, JobSort::Created];
-
-    /// The contract's name.
-    pub fn name(self) -> &'static str {
-        match self {
-            JobSort::Changed => "changed",
-            JobSort::Name => "name",
-            JobSort::Created => "created",
-        }
-    }
-
-    /// What its cursors begin with: two digits that no other list's begin with.
+    /// Returns the beginning of its cursors: two digits that no other list's begin with.
     fn kind(self) -> &'static str {
         match self {
             JobSort::Changed => JOBS_BY_CHANGE,
@@ -241,7 +211,7 @@ pub struct JobPage {
 }
 
 impl JobPage {
-    /// A page of jobs, each with what it stands at by name. One job more than asked for tells that
+    /// Makes a page of jobs, each with its sort name. One job more than requested shows that
     /// there is a next page.
     pub fn of(mut jobs: Vec<(ListedJob, String)>, query: &JobQuery) -> Self {
         let limit = usize::try_from(query.limit).unwrap_or(usize::MAX);
@@ -253,8 +223,8 @@ impl JobPage {
 }
 
 impl Job {
-    /// What searching looks at, folded: name, part number, serial number, machine and tags, each
-    /// with a line end behind it. (None of them has one within.)
+    /// Returns the text that is searched, folded: name, part number, serial number, machine and
+    /// tags, each with a line end behind it. (None of them has one within.)
     pub fn searched(&self) -> String {
         let others = [&self.part_number, &self.serial_number, &self.machine].map(Option::as_deref);
         let [part_number, serial_number, machine] = others;

@@ -2,18 +2,20 @@
 
 use std::sync::Arc;
 
-use super::outcome::RepositoryError;
 use flankfit_engine::gear::{
     Side,
     tooth::{self, Position},
 };
+use jiff::Timestamp;
 
-/// What was measured. What was not given is `None`.
+use super::outcome::RepositoryError;
+
+/// Description of nodes; `None` for what was not given.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Measurand {
     pub flank: Option<Side>,
     pub tooth: Option<String>,
-    /// What the axes of the nodes mean: a JSON document, checked on reading the request.
+    /// Meaning of the axes of the nodes: a JSON document, checked on reading the request.
     pub axes: Option<Arc<str>>,
     /// Whether the units were confirmed although they are implausible.
     pub accept_units: bool,
@@ -35,8 +37,8 @@ impl Measurand {
         }
     }
 
-    /// Whether both are of the same flank and tooth: what neither tells is the same, what one of
-    /// them tells is not.
+    /// Returns whether both are of the same flank and tooth: what neither names is the same, what
+    /// one of them names is not.
     pub fn is_alike(&self, other: &Measurand) -> bool {
         let name = |of: &Measurand| of.tooth.as_ref().map(|tooth| tooth::canonical(tooth).unwrap_or(tooth.clone()));
         self.flank == other.flank && name(self) == name(other)
@@ -60,8 +62,8 @@ pub fn has_no_tooth(tooth: &str, teeth: u32) -> bool {
 /// Iterations after one, by their numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Successors {
-    /// The first of the same flank and tooth; what neither of the two tells is the same, what one
-    /// of them tells is not.
+    /// The first of the same flank and tooth; what neither of the two names is the same, what one
+    /// of them names is not.
     pub alike: Option<u32>,
     /// The first of any.
     pub any: Option<u32>,
@@ -78,4 +80,12 @@ pub fn side_name(side: Side) -> &'static str {
 /// The flank of that name.
 pub fn side_named(name: &str) -> Option<Side> {
     [Side::Left, Side::Right].into_iter().find(|side| side_name(*side) == name)
+}
+
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct MeasurementDetails {
+    pub measured_at: Option<Timestamp>,
+    pub instrument: Option<String>,
+    pub operator: Option<String>,
+    pub note: Option<String>,
 }

@@ -39,7 +39,7 @@ pub enum CodecError {
     Nodes(Faults),
 }
 
-/// Nodes, laid out but not copied yet: what stands before the doubles, the doubles, and what
+/// Nodes, laid out but not copied yet: the part before the doubles, the doubles, and what
 /// follows them.
 pub struct Layout<'a> {
     pub head: Vec<u8>,

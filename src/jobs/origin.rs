@@ -2,7 +2,7 @@
 
 use std::{net::IpAddr, sync::Arc};
 
-/// Where a request came from.
+/// Origin of a request.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Origin {
     pub request_id: Option<Arc<str>>,

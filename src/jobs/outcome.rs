@@ -5,7 +5,7 @@ use std::pin::Pin;
 use jiff::{SignedDuration, Timestamp};
 use uuid::Uuid;
 
-/// What a request named and the store did not find.
+/// Kind of a resource that was not found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Resource {
     Job,
@@ -17,7 +17,7 @@ pub enum Resource {
     Tenant,
 }
 
-/// Why a store that answers is not served from.
+/// Reason why a store that responds is not used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Unfit {
     #[error("the database has no schema yet: run `flankfit migrate`")]
@@ -47,13 +47,13 @@ pub enum RepositoryError {
     /// Nor is a job with streams.
     #[error("the job has {0} stream(s)")]
     HasStreams(u64),
-    /// What is to be stored is of a tooth that the job's gear has not got.
+    /// The job's gear has no such tooth.
     #[error("the job's gear has {teeth} teeth, not tooth {tooth}")]
     NoSuchTooth { tooth: String, teeth: u32 },
     /// The job's gear would lose a tooth that was measured: by an iteration, or by an open stream.
     #[error("a gear of {teeth} teeth has no tooth {tooth}")]
     ToothMeasured { tooth: String, teeth: u32, iteration: Option<u32> },
-    /// What is to be stored was made by a gear that the job no longer has.
+    /// The job no longer has the gear that the request is based on.
     #[error("the job's gear was changed meanwhile")]
     GearChanged,
     /// A finished stream takes nothing more.
@@ -68,7 +68,7 @@ pub enum RepositoryError {
     /// A fit was named that belongs elsewhere or nowhere.
     #[error("fit {0} is not of this iteration")]
     ForeignFit(Uuid),
-    /// What is asked for was taken away, or is of a job that takes nothing more since then.
+    /// The data were purged, or their job takes nothing more since then.
     #[error("purged at {at}: {reason}")]
     Purged { at: Timestamp, reason: String },
     /// An answer is already kept under this idempotency key.
@@ -89,7 +89,6 @@ pub enum RepositoryError {
     /// Another key is of certificates with this name.
     #[error("a key has this name of certificates")]
     SanTaken,
-    /// There is a tenant of this name.
     #[error("there is a tenant of this name")]
     TenantExists,
     /// Too many writes wait; nothing was stored.
@@ -98,7 +97,7 @@ pub enum RepositoryError {
     /// The store cannot be used now; nothing was stored.
     #[error("the store cannot be used now: {0}")]
     Unavailable(String),
-    /// The store answers, and is not to be used now; nothing was stored.
+    /// The store responds, and is not to be used now; nothing was stored.
     #[error("the store cannot be used now: {0}")]
     Unfit(Unfit),
     /// The store was lost while it was about to say that all is stored: all of it was, or nothing.
@@ -109,10 +108,10 @@ pub enum RepositoryError {
     Failed(String),
 }
 
-/// What the store's methods answer with.
+/// Future result of the store's methods.
 pub type RepositoryFuture<'a, T> = Pin<Box<dyn Future<Output = Result<T, RepositoryError>> + Send + 'a>>;
 
-/// What only the store could know of something it stored.
+/// Number and version that the store has given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Stored {
     /// The number an iteration was given (0 for what has no number).
@@ -121,7 +120,7 @@ pub struct Stored {
     pub version: u64,
 }
 
-/// What the caller says it has seen (`If-Match`).
+/// Versions that the caller has seen (`If-Match`).
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum Precondition {
     #[default]

@@ -18,51 +18,31 @@ pub enum List {
 }
 
 impl List {
-    const ALL: [List; 9] = [
-        List::Jobs,
-        List::Iterations,
-        List::Fits,
-        List::Records,
-        List::Keys,
-        List::Tenants,
-        List::Audit,
-        List::Seals,
-        List::Streams,
+    /// Every list, with the first byte of its cursors and the name of its items. (11 and 12 are
+    /// orders of jobs.)
+    const ALL: [(List, u8, &str); 9] = [
+        (List::Jobs, 1, "jobs"),
+        (List::Iterations, 2, "iterations"),
+        (List::Fits, 3, "fits"),
+        (List::Records, 4, "records"),
+        (List::Keys, 5, "keys"),
+        (List::Tenants, 6, "tenants"),
+        (List::Audit, 8, "entries of the audit"),
+        (List::Seals, 10, "seals"),
+        (List::Streams, 13, "streams"),
     ];
 
-    /// What its cursors begin with.
-    fn kind(self) -> u8 {
-        match self {
-            List::Jobs => 1,
-            List::Iterations => 2,
-            List::Fits => 3,
-            List::Records => 4,
-            List::Keys => 5,
-            List::Tenants => 6,
-            List::Audit => 8,
-            List::Seals => 10,
-            // 11 and 12 are orders of jobs
-            List::Streams => 13,
-        }
+    fn row(self) -> (u8, &'static str) {
+        Self::ALL.into_iter().find(|(list, ..)| *list == self).map_or((0, ""), |(_, kind, items)| (kind, items))
     }
 
-    /// What its items are called.
+    /// Returns the name of its items.
     pub fn items(self) -> &'static str {
-        match self {
-            List::Jobs => "jobs",
-            List::Iterations => "iterations",
-            List::Fits => "fits",
-            List::Records => "records",
-            List::Keys => "keys",
-            List::Tenants => "tenants",
-            List::Audit => "entries of the audit",
-            List::Seals => "seals",
-            List::Streams => "streams",
-        }
+        self.row().1
     }
 }
 
-/// What cursors of jobs begin with that are in another order than that of their creation.
+/// First digits of cursors of jobs in another order than that of their creation.
 pub const JOBS_BY_CHANGE: &str = "0b";
 pub const JOBS_BY_NAME: &str = "0c";
 
@@ -75,7 +55,7 @@ pub enum CursorError {
     OtherList(List),
 }
 
-/// Where the next page begins: after the item of this id.
+/// Start of the next page: after the item of this id.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Cursor(pub Uuid);
 
@@ -93,20 +73,20 @@ impl Cursor {
 
     /// The cursor as it travels: two digits for its list, and the id.
     pub fn encode(self, list: List) -> String {
-        format!("{:02x}{}", list.kind(), self.0.simple())
+        format!("{:02x}{}", list.row().0, self.0.simple())
     }
 
     /// The cursor of that text, if it is one of this list.
     pub fn decode(text: &str, list: List) -> Result<Self, CursorError> {
         let id = |(_, id): (&str, &str)| (id.len() == 32).then(|| Uuid::try_parse(id).ok())?;
         let parts = text.split_at_checked(2);
-        let of = parts.and_then(|(kind, _)| List::ALL.into_iter().find(|list| format!("{:02x}", list.kind()) == kind));
+        let of = parts.and_then(|(kind, _)| List::ALL.into_iter().find(|list| format!("{:02x}", list.1) == kind));
         if parts.is_some_and(|(kind, _)| [JOBS_BY_CHANGE, JOBS_BY_NAME].contains(&kind)) {
             return Err(CursorError::OtherList(List::Jobs));
         }
         match (of, parts.and_then(id)) {
-            (Some(of), Some(id)) if of == list => Ok(Cursor(id)),
-            (Some(of), Some(_)) => Err(CursorError::OtherList(of)),
+            (Some((of, ..)), Some(id)) if of == list => Ok(Cursor(id)),
+            (Some((of, ..)), Some(_)) => Err(CursorError::OtherList(of)),
             _ => Err(CursorError::Unknown),
         }
     }
@@ -132,7 +112,7 @@ pub struct Page<T> {
 }
 
 impl<T> Page<T> {
-    /// A page of at most `limit` items. One item more was asked for: it tells that there is a next
+    /// Makes a page of at most `limit` items. One item more shows that there is a next
     /// page.
     pub fn of(mut items: Vec<T>, limit: u32, cursor: impl Fn(&T) -> Cursor) -> Self {
         let limit = usize::try_from(limit).unwrap_or(usize::MAX);
@@ -155,9 +135,9 @@ mod tests {
     #[test]
     fn a_cursor_travels_within_its_list() {
         let cursor = Cursor(Uuid::from_u128(0x0123_4567_89ab));
-        for list in List::ALL {
+        for (list, ..) in List::ALL {
             let text = cursor.encode(list);
-            for other in List::ALL {
+            for (other, ..) in List::ALL {
                 let expected = if other == list { Ok(cursor) } else { Err(CursorError::OtherList(list)) };
                 assert_eq!(Cursor::decode(&text, other), expected);
             }

@@ -2,6 +2,7 @@
 
 use std::{io, sync::Arc};
 
+use jiff::Timestamp;
 use tokio::sync::OwnedSemaphorePermit;
 use uuid::Uuid;
 
@@ -9,7 +10,6 @@ use super::{
     archive::{self, ArchiveError, Key},
     idempotency::Keyed,
     outcome::RepositoryError,
-    purge::Purge,
     service::Jobs,
 };
 
@@ -47,15 +47,23 @@ impl Jobs {
     ) -> Result<Arc<Purge>, RepositoryError> {
         let new = Arc::new(Purge { job, at: self.now(), reason });
         let receipt = keyed.map(|keyed| keyed.receipt(new.clone()));
-        let service = self.service.clone();
-        let purged = self.write(job, |repository| async move {
-            repository.purge_job(new.clone(), receipt).await?;
+        let (service, purging) = (self.service.clone(), self.repository.purge_job(new.clone(), receipt));
+        let purged = self.write(job, async move {
+            purging.await?;
             // its streams take nothing more
             service.announce_stream_end();
-            Ok(new)
+            Ok(())
         });
-        let purged = purged.await?;
+        purged.await?;
         self.service.known.remove(&self.owned(job));
-        Ok(purged)
+        Ok(new)
     }
+}
+
+/// A purge of a job.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Purge {
+    pub job: Uuid,
+    pub at: Timestamp,
+    pub reason: String,
 }

@@ -19,45 +19,18 @@ pub enum RecordKind {
     Pitch,
     /// Changes of machine settings by the nodes of one iteration.
     Correction,
-    /// Of all teeth that were measured.
+    /// Changes of machine settings by all teeth that were measured.
     GearCorrection,
-    /// What the nodes are of, added or changed after they were measured.
+    /// Measurand of the nodes, added or changed after they were measured.
     Measurand,
     /// The changes that were entered on the machine after a correction.
     Applied,
 }
 
-impl RecordKind {
-    pub const ALL: [RecordKind; 9] = [
-        RecordKind::Curve,
-        RecordKind::Surface,
-        RecordKind::Deviations,
-        RecordKind::Evaluation,
-        RecordKind::Pitch,
-        RecordKind::Correction,
-        RecordKind::GearCorrection,
-        RecordKind::Measurand,
-        RecordKind::Applied,
-    ];
-
-    /// The contract's name.
-    pub fn name(self) -> &'static str {
-        match self {
-            RecordKind::Curve => "curve",
-            RecordKind::Surface => "surface",
-            RecordKind::Deviations => "deviations",
-            RecordKind::Evaluation => "evaluation",
-            RecordKind::Pitch => "pitch",
-            RecordKind::Correction => "correction",
-            RecordKind::GearCorrection => "gear_correction",
-            RecordKind::Measurand => "measurand",
-            RecordKind::Applied => "applied",
-        }
-    }
-
-    /// The kind of that name.
-    pub fn named(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|kind| kind.name() == name)
+names! {
+    RecordKind {
+        Curve "curve", Surface "surface", Deviations "deviations", Evaluation "evaluation", Pitch "pitch",
+        Correction "correction", GearCorrection "gear_correction", Measurand "measurand", Applied "applied",
     }
 }
 
@@ -67,9 +40,9 @@ pub struct RecordDraft {
     pub kind: RecordKind,
     /// The contract's name of the method that built it.
     pub method: String,
-    /// What was asked for: a JSON document.
+    /// The request: a JSON document.
     pub request: Arc<str>,
-    /// What was answered: a JSON document.
+    /// The response: a JSON document.
     pub result: Arc<str>,
     /// The gear of the job, of records that refer to one: a JSON document. (The job's may be
     /// changed later.)

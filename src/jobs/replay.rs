@@ -1,6 +1,6 @@
 //! Computing a stored fit again.
 
-/// What a replay found.
+/// Result of a replay.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Replay {
     /// The recomputed answer equals the stored one, bit by bit.
@@ -8,10 +8,10 @@ pub enum Replay {
     Different(Difference),
 }
 
-/// How two answers to the same question differ.
+/// Difference of two responses to the same request.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Difference {
-    /// The largest over all numbers of the two answers; `None` when they do not line up.
+    /// The largest over all numbers of the two responses; `None` when they do not line up.
     pub max_relative_difference: Option<f64>,
     /// Who computed the stored answer.
     pub stored_engine: Option<String>,
@@ -20,7 +20,7 @@ pub struct Difference {
 }
 
 impl Replay {
-    /// Compares two answers; how they differ is only looked at when they do.
+    /// Compares two responses; how they differ is only looked at when they do.
     pub fn of<E>(
         stored: &str,
         recomputed: &str,

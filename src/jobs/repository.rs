@@ -5,35 +5,15 @@
 
 use std::{future::Future, pin::Pin, sync::Arc};
 
+use flankfit_engine::estimation::Nodes;
 use jiff::Timestamp;
 use uuid::Uuid;
 
 use super::{
-    amendment::Amendment,
     archive::{Holdings, Key},
     audit::{Auditor, ListedEntry, Seal, Sealed, Sealing},
-    callers::{Caller, Credentials, Keys},
-    event::{EventPlace, JobEvent, ToldEvent},
-    fit::{FitRecord, NewFit},
-    idempotency::{Answer, Receipt},
-    iteration::{FitSummary, Iteration, ListedIteration, NewIteration, NewRun, Trace},
-    job::{Job, JobPatch},
-    listing::{JobPage, JobQuery},
-    mapping::KeptMapping,
-    measurand::{Measurand, Successors},
-    outcome::{Precondition, RepositoryFuture, Stored},
-    page::{Page, PageRequest},
-    prior::{Predecessor, Predecessors},
-    purge::Purge,
-    record::{Record, RecordKind, RecordSummary},
-    rounds::Rounds,
-    said::{Choice, DecisionEvent},
-    service::Jobs,
-    streams::{Block, FinishedStream, NewBlock, NewStream, Stream, StreamState},
-    summary::JobCounts,
-    wake::Wake,
 };
-use flankfit_engine::estimation::Nodes;
+use crate::jobs::*;
 
 /// A store of jobs, of every tenant.
 pub trait Store: Upkeep {
@@ -64,21 +44,21 @@ pub trait Wakes: Send + Sync + 'static {
     /// Tells the others, soon and without waiting.
     fn tell(&self, wake: Wake);
 
-    /// Passes on what is told to the others, and rings for what they tell, until it is dropped.
+    /// Sends messages to the others, and passes theirs to `ring`, until it is dropped.
     fn pass_on<'a>(&'a self, ring: &'a (dyn Fn(Wake) + Send + Sync)) -> Pin<Box<dyn Future<Output = ()> + Send + 'a>>;
 
     /// The numbers of the last events of jobs, whosever they are; 0 before the first.
     fn last_events(&self, jobs: Vec<Uuid>) -> RepositoryFuture<'_, Vec<(Uuid, u64)>>;
 }
 
-/// What is done with a store as a whole, for no caller.
+/// Upkeep of a store as a whole, for no caller.
 pub trait Upkeep: Send + Sync + 'static {
-    /// Forgets kept answers from before a time, the oldest first, at most so many; answers how
+    /// Forgets kept responses from before a time, the oldest first, at most so many; returns how
     /// many.
     fn forget_answers(&self, before: Timestamp, most: u32) -> RepositoryFuture<'_, u64>;
 
     /// Forgets in which order the events of all jobs were stored before a time, the oldest first,
-    /// at most so many; answers how many. Now and then it notes how far they have come at `now`,
+    /// at most so many; returns how many. Now and then it notes how far they have come at `now`,
     /// by which it is known later.
     fn forget_told(&self, now: Timestamp, before: Timestamp, most: u32) -> RepositoryFuture<'_, u64>;
 
@@ -90,10 +70,10 @@ pub trait Upkeep: Send + Sync + 'static {
     /// most so many.
     fn untouched(&self, since: Timestamp, after: Option<Key>, most: u32) -> RepositoryFuture<'_, Vec<Key>>;
 
-    /// Whether anything can be written: writes something small, and answers once it is synced.
+    /// Checks whether anything can be written: writes something small, and waits for the sync.
     fn check_writable(&self, now: Timestamp) -> RepositoryFuture<'_, ()>;
 
-    /// Whether the store answers at all.
+    /// Checks whether the store responds.
     fn ping(&self) -> RepositoryFuture<'_, ()>;
 
     /// Finishes the writes that wait and closes the store. Later writes are refused.
@@ -102,7 +82,7 @@ pub trait Upkeep: Send + Sync + 'static {
 
 /// Every operation of a [`Repository`], said once. The macro `$then` is given its reads and its
 /// writes, each with a name for it as data, the name of its method, what it takes and what it
-/// answers. (Names are looked up where `$then` uses them.)
+/// returns. (Names are looked up where `$then` uses them.)
 #[doc(hidden)]
 #[macro_export]
 macro_rules! repository_operations {
@@ -115,16 +95,16 @@ macro_rules! repository_operations {
                 /// Counted by day from that time on.
                 GetJobCounts = job_counts(from: Timestamp) -> JobCounts;
 
-                /// By number, each with the fit that stands.
+                /// By number, each with its chosen fit.
                 ListIterations = iterations(job: Uuid, page: PageRequest) -> Page<ListedIteration>;
                 GetIteration = iteration(job: Uuid, number: u32) -> Iteration;
                 GetNodes = nodes(job: Uuid, number: u32) -> Nodes;
                 /// The nodes if they take at most so many bytes in the store, else how many they
                 /// take.
                 GetNodesUpTo = nodes_up_to(job: Uuid, number: u32, most: usize) -> Result<Nodes, usize>;
-                /// What the nodes of an iteration are of.
+                /// Measurand of the nodes of an iteration.
                 GetMeasurand = measurand(job: Uuid, number: u32) -> Measurand;
-                /// What was measured after an iteration.
+                /// Iterations that were measured after one.
                 GetSuccessors = successors(job: Uuid, number: u32) -> Successors;
                 /// Earlier iterations of the same flank and tooth, oldest first.
                 GetPredecessors = predecessors(job: Uuid, wanted: Predecessors) -> Vec<Predecessor>;
@@ -155,11 +135,11 @@ macro_rules! repository_operations {
                 /// Digest of one block.
                 GetBlockSha256 = block_sha256(id: Uuid, sequence: u64) -> Option<[u8; 32]>;
 
-                /// What happened to a job after the event numbered `after`, at most `limit` events.
+                /// Events of a job after the event numbered `after`, at most `limit` events.
                 GetEvents = events(job: Uuid, after: u64, limit: u32) -> Vec<JobEvent>;
                 /// The number of a job's last event, 0 before the first.
                 GetLastEvent = last_event(job: Uuid) -> u64;
-                /// What happened to all jobs after a place, at most `limit` events.
+                /// Events of all jobs after a place, at most `limit` events.
                 GetAllEvents = all_events(after: EventPlace, limit: u32) -> Vec<ToldEvent>;
                 /// A place behind all that has happened, and before all that will.
                 GetLastPlace = last_place() -> EventPlace;
@@ -235,12 +215,12 @@ macro_rules! declare {
         /// future is ready; a write that was begun is finished even if its future is dropped. Reads
         /// see one consistent state each.
         pub trait $Trait: Send + Sync + 'static {
-            $($(#[$about])* fn $read(&self, $($of: $what),*) -> RepositoryFuture<'_, $found>;)*
-            $($(#[$on])* fn $write(&self, $($with: $given),*) -> RepositoryFuture<'_, $reply>;)*
+            $($(#[$about])* fn $read(&self, $($of: $what),*) -> RepositoryFuture<'static, $found>;)*
+            $($(#[$on])* fn $write(&self, $($with: $given),*) -> RepositoryFuture<'static, $reply>;)*
         }
 
         impl Jobs {
-            $($(#[$about])* pub fn $read(&self, $($of: $what),*) -> RepositoryFuture<'_, $found> {
+            $($(#[$about])* pub fn $read(&self, $($of: $what),*) -> RepositoryFuture<'static, $found> {
                 self.repository.$read($($of),*)
             })*
         }

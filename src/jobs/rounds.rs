@@ -6,6 +6,7 @@
 
 use std::collections::BTreeMap;
 
+use flankfit_engine::gear::{Side, tooth};
 use jiff::Timestamp;
 use uuid::Uuid;
 
@@ -13,7 +14,6 @@ use super::{
     measurand::{Measurand, side_name},
     record::RecordKind,
 };
-use flankfit_engine::gear::{Side, tooth};
 
 /// An iteration of a job; without its axes.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -41,7 +41,7 @@ pub struct Rounds {
 }
 
 impl MeasuredIteration {
-    /// Whether it was measured after the correction.
+    /// Returns whether it was measured after the correction.
     fn is_after(&self, correction: &MadeCorrection) -> bool {
         (self.created_at, self.number) > (correction.created_at, correction.number)
     }

@@ -4,14 +4,7 @@ use std::{sync::Arc, time::Duration};
 
 use uuid::Uuid;
 
-use super::{
-    draft::{IterationDraft, JobDraft},
-    event::EVENTS_TOLD,
-    idempotency::{ANSWERS_KEPT, Keyed},
-    iteration::NewRun,
-    outcome::{RepositoryError, Stored},
-    service::{JobService, Jobs},
-};
+use crate::jobs::*;
 
 /// Rows forgotten in one transaction, so that no other write waits long.
 const AT_A_TIME: u32 = 1000;
@@ -20,7 +13,7 @@ const AT_A_TIME: u32 = 1000;
 const BETWEEN: Duration = Duration::from_millis(10);
 
 impl Jobs {
-    /// Stores jobs with all their iterations, in one transaction; answers their ids. Without jobs
+    /// Stores jobs with all their iterations, in one transaction; returns their ids. Without jobs
     /// only the answer to a keyed request is kept.
     pub async fn add_runs(
         &self,
@@ -46,7 +39,7 @@ impl Jobs {
 }
 
 impl JobService {
-    /// Forgets answers kept under idempotency keys that are older than any client asks for.
+    /// Forgets responses kept under idempotency keys that are older than any client asks for.
     pub async fn forget_old_answers(&self) -> Result<(), RepositoryError> {
         let before = self.now() - ANSWERS_KEPT;
         while self.store.forget_answers(before, AT_A_TIME).await? == u64::from(AT_A_TIME) {}

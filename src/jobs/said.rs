@@ -14,7 +14,7 @@ pub struct Event {
     pub created_at: Timestamp,
 }
 
-/// That from now on a certain fit stands.
+/// The choice of a fit.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Choice {
     pub fit_id: Uuid,
@@ -39,20 +39,6 @@ pub enum Decision {
     Rejected,
 }
 
-impl Decision {
-    /// The contract's name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Decision::Accepted => "accepted",
-            Decision::Remachine => "remachine",
-            Decision::Rejected => "rejected",
-        }
-    }
-
-    /// The decision of that name.
-    pub fn named(name: &str) -> Option<Self> {
-        [Decision::Accepted, Decision::Remachine, Decision::Rejected]
-            .into_iter()
-            .find(|decision| decision.name() == name)
-    }
+names! {
+    Decision { Accepted "accepted", Remachine "remachine", Rejected "rejected" }
 }

@@ -8,28 +8,18 @@ use tracing::Instrument as _;
 use uuid::Uuid;
 
 use super::{
-    ambient::{Clock, Ids},
     archive::{Holdings, Key},
     audit::{self, Evidence, Sealed, Sealing, SigningKey, Verdict},
-    callers::{Caller, Owned, Tenant},
-    draft::JobDraft,
-    event::JobNotifier,
-    idempotency::Keyed,
-    job::{Job, JobPatch},
     known_jobs::KnownJobs,
-    listing::JobStatus,
-    mapping::KeptMapping,
-    outcome::{Precondition, RepositoryError, Resource},
-    repository::{Repository, Store, Wakes},
-    said::Event,
     streams::StreamCache,
-    summary::{JobSummary, first_week},
+    summary::first_week,
 };
+use crate::jobs::*;
 
 /// Archives that are written at a time, and verifications that go on.
 const ARCHIVES: usize = 2;
 
-/// What the use cases of all callers share.
+/// Common state of the use cases of all callers.
 pub struct JobService {
     pub(super) store: Arc<dyn Store>,
     /// The jobs as rows.
@@ -111,7 +101,7 @@ impl JobService {
         self.store.untouched(since, after, most).await
     }
 
-    /// Whether the store answers.
+    /// Checks whether the store responds.
     pub async fn ping(&self) -> Result<(), RepositoryError> {
         self.store.ping().await
     }
@@ -157,12 +147,12 @@ impl Jobs {
         self.service.fresh_id(now)
     }
 
-    /// Who is told with what the caller stores.
+    /// Returns the actor that is stored with changes of the caller.
     pub(super) fn actor(&self) -> Option<Arc<str>> {
         self.actor.clone()
     }
 
-    /// What the caller says at that time.
+    /// Makes the event of a change by the caller at that time.
     pub(super) fn event(&self, reason: Option<String>, created_at: Timestamp) -> Event {
         Event { reason, by: self.actor(), created_at }
     }
@@ -171,7 +161,7 @@ impl Jobs {
         let job = Arc::new(self.new_job(draft));
         let receipt = keyed.map(|keyed| keyed.receipt(job.clone()));
         let new = Job::clone(&job);
-        self.write(job.id, |repository| async move { repository.insert_job(new, receipt).await }).await?;
+        self.write(job.id, self.repository.insert_job(new, receipt)).await?;
         self.service.known.add(self.owned(job.id));
         Ok(job)
     }
@@ -207,13 +197,12 @@ impl Jobs {
         patch: JobPatch,
         precondition: Precondition,
     ) -> Result<Job, RepositoryError> {
-        let now = self.now();
-        self.write(id, |repository| async move { repository.patch_job(id, patch, precondition, now).await }).await
+        self.write(id, self.repository.patch_job(id, patch, precondition, self.now())).await
     }
 
     /// Deletes a job that has no iterations.
     pub async fn delete_job(&self, id: Uuid, precondition: Precondition) -> Result<(), RepositoryError> {
-        self.write(id, |repository| async move { repository.delete_job(id, precondition).await }).await?;
+        self.write(id, self.repository.delete_job(id, precondition)).await?;
         self.service.known.remove(&self.owned(id));
         Ok(())
     }
@@ -271,16 +260,12 @@ impl Jobs {
     }
 
     /// Stores something of a job and wakes who listens to it, even if the caller leaves meanwhile.
-    pub(super) async fn write<T, F>(
+    pub(super) async fn write<T: Send + 'static>(
         &self,
         job: Uuid,
-        write: impl FnOnce(Arc<dyn Repository>) -> F,
-    ) -> Result<T, RepositoryError>
-    where
-        T: Send + 'static,
-        F: Future<Output = Result<T, RepositoryError>> + Send + 'static,
-    {
-        let (writing, service, job) = (write(self.repository.clone()), self.service.clone(), self.owned(job));
+        writing: impl Future<Output = Result<T, RepositoryError>> + Send + 'static,
+    ) -> Result<T, RepositoryError> {
+        let (service, job) = (self.service.clone(), self.owned(job));
         run_to_completion(async move {
             let written = writing.await?;
             service.announce(&job);

@@ -5,7 +5,6 @@ use jiff::{
     civil::{Date, ISOWeekDate, Weekday},
     tz::TimeZone,
 };
-
 use serde::{Deserialize, Serialize};
 use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
@@ -17,7 +16,7 @@ pub const MOST_MACHINES: u32 = 100;
 /// Weeks that are counted apart, this one included.
 pub const MOST_WEEKS: i64 = 53;
 
-/// What a store counts.
+/// Counts of a store.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct JobCounts {
     /// Numbers of jobs by status.

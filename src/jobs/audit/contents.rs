@@ -53,7 +53,7 @@ impl Contents {
     }
 }
 
-/// Name and digest of the first row, and what stands behind it.
+/// Returns name and digest of the first row, and the bytes after it.
 fn first(bytes: &[u8]) -> Option<(&str, &Sha256Digest, &[u8])> {
     let (length, rest) = bytes.split_first()?;
     let (name, rest) = rest.split_at_checked(usize::from(*length))?;

@@ -38,31 +38,14 @@ pub enum Action {
     ChangeTenant,
 }
 
-impl Action {
-    pub fn name(self) -> &'static str {
-        match self {
-            Action::CreateJob => "job.create",
-            Action::ChangeJob => "job.change",
-            Action::DeleteJob => "job.delete",
-            Action::PurgeJob => "job.purge",
-            Action::ImportJob => "job.import",
-            Action::AddIteration => "iteration.add",
-            Action::AddFit => "fit.add",
-            Action::ChooseFit => "fit.choose",
-            Action::Decide => "iteration.decide",
-            Action::Amend => "iteration.amend",
-            Action::AddRecord => "record.add",
-            Action::OpenStream => "stream.open",
-            Action::AddBlock => "stream.block",
-            Action::FinishStream => "stream.finish",
-            Action::DeleteStream => "stream.delete",
-            Action::CreateKey => "key.create",
-            Action::ChangeKey => "key.change",
-            Action::RotateKey => "key.rotate",
-            Action::RevokeKey => "key.revoke",
-            Action::CreateTenant => "tenant.create",
-            Action::ChangeTenant => "tenant.change",
-        }
+names! {
+    Action {
+        CreateJob "job.create", ChangeJob "job.change", DeleteJob "job.delete", PurgeJob "job.purge",
+        ImportJob "job.import", AddIteration "iteration.add", AddFit "fit.add", ChooseFit "fit.choose",
+        Decide "iteration.decide", Amend "iteration.amend", AddRecord "record.add", OpenStream "stream.open",
+        AddBlock "stream.block", FinishStream "stream.finish", DeleteStream "stream.delete", CreateKey "key.create",
+        ChangeKey "key.change", RotateKey "key.rotate", RevokeKey "key.revoke", CreateTenant "tenant.create",
+        ChangeTenant "tenant.change",
     }
 }
 
@@ -173,7 +156,7 @@ pub struct Link {
     pub sha256: Sha256Digest,
 }
 
-/// What the chain of a tenant begins with.
+/// Beginning of the chain of a tenant.
 const GENESIS: &str = "flankfit audit 2";
 
 impl Link {

@@ -73,7 +73,7 @@ impl Verdict {
     }
 }
 
-/// What is held against the store.
+/// Evidence that the store is compared with.
 #[derive(Default)]
 pub struct Evidence {
     /// Seals that were kept elsewhere.
@@ -99,8 +99,8 @@ impl Evidence {
     }
 }
 
-/// Goes through the audit of a job, of a tenant, or of everything. `step` is told the part of it
-/// that is done, 0 to 1.
+/// Goes through the audit of a job, of a tenant, or of everything. `step` is called with the part
+/// of it that is done, 0 to 1.
 pub async fn examine(
     auditor: &dyn Auditor,
     tenant: Option<&Tenant>,

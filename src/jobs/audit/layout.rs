@@ -6,7 +6,7 @@ use sha2::{Digest as _, Sha256};
 /// SHA-256.
 pub type Sha256Digest = [u8; 32];
 
-/// What stands where a field would have its length, if there is no field.
+/// Length of a field that is absent.
 const ABSENT: u64 = u64::MAX;
 
 static PRINTER: DateTimePrinter = DateTimePrinter::new().precision(Some(6));
@@ -17,7 +17,7 @@ pub fn time_text(time: Timestamp) -> String {
     PRINTER.timestamp_to_string(&time)
 }
 
-/// The digest of fields. Each stands behind its length in 8 bytes, the most significant first.
+/// The digest of fields. Each comes after its length in 8 bytes, the most significant first.
 #[derive(Default)]
 pub struct Fields(Sha256);
 

@@ -11,7 +11,7 @@ use super::{
 };
 use crate::jobs::callers::Tenant;
 
-/// What the seals of a tenant begin with.
+/// Beginning of the seals of a tenant.
 const GENESIS: &str = "flankfit seals 2";
 
 /// A seal.

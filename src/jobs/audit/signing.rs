@@ -27,13 +27,13 @@ pub struct Signed {
 }
 
 impl Signed {
-    /// Whether it is of this message.
+    /// Returns whether it is of this message.
     pub fn is_of(&self, message: &[u8]) -> bool {
         UnparsedPublicKey::new(&ED25519, self.public_key).verify(message, &self.signature).is_ok()
     }
 }
 
-/// What stands before the 32 bytes of an Ed25519 public key in its `SubjectPublicKeyInfo` (RFC
+/// Bytes before the 32 bytes of an Ed25519 public key in its `SubjectPublicKeyInfo` (RFC
 /// 8410, section 4).
 const PUBLIC_KEY: [u8; 12] = [0x30, 0x2a, 0x30, 0x05, 0x06, 0x03, 0x2b, 0x65, 0x70, 0x03, 0x21, 0x00];
 

@@ -35,17 +35,10 @@ pub enum What {
     Seal,
 }
 
-impl What {
-    /// Returns the contract's name.
-    pub fn name(self) -> &'static str {
-        match self {
-            What::Changed => "changed",
-            What::Missing => "missing",
-            What::Unaudited => "unaudited",
-            What::Unreadable => "unreadable",
-            What::Derived => "derived",
-            What::Seal => "seal",
-        }
+names! {
+    What {
+        Changed "changed", Missing "missing", Unaudited "unaudited", Unreadable "unreadable", Derived "derived",
+        Seal "seal",
     }
 }
 
@@ -183,7 +176,7 @@ impl RowVerifier {
         self.faults.push((name.to_owned(), what));
     }
 
-    /// Returns the faults, each with the name of its row.
+    /// Returns the differences, each with the name of its row.
     pub fn conclude(mut self) -> Vec<(String, What)> {
         if let Some((_, fields)) = self.purge.take() {
             let digest = fields.digest();
@@ -307,7 +300,7 @@ impl<'a> ChainVerifier<'a> {
         }
         let fault = entry.map_or_else(Some, |entry| {
             let head = Link { number: place.number.saturating_sub(1), ..self.head };
-            // behind a missing entry nothing tells what the link must be
+            // after a missing entry the link cannot be known
             let follows = place.number != expected || head.next(&entry.digest()) == place;
             (!follows || !is_sound(entry, is_purged)).then_some(What::Changed)
         });
@@ -317,7 +310,7 @@ impl<'a> ChainVerifier<'a> {
         self.head = place;
     }
 
-    /// Returns the faults, each with its job and its place.
+    /// Returns the differences, each with its job and its place.
     pub fn conclude(mut self) -> Vec<(Option<Uuid>, String, What)> {
         let missing = self.kept.keys().next_back().filter(|kept| **kept > self.seal.0);
         self.faults.extend(missing.map(|number| (None, format!("seal {number}"), What::Missing)));

@@ -8,7 +8,7 @@ pub const RETENTION: &str = "retention";
 pub const IMPORT: &str = "import";
 /// Whoever makes keys on the database itself.
 pub const ON_THE_DATABASE: &str = "keys create";
-/// What the actors of keys begin with, before hexadecimal digits.
+/// Beginning of the actors of keys, before hexadecimal digits.
 pub const OF_KEYS: &str = "key-";
 
 /// Whether only the service itself gives this name: nobody else acts under it.

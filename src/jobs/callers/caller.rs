@@ -27,7 +27,7 @@ impl Tenant {
         (within && letters && !ends).then(|| Tenant(name.into()))
     }
 
-    /// What stands in the place of a tenant for callers who are of none.
+    /// Returns the placeholder for callers without a tenant.
     pub fn root() -> Self {
         Tenant(ROOT.into())
     }
@@ -63,7 +63,7 @@ pub struct Caller {
     pub tenant: Tenant,
     /// The name under which the caller acts: of a key, a certificate or a person.
     pub actor: Arc<str>,
-    /// Where the request came from.
+    /// Origin of the request.
     pub origin: Origin,
 }
 

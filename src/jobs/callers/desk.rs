@@ -4,21 +4,7 @@ use std::sync::Arc;
 
 use jiff::{SignedDuration, Timestamp};
 
-use super::{
-    caller::{Caller, Tenant},
-    kept::Keys,
-    key::{ApiKey, KeyId, KeyPatch, NewKey, Rotation, San},
-    plant::{NewPlant, Plant, PlantPatch},
-    role::Role,
-    scope::Scopes,
-    secret::Secret,
-};
-use crate::jobs::{
-    idempotency::Keyed,
-    outcome::{Precondition, RepositoryError},
-    page::{Page, PageRequest},
-    service::{JobService, run_to_completion},
-};
+use crate::jobs::{service::run_to_completion, *};
 
 /// A key before it has an id.
 #[derive(Clone, Debug)]
@@ -75,8 +61,7 @@ impl TenantKeys {
         let (new, secret) = self.new_key(self.tenant.clone(), draft)?;
         let key = Arc::new(new.key.clone());
         let receipt = keyed.map(|keyed| keyed.receipt(key.clone()));
-        let keys = self.keys.clone();
-        self.changed(async move { keys.insert_key(Arc::new(new), receipt).await }).await?;
+        self.changed(self.keys.insert_key(Arc::new(new), receipt)).await?;
         Ok((key, secret))
     }
 
@@ -96,8 +81,7 @@ impl TenantKeys {
         let key = Arc::new(new.key.clone());
         let receipt = keyed.map(|keyed| keyed.receipt(key.clone()));
         let rotation = Arc::new(Rotation { of: old.id, old_ends: later(overlap), new });
-        let keys = self.keys.clone();
-        self.changed(async move { keys.rotate_key(rotation, receipt).await }).await?;
+        self.changed(self.keys.rotate_key(rotation, receipt)).await?;
         Ok((key, secret))
     }
 
@@ -107,14 +91,12 @@ impl TenantKeys {
         patch: KeyPatch,
         precondition: Precondition,
     ) -> Result<ApiKey, RepositoryError> {
-        let (keys, now) = (self.keys.clone(), self.now());
-        self.changed(async move { keys.patch_key(id, patch, precondition, now).await }).await
+        self.changed(self.keys.patch_key(id, patch, precondition, self.now())).await
     }
 
     /// Ends a key for good.
     pub async fn revoke(&self, id: KeyId) -> Result<(), RepositoryError> {
-        let (keys, now) = (self.keys.clone(), self.now());
-        self.changed(async move { keys.revoke_key(id, now).await }).await
+        self.changed(self.keys.revoke_key(id, self.now())).await
     }
 
     pub async fn plant(&self, name: Tenant) -> Result<Plant, RepositoryError> {
@@ -145,8 +127,7 @@ impl TenantKeys {
         let (key, secret) = self.new_key(draft.name, first)?;
         let made = Arc::new((plant.clone(), key.key.clone()));
         let receipt = keyed.map(|keyed| keyed.receipt(made.clone()));
-        let keys = self.keys.clone();
-        self.changed(async move { keys.insert_plant(Arc::new(NewPlant { plant, key }), receipt).await }).await?;
+        self.changed(self.keys.insert_plant(Arc::new(NewPlant { plant, key }), receipt)).await?;
         Ok((made, secret))
     }
 
@@ -156,8 +137,7 @@ impl TenantKeys {
         patch: PlantPatch,
         precondition: Precondition,
     ) -> Result<Plant, RepositoryError> {
-        let (keys, now) = (self.keys.clone(), self.now());
-        self.changed(async move { keys.patch_plant(name, patch, precondition, now).await }).await
+        self.changed(self.keys.patch_plant(name, patch, precondition, self.now())).await
     }
 
     fn new_key(&self, tenant: Tenant, draft: KeyDraft) -> Result<(NewKey, Option<Secret>), RepositoryError> {
@@ -180,11 +160,8 @@ impl TenantKeys {
         Ok((NewKey { key, sha256: secret.as_ref().map(Secret::sha256) }, secret))
     }
 
-    /// Stores, and tells everybody who knows keys.
-    async fn changed<T: Send + 'static>(
-        &self,
-        storing: impl Future<Output = Result<T, RepositoryError>> + Send + 'static,
-    ) -> Result<T, RepositoryError> {
+    /// Stores, and announces a change of keys.
+    async fn changed<T: Send + 'static>(&self, storing: RepositoryFuture<'static, T>) -> Result<T, RepositoryError> {
         let service = self.service.clone();
         run_to_completion(async move {
             let stored = storing.await?;

@@ -4,18 +4,9 @@ use std::sync::Arc;
 
 use jiff::Timestamp;
 
-use super::{
-    caller::Tenant,
-    key::{ApiKey, KeyId, KeyPatch, KnownKey, NewKey, Rotation, San},
-    plant::{NewPlant, Plant, PlantPatch},
-};
-use crate::jobs::{
-    idempotency::Receipt,
-    outcome::{Precondition, RepositoryFuture, Stored},
-    page::{Page, PageRequest},
-};
+use crate::jobs::*;
 
-/// What is asked before it is known who asks.
+/// Look-ups of credentials, before the caller is known.
 pub trait Credentials: Send + Sync + 'static {
     /// The key of this id, whosever it is.
     fn find_key(&self, id: KeyId) -> RepositoryFuture<'_, Option<KnownKey>>;
@@ -78,8 +69,8 @@ macro_rules! declare {
     ) => {
         /// The keys of a caller's tenant, and the tenants. Writes are as those of a repository.
         pub trait $Trait: Send + Sync + 'static {
-            $($(#[$about])* fn $read(&self, $($of: $what),*) -> RepositoryFuture<'_, $found>;)*
-            $($(#[$on])* fn $write(&self, $($with: $given),*) -> RepositoryFuture<'_, $reply>;)*
+            $($(#[$about])* fn $read(&self, $($of: $what),*) -> RepositoryFuture<'static, $found>;)*
+            $($(#[$on])* fn $write(&self, $($with: $given),*) -> RepositoryFuture<'static, $reply>;)*
         }
     };
 }

@@ -7,13 +7,7 @@ use std::{
 
 use jiff::Timestamp;
 
-use super::{
-    actor,
-    caller::{Caller, Tenant},
-    role::Role,
-    scope::Scopes,
-};
-use crate::jobs::outcome::RepositoryError;
+use crate::jobs::*;
 
 /// By which a key is found and named; no secret.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -105,7 +99,7 @@ impl ApiKey {
         }
     }
 
-    /// Whether it lets anybody in at this time.
+    /// Returns whether it lets anybody in at this time.
     pub fn is_valid(&self, now: Timestamp) -> bool {
         self.revoked_at.is_none() && self.expires_at.is_none_or(|end| now < end)
     }

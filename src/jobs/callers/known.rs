@@ -1,7 +1,7 @@
 //! Keys that were lately seen: whoever comes with one is not asked about in the store each time.
 //!
 //! What the store says of a key holds for a while ([`super::lately`]); then it is asked anew. So a
-//! key that is revoked is refused within seconds, at other processes too when nobody tells them,
+//! key that is revoked is refused within seconds, at other processes too without a message,
 //! and what needs no store outlives it. The same goes for the tenants of tokens.
 
 use std::{
@@ -14,20 +14,16 @@ use jiff::Timestamp;
 use tokio::{sync::watch, time::timeout};
 
 use super::{
-    caller::Tenant,
-    kept::Credentials,
-    key::{KeyId, KnownKey, San},
     lately::Lately,
-    plant::Plant,
     secret::{digest, id_of, same},
 };
-use crate::jobs::{ambient::Clock, outcome::RepositoryError, service::JobService};
+use crate::jobs::*;
 
 /// Between two looks whether a key still lets in whoever is in already.
 const LOOK: Duration = Duration::from_secs(5);
 /// Between two times that uses are written down.
 const USES: Duration = Duration::from_secs(20);
-/// What somebody comes with.
+/// Credential of a caller.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 enum Credential {
     Secret(KeyId),
@@ -70,7 +66,7 @@ impl KnownKeys {
     }
 
     /// The key of a certificate with these names, in its order; of them the first that lets anybody
-    /// in now. The other value tells whether there is one at all.
+    /// in now. The other value is true if there is one at all.
     pub async fn of_certificate(&self, names: &[San]) -> Result<(Option<Arc<KnownKey>>, bool), RepositoryError> {
         let mut registered = false;
         for name in names {
@@ -134,7 +130,7 @@ impl KnownKeys {
         Ok(plant.is_some_and(|plant| !plant.suspended))
     }
 
-    /// What the store says of a credential, or has said lately.
+    /// Returns the key of a credential, from the store or as it was lately.
     async fn find(&self, credential: Credential) -> Result<Option<Arc<KnownKey>>, RepositoryError> {
         // ids that nobody has are never the same twice, names of certificates are
         let recurs = matches!(credential, Credential::Certificate(_));
@@ -165,7 +161,7 @@ mod tests {
 
     /// Longer than any test takes.
     const LONG: Duration = Duration::from_secs(3600);
-    /// What comes by itself comes within that time, on a busy machine too.
+    /// Time to wait for a change, long enough for a busy machine.
     const PATIENCE: Duration = Duration::from_secs(60);
 
     /// A store of one key that can be away.
@@ -223,7 +219,7 @@ mod tests {
         }
     }
 
-    /// What the store says is held for so long while it is away.
+    /// Makes a store with one key; `held` is how long its key is valid while it is away.
     fn one_key(held: Duration) -> (Arc<OneKey>, KnownKeys, watch::Sender<u64>, Secret) {
         let (id, secret) = Secret::generate().unwrap();
         let key = ApiKey {
@@ -263,11 +259,11 @@ mod tests {
             assert_eq!(lets_in(&known, &secret).await, Some(true));
         }
         assert!(store.asked() < 50, "{}", store.asked());
-        // told of the change, it is refused at once
+        // with a message of the change, it is refused at once
         store.revoke();
         told.send_modify(|changes| *changes += 1);
         assert_eq!(lets_in(&known, &secret).await, Some(false));
-        // and without being told, soon
+        // and without one, soon
         let (store, known, _told, secret) = one_key(LONG);
         assert_eq!(lets_in(&known, &secret).await, Some(true));
         store.revoke();

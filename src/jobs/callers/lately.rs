@@ -1,6 +1,6 @@
-//! What the store said of keys and tenants, which holds for a while without asking it again.
+//! Keys and tenants as they were read lately, which are used for a while without reading again.
 //!
-//! It holds for two seconds, or until somebody tells of a change of keys; while the store does not
+//! It holds for two seconds, or until a change of keys is announced; while the store does not
 //! answer, for five minutes.
 
 use std::{
@@ -54,8 +54,8 @@ impl<K: Clone + Eq + Hash, V: Clone> Lately<K, V> {
         self.entries.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// What the store says, by `ask`, or has said lately. That there is nothing is kept only where
-    /// it `recurs`.
+    /// Returns the value from the store, by `ask`, or as it was lately. A missing one is kept only
+    /// where it `recurs`.
     pub async fn find<F>(&self, what: K, recurs: bool, ask: impl FnOnce() -> F) -> Result<Option<V>, RepositoryError>
     where
         F: Future<Output = Result<Option<V>, RepositoryError>>,

@@ -18,24 +18,13 @@ pub enum Role {
     Root,
 }
 
+names! {
+    Role {
+        Reader "reader", Operator "operator", Engineer "engineer", Auditor "auditor", Admin "admin", Root "root",
+    }
+}
+
 impl Role {
-    pub const ALL: [Role; 6] = [Role::Reader, Role::Operator, Role::Engineer, Role::Auditor, Role::Admin, Role::Root];
-
-    pub const fn name(self) -> &'static str {
-        match self {
-            Role::Reader => "reader",
-            Role::Operator => "operator",
-            Role::Engineer => "engineer",
-            Role::Auditor => "auditor",
-            Role::Admin => "admin",
-            Role::Root => "root",
-        }
-    }
-
-    pub fn named(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|role| role.name() == name)
-    }
-
     pub const fn scopes(self) -> Scopes {
         match self {
             Role::Reader => Scopes::of(&[Read, Compute]),
@@ -65,7 +54,5 @@ mod tests {
             ("root", "tenants"),
         ];
         assert_eq!(table, expected.map(|(role, scopes)| (role, scopes.to_owned())));
-        assert!(Role::ALL.into_iter().all(|role| Role::named(role.name()) == Some(role)));
-        assert_eq!(Role::named("god"), None);
     }
 }

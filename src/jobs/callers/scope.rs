@@ -1,4 +1,4 @@
-//! What a caller may do: each operation of the interface asks for one scope.
+//! Permissions of callers: each operation of the interface requires one scope.
 
 use std::fmt::{self, Display};
 
@@ -24,26 +24,14 @@ pub enum Scope {
     Tenants,
 }
 
+names! {
+    Scope {
+        Read "read", Compute "compute", Measure "measure", Judge "judge", Audit "audit", Admin "admin",
+        Tenants "tenants",
+    }
+}
+
 impl Scope {
-    pub const ALL: [Scope; 7] =
-        [Scope::Read, Scope::Compute, Scope::Measure, Scope::Judge, Scope::Audit, Scope::Admin, Scope::Tenants];
-
-    pub const fn name(self) -> &'static str {
-        match self {
-            Scope::Read => "read",
-            Scope::Compute => "compute",
-            Scope::Measure => "measure",
-            Scope::Judge => "judge",
-            Scope::Audit => "audit",
-            Scope::Admin => "admin",
-            Scope::Tenants => "tenants",
-        }
-    }
-
-    pub fn named(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|scope| scope.name() == name)
-    }
-
     const fn bit(self) -> u8 {
         1 << self as u8
     }

@@ -39,7 +39,7 @@ impl Secret {
         &self.0
     }
 
-    /// What is kept of it.
+    /// Returns the digest that is stored.
     pub fn sha256(&self) -> [u8; 32] {
         digest(self.0.as_bytes())
     }
@@ -58,7 +58,7 @@ pub fn id_of(presented: &[u8]) -> Option<KeyId> {
     if well_formed { KeyId::named(part(ID)) } else { None }
 }
 
-/// What is kept of a key.
+/// Returns the digest of a key that is stored.
 pub fn digest(presented: &[u8]) -> [u8; 32] {
     Sha256::digest(presented).into()
 }

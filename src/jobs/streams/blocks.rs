@@ -10,21 +10,14 @@
 
 use std::sync::Arc;
 
+use flankfit_engine::estimation::Recursive;
 use uuid::Uuid;
 
 use super::{
     cache::{CachedStream, Slot},
-    error::StreamError,
-    host::StreamHost,
     state_codec,
-    stream::{NewBlock, PostedBlock, Stream},
 };
-use crate::jobs::{
-    idempotency::{Answer, KeyedRequest},
-    outcome::RepositoryError,
-    service::{Jobs, run_to_completion},
-};
-use flankfit_engine::estimation::Recursive;
+use crate::jobs::{service::run_to_completion, *};
 
 /// Nodes between two times that an estimate is stored, at least.
 const UNSAVED: u64 = 64;
@@ -43,7 +36,7 @@ struct Estimated {
 }
 
 impl Jobs {
-    /// Adds a block, or answers a repeated one again.
+    /// Adds a block, or returns the response to a repeated one again.
     pub async fn add_block<H: StreamHost>(
         &self,
         host: &H,
@@ -76,7 +69,7 @@ impl Jobs {
     }
 
     /// Stores the next block of the stream in the slot and puts the stream as it is after it into
-    /// the slot. The slot is held until the store has answered, and is empty if it cannot be told
+    /// the slot. The slot is held until the store has answered, and is empty if it is not known
     /// whether the block is stored: then the stream is read again.
     async fn store_block(
         &self,

@@ -9,11 +9,11 @@ use std::{
     sync::{Arc, Mutex, PoisonError},
 };
 
+use flankfit_engine::estimation::Recursive;
 use tokio::sync::{OwnedMutexGuard, watch};
 
 use super::stream::Stream;
 use crate::jobs::callers::Owned;
-use flankfit_engine::estimation::Recursive;
 
 /// A stream with its estimate after the last block.
 #[derive(Clone)]

@@ -15,7 +15,7 @@ pub enum StreamError {
     /// A stream without nodes cannot be finished.
     #[error("the stream has no nodes")]
     NoNodes,
-    /// What is stored of the stream cannot be read.
+    /// The stored stream cannot be read.
     #[error("a stored stream is damaged: {0}")]
     Damaged(String),
 }

@@ -1,16 +1,13 @@
 //! Estimates made from what is stored: the numbers that were stored last, and the blocks since.
 
+use flankfit_engine::estimation::{FitSpec, Nodes, Recursive};
 use uuid::Uuid;
 
 use super::{
     cache::{CachedStream, Slot},
-    error::StreamError,
-    host::StreamHost,
     state_codec,
-    stream::Stream,
 };
-use crate::{jobs::service::Jobs, telemetry};
-use flankfit_engine::estimation::{FitSpec, Nodes, Recursive};
+use crate::{jobs::*, telemetry};
 
 impl Jobs {
     /// The stream in its slot, read from the store where it is not in memory. Other processes may
@@ -51,8 +48,8 @@ impl Jobs {
         self.loaded(host, id, slot).await
     }
 
-    /// What is in memory with the blocks that the store has behind it; `None` if that leads to
-    /// another stream than is stored.
+    /// Returns the stream in memory with the blocks that the store has after it; `None` if that
+    /// leads to another stream than is stored.
     async fn followed<H: StreamHost>(
         &self,
         host: &H,

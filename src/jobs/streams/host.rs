@@ -1,9 +1,9 @@
-//! What the use cases of streams take from their surroundings: a processor to compute on, and the
+//! The surroundings of the use cases of streams: a processor to compute on, and the
 //! contract in which specs are stored and blocks answered.
 
-use super::{error::StreamError, stream::Stream};
-use crate::jobs::{idempotency::Answer, measurand::Measurand};
 use flankfit_engine::estimation::{FitSpec, Nodes, Recursive};
+
+use crate::jobs::*;
 
 pub trait StreamHost: Send + Sync {
     type Error: From<StreamError> + Send + 'static;

@@ -2,25 +2,12 @@
 
 use std::sync::Arc;
 
+use flankfit_engine::estimation::{FitSpec, Nodes, Recursive};
 use tokio::sync::watch;
 use uuid::Uuid;
 
-use super::{
-    cache::Slot,
-    error::StreamError,
-    host::StreamHost,
-    stream::{Block, FinishedStream, NewStream, Stream},
-};
-use crate::jobs::{
-    draft::{IterationDraft, StreamDraft},
-    fit::Computed,
-    idempotency::Keyed,
-    iteration::NewIteration,
-    measurement::MeasurementDetails,
-    outcome::{Precondition, RepositoryError, Stored},
-    service::Jobs,
-};
-use flankfit_engine::estimation::{FitSpec, Nodes, Recursive};
+use super::cache::Slot;
+use crate::jobs::*;
 
 impl Jobs {
     /// Opens a stream.
@@ -41,11 +28,8 @@ impl Jobs {
             created_at: now,
         });
         let receipt = keyed.map(|keyed| keyed.receipt(stream.clone()));
-        self.write(job_id, |repository| async move {
-            let stored = repository.insert_stream(stream.clone(), receipt).await?;
-            Ok((stream, stored))
-        })
-        .await
+        let stored = self.write(job_id, self.repository.insert_stream(stream.clone(), receipt)).await?;
+        Ok((stream, stored))
     }
 
     /// Some blocks of an open stream after the one numbered `after`, with the stream as it was
@@ -102,8 +86,8 @@ impl Jobs {
         let iteration = Arc::new(self.new_iteration(stream.job_id, draft));
         let receipt = keyed.map(|keyed| keyed.receipt(iteration.clone()));
         let finished = FinishedStream { stream: id, sequence: stream.sequence, iteration: iteration.clone() };
-        let service = self.service.clone();
-        let stored = self.write(stream.job_id, |repository| async move {
+        let (service, repository) = (self.service.clone(), self.repository.clone());
+        let stored = self.write(stream.job_id, async move {
             // stored or not: what is in memory is no longer sure
             *slot = None;
             let stored = repository.finish_stream(finished, receipt).await?;
@@ -117,8 +101,8 @@ impl Jobs {
     pub async fn delete_stream(&self, id: Uuid, precondition: Precondition) -> Result<(), RepositoryError> {
         let mut slot = self.slot(id).await?;
         let stream = self.repository.stream(id).await?;
-        let (service, now) = (self.service.clone(), self.now());
-        self.write(stream.job_id, |repository| async move {
+        let (service, repository, now) = (self.service.clone(), self.repository.clone(), self.now());
+        self.write(stream.job_id, async move {
             *slot = None;
             repository.delete_stream(id, precondition, now).await?;
             service.announce_stream_end();

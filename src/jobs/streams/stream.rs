@@ -2,21 +2,19 @@
 
 use std::sync::Arc;
 
+use flankfit_engine::estimation::Nodes;
 use jiff::Timestamp;
 use sha2::{Digest, Sha256};
 use uuid::Uuid;
 
-use crate::jobs::{
-    encoded_nodes::EncodedNodes, iteration::NewIteration, measurand::Measurand, outcome::RepositoryError,
-};
-use flankfit_engine::estimation::Nodes;
+use crate::jobs::*;
 
 /// A stream about to be stored.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NewStream {
     pub id: Uuid,
     pub job_id: Uuid,
-    /// What is fitted: a JSON document.
+    /// Specification of the fit: a JSON document.
     pub spec: Arc<str>,
     /// In (0, 1]; 1 forgets nothing.
     pub forgetting_factor: f64,

@@ -21,7 +21,7 @@ use super::{
 };
 use crate::{
     jobs::{Clock, Ids, RepositoryError},
-    store::sql::{Proof, Queued, Session, Waiting, run_group, seconds},
+    store::sql::{Group, Proof, Queued, Session, Waiting, run_group, seconds},
     telemetry,
 };
 
@@ -64,7 +64,7 @@ impl Failure {
         matches!(self, Failure::Nothing(error) if class(error) == Class::Refused)
     }
 
-    fn told(&self) -> RepositoryError {
+    fn to_error(&self) -> RepositoryError {
         match self {
             Failure::Nothing(error) => failure(error),
             Failure::Unknown(error) => RepositoryError::OutcomeUnknown(said(error)),
@@ -89,26 +89,26 @@ impl Writer {
         self.waiting.closed();
     }
 
-    async fn serve(&mut self, mut group: Vec<Queued>) {
+    async fn serve(&mut self, mut group: Group) {
         match self.store(&mut group).await {
             Ok(()) => group.into_iter().for_each(|write| write.end(None)),
             Err(failure) if group.len() > 1 && failure.is_refusal() => {
                 let requests = group.len();
-                tracing::error!(error = %failure.told(), requests, "a group of writes failed; trying each alone");
+                tracing::error!(error = %failure.to_error(), requests, "a group of writes failed; trying each alone");
                 for mut write in group {
                     let failed = self.store(slice::from_mut(&mut write)).await.err();
-                    write.end(failed.map(|failure| failure.told()));
+                    write.end(failed.map(|failure| failure.to_error()));
                 }
             }
             Err(failure) => {
-                tracing::error!(error = %failure.told(), requests = group.len(), "a transaction failed");
-                group.into_iter().for_each(|write| write.end(Some(failure.told())));
+                tracing::error!(error = %failure.to_error(), requests = group.len(), "a transaction failed");
+                group.into_iter().for_each(|write| write.end(Some(failure.to_error())));
             }
         }
     }
 
     /// Stores a group, in as many attempts as it takes.
-    async fn store(&mut self, group: &mut [Queued]) -> Result<(), Failure> {
+    async fn store(&mut self, group: &mut [Box<dyn Queued>]) -> Result<(), Failure> {
         let (change, begun) = (self.ids.fresh(self.clock.now()), Instant::now());
         let (mut conflicts, mut earlier) = (0, Earlier::default());
         loop {
@@ -125,7 +125,12 @@ impl Writer {
     }
 
     /// One transaction. Afterwards it is committed, or undone, or its connection is given up.
-    async fn attempt(&mut self, change: Uuid, group: &mut [Queued], earlier: &mut Earlier) -> Result<(), sqlx::Error> {
+    async fn attempt(
+        &mut self,
+        change: Uuid,
+        group: &mut [Box<dyn Queued>],
+        earlier: &mut Earlier,
+    ) -> Result<(), sqlx::Error> {
         let mut session = match self.session.take() {
             Some(session) => session,
             None => Session::of(open::connect(&self.settings).await?.into()),
@@ -154,7 +159,7 @@ impl Writer {
 async fn transact(
     session: &mut Session,
     change: Uuid,
-    group: &mut [Queued],
+    group: &mut [Box<dyn Queued>],
     earlier: &mut Earlier,
 ) -> Result<(), sqlx::Error> {
     // one with the same lock that is still running is waited for
@@ -169,7 +174,7 @@ async fn transact(
         earlier.undecided = true;
         return session.db.run("ROLLBACK", &[]).await.map(|_| ());
     }
-    session.lock(group.iter().map(Queued::asked).collect()).await?;
+    session.lock(group.iter().map(|write| write.request()).collect()).await?;
     run_group(session, group).await?;
     earlier.proof = session.finish().await?;
     earlier.undecided = true;

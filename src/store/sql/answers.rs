@@ -1,15 +1,28 @@
 //! Answers kept under idempotency keys, read and forgotten.
 
-use jiff::Timestamp;
+use super::{prelude::*, upkeep};
 
-use super::{
-    db::Db,
-    error::Outcome,
-    row::AnswerRow,
-    upkeep,
-    write::{Tx, Write},
-};
-use crate::jobs::{Answer, Caller};
+row! {
+    /// An answer kept under an idempotency key: whole, or around the result of a fit.
+    struct AnswerRow {
+        request_sha256: [u8; 32],
+        status: u16,
+        location: Option<String>,
+        etag: Option<String>,
+        body: Vec<u8>,
+        result: Option<Arc<str>>,
+        body_end: Option<Vec<u8>>,
+    }
+}
+
+impl From<AnswerRow> for ([u8; 32], Answer) {
+    fn from(row: AnswerRow) -> Self {
+        let AnswerRow { request_sha256, status, location, etag, mut body, result, body_end } = row;
+        body.extend(result.iter().flat_map(|result| result.as_bytes()));
+        body.extend(body_end.unwrap_or_default());
+        (request_sha256, Answer { status, location, etag, body })
+    }
+}
 
 pub async fn answer(db: &mut Db, caller: &Caller, key: &String, scope: &String) -> Outcome<Option<([u8; 32], Answer)>> {
     let sql = "SELECT k.request_sha256, k.status, k.location, k.etag, k.body, f.result, k.body_end
@@ -19,7 +32,7 @@ pub async fn answer(db: &mut Db, caller: &Caller, key: &String, scope: &String) 
     Ok(row.map(Into::into))
 }
 
-/// Forgets kept answers from before a time, the oldest first, at most so many; returns how many.
+/// Forgets kept responses from before a time, the oldest first, at most so many; returns how many.
 pub struct ForgetAnswers {
     pub before: Timestamp,
     pub most: u32,

@@ -1,22 +1,23 @@
 //! Keys: digests of secrets, names of certificates.
 
-use std::sync::Arc;
+use super::{prelude::*, subject};
 
-use jiff::Timestamp;
+/// The columns of an [`ApiKey`].
+macro_rules! key_columns {
+    () => {
+        "k.id AS id, k.tenant AS tenant, k.name AS name, k.role AS role, k.scopes AS scopes, k.san AS san, \
+         k.version AS version, k.created_at AS created_at, k.expires_at AS expires_at, \
+         k.last_used_at AS last_used_at, k.revoked_at AS revoked_at, k.replaced_by AS replaced_by"
+    };
+}
 
-use super::{
-    db::Db,
-    error::{Outcome, StoreError},
-    keyed::{behind, place},
-    row::key_columns,
-    subject,
-    write::{Intent, Tx, Write},
-    writes::{InsertKey, PatchKey, RevokeKey, RotateKey},
-};
-use crate::jobs::{
-    ApiKey, Caller, KeyId, KnownKey, NewKey, Page, PageRequest, RepositoryError, Resource, San, Stored, Tenant,
-    audit::Action,
-};
+from_row! {
+    ApiKey {
+        id, tenant, name, role, scopes, san, version, created_at, expires_at, last_used_at, revoked_at, replaced_by,
+    }
+    NewKey { @key, sha256 }
+    KnownKey { @key, sha256, suspended }
+}
 
 /// Returns a key of a tenant that is about to be changed, with the digest of its secret. No other
 /// transaction changes it until this one ends.
@@ -33,6 +34,21 @@ pub async fn key(db: &mut Db, caller: &Caller, id: &KeyId) -> Outcome<ApiKey> {
     let sql = concat!("SELECT ", key_columns!(), " FROM api_keys k WHERE k.id = $1 AND k.tenant = $2");
     let key: Option<ApiKey> = db.maybe(sql, args![*id, &caller.tenant]).await?;
     Ok(key.ok_or(RepositoryError::NotFound(Resource::Key))?)
+}
+
+/// Returns the cursor after a key.
+fn behind(key: &ApiKey) -> Cursor {
+    let time = u64::try_from(key.created_at.as_microsecond()).unwrap_or(0);
+    Cursor(Uuid::from_u64_pair(time, key.id.number()))
+}
+
+/// Returns the place after which a page begins, a time and, for keys of one time, an id; without a
+/// cursor later and greater than every key.
+fn place(after: Option<Cursor>) -> (Timestamp, KeyId) {
+    let Some(Cursor(place)) = after else { return (Timestamp::MAX, KeyId::of(u64::MAX)) };
+    let (time, id) = place.as_u64_pair();
+    let time = i64::try_from(time).ok().and_then(|time| Timestamp::from_microsecond(time).ok());
+    (time.unwrap_or(Timestamp::UNIX_EPOCH), KeyId::of(id))
 }
 
 pub async fn keys(db: &mut Db, caller: &Caller, page: &PageRequest) -> Outcome<Page<ApiKey>> {
@@ -120,74 +136,46 @@ async fn change(db: &mut Db, key: &ApiKey) -> Outcome<()> {
     Ok(())
 }
 
-impl Write for InsertKey {
-    type Reply = Stored;
-
-    fn intent(&self) -> Intent<'_> {
-        Intent::default().receipt(&self.receipt)
-    }
-
-    async fn run(&self, tx: &mut Tx<'_>) -> Outcome<Stored> {
-        let (new, tenant) = (&self.key, tx.tenant());
-        tx.refuse_taken()?;
-        tx.session.lock_tenant(tenant).await?;
-        let mut entry = tx.draft_of(tenant, Action::CreateKey, subject::key(new.key.id))?;
-        insert(tx.db(), tenant, new).await?;
-        entry.note_stored(tx.db(), "api_keys", "id = $1", args![new.key.id]).await?;
-        tx.enter(entry);
-        let stored = Stored { number: 0, version: new.key.version };
-        tx.keep(&self.receipt, stored, None, new.key.created_at);
-        Ok(stored)
-    }
+pub async fn insert_key(tx: &mut Tx<'_>, write: &InsertKey) -> Outcome<Stored> {
+    let (new, tenant) = (&write.key, tx.tenant());
+    tx.refuse_taken()?;
+    tx.session.lock_tenant(tenant).await?;
+    let mut entry = tx.draft_of(tenant, Action::CreateKey, subject::key(new.key.id))?;
+    insert(tx.db(), tenant, new).await?;
+    entry.note_stored(tx.db(), "api_keys", "id = $1", args![new.key.id]).await?;
+    tx.enter(entry);
+    Ok(tx.keep(&write.receipt, Stored { number: 0, version: new.key.version }, None, new.key.created_at))
 }
 
-impl Write for PatchKey {
-    type Reply = ApiKey;
-
-    async fn run(&self, tx: &mut Tx<'_>) -> Outcome<ApiKey> {
-        let NewKey { key: before, .. } = locked(tx, self.id).await?;
-        self.precondition.check(before.version)?;
-        let after = before.patched(self.patch.clone(), self.now)?;
-        if after.version != before.version {
-            update(tx, &after, Action::ChangeKey).await?;
-        }
-        Ok(after)
+pub async fn patch_key(tx: &mut Tx<'_>, write: &PatchKey) -> Outcome<ApiKey> {
+    let NewKey { key: before, .. } = locked(tx, write.id).await?;
+    write.precondition.check(before.version)?;
+    let after = before.patched(write.patch.clone(), write.now)?;
+    if after.version != before.version {
+        update(tx, &after, Action::ChangeKey).await?;
     }
+    Ok(after)
 }
 
-impl Write for RotateKey {
-    type Reply = Stored;
-
-    fn intent(&self) -> Intent<'_> {
-        Intent::default().receipt(&self.receipt)
-    }
-
-    async fn run(&self, tx: &mut Tx<'_>) -> Outcome<Stored> {
-        let (rotation, tenant) = (&self.rotation, tx.tenant());
-        tx.refuse_taken()?;
-        let old = locked(tx, rotation.of).await?.key.rotated(rotation)?;
-        let new = &rotation.new.key;
-        let mut entry = tx.draft_of(tenant, Action::RotateKey, subject::key(rotation.of))?;
-        let db = tx.db();
-        insert(db, tenant, &rotation.new).await.map_err(StoreError::too_late)?;
-        change(db, &old).await?;
-        entry.note_stored(db, "api_keys", "id IN ($1, $2)", args![old.id, new.id]).await?;
-        tx.enter(entry);
-        let stored = Stored { number: 0, version: new.version };
-        tx.keep(&self.receipt, stored, None, new.created_at);
-        Ok(stored)
-    }
+pub async fn rotate_key(tx: &mut Tx<'_>, write: &RotateKey) -> Outcome<Stored> {
+    let (rotation, tenant) = (&write.rotation, tx.tenant());
+    tx.refuse_taken()?;
+    let old = locked(tx, rotation.of).await?.key.rotated(rotation)?;
+    let new = &rotation.new.key;
+    let mut entry = tx.draft_of(tenant, Action::RotateKey, subject::key(rotation.of))?;
+    let db = tx.db();
+    insert(db, tenant, &rotation.new).await.map_err(StoreError::too_late)?;
+    change(db, &old).await?;
+    entry.note_stored(db, "api_keys", "id IN ($1, $2)", args![old.id, new.id]).await?;
+    tx.enter(entry);
+    Ok(tx.keep(&write.receipt, Stored { number: 0, version: new.version }, None, new.created_at))
 }
 
-impl Write for RevokeKey {
-    type Reply = ();
-
-    async fn run(&self, tx: &mut Tx<'_>) -> Outcome<()> {
-        let NewKey { key, .. } = locked(tx, self.id).await?;
-        match key.revoked_at {
-            None => update(tx, &key.revoked(self.now), Action::RevokeKey).await,
-            Some(_) => Ok(()),
-        }
+pub async fn revoke_key(tx: &mut Tx<'_>, write: &RevokeKey) -> Outcome<()> {
+    let NewKey { key, .. } = locked(tx, write.id).await?;
+    match key.revoked_at {
+        None => update(tx, &key.revoked(write.now), Action::RevokeKey).await,
+        Some(_) => Ok(()),
     }
 }
 

@@ -4,22 +4,10 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use futures_util::TryStreamExt as _;
 use sqlx::{AssertSqlSafe, FromRow};
-use uuid::Uuid;
 
-use super::{
-    columns::Cell,
-    db::{Db, Pool},
-    error::{Outcome, failure, reported},
-    row::{entry_columns, seal_columns},
-    value::Value,
-    write::{Tx, Write},
-};
+use super::{db::Pool, error::reading, prelude::*};
 use crate::jobs::{
-    RepositoryFuture, Tenant,
-    audit::{
-        Auditor, ChainVerifier, Entry, Fault, Link, ListedEntry, RowVerifier, Seal, Sealed, Sealing, Verdict, What,
-        is_sound,
-    },
+    audit::{Auditor, ChainVerifier, Fault, RowVerifier, Sealed, Sealing, Verdict, What, is_sound},
     rows::{OF_JOBS, OF_TENANTS, Table},
 };
 
@@ -35,8 +23,8 @@ type End = (Link, Option<Seal>);
 impl Write for SealAudit {
     type Reply = Option<Sealed>;
 
-    /// What is committed is linked, whatever other transactions go on: they are looked at again as
-    /// long as one may end that began before. All is read before the first row is inserted.
+    /// All that is committed is linked, whatever other transactions go on: they are looked at again
+    /// as long as one may end that began before. All is read before the first row is inserted.
     async fn run(&self, tx: &mut Tx<'_>) -> Outcome<Option<Sealed>> {
         let (db, Sealing { at, key }) = (tx.db(), &self.0);
         let lock = "SELECT pg_try_advisory_xact_lock(hashtext('flankfit seals'))";
@@ -181,7 +169,7 @@ const OF_JOB: &str = "a.job = $1 AND a.tenant = $2";
 const OF_TENANT: &str = "a.job IS NULL AND a.tenant = $1";
 
 /// Tests whether the list of jobs differs from the trace of a job. (The first fit and the first
-/// choice are made with their iteration. An event tells which evaluation was the last.)
+/// choice are made with their iteration. The latest event names the last evaluation.)
 const LISTED_OTHERWISE: &str = "
     SELECT j.iteration_count <> coalesce((SELECT max(number) FROM iterations WHERE job = j.id), 0)
         OR j.status <> CASE (SELECT min(rank) FROM expected_flanks WHERE job = j.id)
@@ -318,43 +306,30 @@ async fn verify_chain(
     Ok(verdict)
 }
 
-impl SqlAuditor {
-    async fn read_tenants(&self) -> Outcome<BTreeSet<String>> {
+impl Auditor for SqlAuditor {
+    fn tenants(&self) -> RepositoryFuture<'_, BTreeSet<String>> {
         let sql = "SELECT name FROM tenants UNION SELECT tenant FROM jobs UNION SELECT tenant FROM api_keys
                    UNION SELECT tenant FROM audit UNION SELECT tenant FROM audit_chain
                    UNION SELECT tenant FROM audit_seals";
-        let rows: Vec<Readable<(Cell<String>,)>> = self.0.connection().await?.all(sql, args![]).await?;
-        // whatever is of a tenant whose name cannot be read is missing elsewhere
-        Ok(rows.into_iter().filter_map(|row| row.0).map(|(Cell(name),)| name).collect())
-    }
-
-    async fn of_job(&self, tenant: &Tenant, job: Uuid) -> Outcome<Verdict> {
-        let mut db = self.0.snapshot().await?;
-        Ok(Verdict { jobs: 1, ..verify_rows(&mut db, tenant, Some(job)).await? })
-    }
-
-    async fn of_chain(&self, tenant: &Tenant, kept: &BTreeMap<u64, Seal>, key: Option<[u8; 32]>) -> Outcome<Verdict> {
-        verify_chain(&mut self.0.snapshot().await?, tenant, kept, key).await
-    }
-}
-
-impl Auditor for SqlAuditor {
-    fn tenants(&self) -> RepositoryFuture<'_, BTreeSet<String>> {
-        Box::pin(async move { self.read_tenants().await.map_err(reported) })
-    }
-
-    fn jobs(&self, tenant: Tenant) -> RepositoryFuture<'_, BTreeSet<Uuid>> {
-        Box::pin(async move {
-            let mut db = self.0.connection().await.map_err(|error| failure(&error))?;
-            job_ids(&mut db, &tenant).await.map(|(jobs, _)| jobs).map_err(reported)
+        reading(async move {
+            let rows: Vec<Readable<(Cell<String>,)>> = self.0.connection().await?.all(sql, args![]).await?;
+            // whatever is of a tenant whose name cannot be read is missing elsewhere
+            Ok(rows.into_iter().filter_map(|row| row.0).map(|(Cell(name),)| name).collect())
         })
     }
 
+    fn jobs(&self, tenant: Tenant) -> RepositoryFuture<'_, BTreeSet<Uuid>> {
+        reading(async move { Ok(job_ids(&mut self.0.connection().await?, &tenant).await?.0) })
+    }
+
     fn job(&self, tenant: Tenant, job: Uuid) -> RepositoryFuture<'_, Verdict> {
-        Box::pin(async move { self.of_job(&tenant, job).await.map_err(reported) })
+        reading(async move {
+            let mut db = self.0.snapshot().await?;
+            Ok(Verdict { jobs: 1, ..verify_rows(&mut db, &tenant, Some(job)).await? })
+        })
     }
 
     fn chain(&self, tenant: Tenant, kept: BTreeMap<u64, Seal>, key: Option<[u8; 32]>) -> RepositoryFuture<'_, Verdict> {
-        Box::pin(async move { self.of_chain(&tenant, &kept, key).await.map_err(reported) })
+        reading(async move { verify_chain(&mut self.0.snapshot().await?, &tenant, &kept, key).await })
     }
 }

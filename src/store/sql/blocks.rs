@@ -2,17 +2,12 @@
 
 use std::slice;
 
-use uuid::Uuid;
+use super::{audit, prelude::*, streams, subject};
 
-use super::{
-    audit,
-    db::Db,
-    error::Outcome,
-    streams, subject,
-    write::{Intent, Tx, Write},
-    writes::InsertBlock,
-};
-use crate::jobs::{Block, Caller, RepositoryError, Stored, Stream, StreamState, audit::Action};
+from_row! {
+    Block { sequence, sha256, nodes = "data" }
+    StreamState { sequence, data }
+}
 
 /// Bytes of blocks that are read at a time, in addition to the first block.
 const BYTES_AT_A_TIME: i64 = 8 << 20;
@@ -50,56 +45,37 @@ pub async fn block_sha256(db: &mut Db, caller: &Caller, id: &Uuid, sequence: &u6
     Ok(db.first(sql, args![id, &caller.tenant, *sequence]).await?)
 }
 
-impl Write for InsertBlock {
-    type Reply = Stored;
-
-    fn intent(&self) -> Intent<'_> {
-        let block = &self.block;
-        let bytes = block.nodes.bytes().len() + block.state.as_ref().map_or(0, Vec::len);
-        Intent::stream(block.stream).bytes(bytes).receipt(&self.receipt)
+pub async fn insert_block(tx: &mut Tx<'_>, write: &InsertBlock) -> Outcome<Stored> {
+    let (block, tenant) = (&write.block, tx.tenant());
+    let stream = streams::located(tx.db(), tenant, block.stream).await?;
+    stream.check_open()?;
+    let expected = stream.expected();
+    if (block.sequence, block.previous_sha256) != (expected, stream.input_sha256) {
+        return Err(RepositoryError::UnexpectedBlock { expected }.into());
     }
-
-    async fn run(&self, tx: &mut Tx<'_>) -> Outcome<Stored> {
-        let (block, tenant) = (&self.block, tx.tenant());
-        let stream = streams::located(tx.db(), tenant, block.stream).await?;
-        stream.check_open()?;
-        let expected = stream.expected();
-        if (block.sequence, block.previous_sha256) != (expected, stream.input_sha256) {
-            return Err(RepositoryError::UnexpectedBlock { expected }.into());
-        }
-        tx.refuse_taken()?;
-        let mut entry = tx.draft(stream.job_id, Action::AddBlock, subject::block(block.stream, block.sequence))?;
-        let (db, posted, version) = (tx.db(), block.nodes.posted() as u64, stream.version + 1);
-        let row = args![block.stream, block.sequence, &block.sha256, posted, block.nodes.bytes(), block.created_at];
-        let columns = "stream, sequence, sha256, count, data, created_at";
-        audit::insert(db, "stream_blocks", columns, &[row.to_vec()], slice::from_mut(&mut entry)).await?;
+    tx.refuse_taken()?;
+    let mut entry = tx.draft(stream.job_id, Action::AddBlock, subject::block(block.stream, block.sequence))?;
+    let (db, posted, version) = (tx.db(), block.nodes.posted() as u64, stream.version + 1);
+    let row = args![block.stream, block.sequence, &block.sha256, posted, block.nodes.bytes(), block.created_at];
+    let columns = "stream, sequence, sha256, count, data, created_at";
+    audit::insert(db, "stream_blocks", columns, &[row.to_vec()], slice::from_mut(&mut entry)).await?;
+    db.run(
+        "UPDATE streams SET sequence = $1, node_count = $2, input_sha256 = $3, version = $4, updated_at = $5
+         WHERE id = $6",
+        args![block.sequence, stream.node_count + posted, &block.input_sha256, version, block.created_at, block.stream],
+    )
+    .await?;
+    if let Some(state) = &block.state {
         db.run(
-            "UPDATE streams SET sequence = $1, node_count = $2, input_sha256 = $3, version = $4, updated_at = $5
-             WHERE id = $6",
-            args![
-                block.sequence,
-                stream.node_count + posted,
-                &block.input_sha256,
-                version,
-                block.created_at,
-                block.stream
-            ],
+            "INSERT INTO stream_states (stream, sequence, data) VALUES ($1, $2, $3)
+             ON CONFLICT (stream) DO UPDATE SET sequence = excluded.sequence, data = excluded.data",
+            args![block.stream, block.sequence, state],
         )
         .await?;
-        if let Some(state) = &block.state {
-            db.run(
-                "INSERT INTO stream_states (stream, sequence, data) VALUES ($1, $2, $3)
-                 ON CONFLICT (stream) DO UPDATE SET sequence = excluded.sequence, data = excluded.data",
-                args![block.stream, block.sequence, state],
-            )
-            .await?;
-            entry.note("stream_states", "stream, sequence, data", args![block.stream, block.sequence, state]);
-        }
-        entry.note_stored(db, "streams", "id = $1", args![block.stream]).await?;
-        entry.note_event(db, stream.job_id).await?;
-        tx.enter(entry);
-        let stored = Stored { number: 0, version };
-        tx.keep(&self.receipt, stored, None, block.created_at);
-        Ok(stored)
+        entry.note("stream_states", "stream, sequence, data", args![block.stream, block.sequence, state]);
     }
+    entry.note_stored(db, "streams", "id = $1", args![block.stream]).await?;
+    entry.note_event(db, stream.job_id).await?;
+    tx.enter(entry);
+    Ok(tx.keep(&write.receipt, Stored { number: 0, version }, None, block.created_at))
 }

@@ -62,7 +62,8 @@ impl<T: Column> Column for Option<T> {
     }
 }
 
-/// A time: a timestamptz of PostgreSQL, which counts microseconds, or its text (`audit::time_text`).
+/// A time: a timestamptz of PostgreSQL, which counts microseconds, or its text
+/// (`audit::time_text`).
 pub struct Moment(Timestamp);
 
 /// A JSON document, stored as its text or, where that is long, as a frame of zstd.

@@ -1,16 +1,6 @@
 //! Decisions on iterations, and changes of their measurand.
 
-use uuid::Uuid;
-
-use super::{
-    audit::Draft,
-    db::Db,
-    error::Outcome,
-    fits, locate, records, subject,
-    write::{Intent, Tx, Write},
-    writes::{Amend, Decide},
-};
-use crate::jobs::{Amendment, DecisionEvent, JobGear, Stored, audit::Action};
+use super::{fits, locate, prelude::*, records, subject};
 
 /// Returns the latest decision on an iteration.
 pub async fn latest(db: &mut Db, job: Uuid, number: u32) -> Outcome<Option<DecisionEvent>> {
@@ -49,58 +39,40 @@ async fn insert(db: &mut Db, job: Uuid, number: u32, decision: &DecisionEvent, e
     entry.note_stored(db, "decisions", last, args![job, number]).await
 }
 
-impl Write for Decide {
-    type Reply = Stored;
-
-    fn intent(&self) -> Intent<'_> {
-        Intent::job(self.job)
+pub async fn decide(tx: &mut Tx<'_>, write: &Decide) -> Outcome<Stored> {
+    let (Decide { job, number, decision, precondition }, tenant) = (write, tx.tenant());
+    let version = locate::version(tx.db(), tenant, *job, *number).await?;
+    precondition.check(version)?;
+    let latest = latest(tx.db(), *job, *number).await?;
+    let is_same = |latest: DecisionEvent| {
+        (latest.decision, latest.event.reason) == (decision.decision, decision.event.reason.clone())
+    };
+    if latest.is_some_and(is_same) {
+        return Ok(Stored { number: *number, version });
     }
-
-    async fn run(&self, tx: &mut Tx<'_>) -> Outcome<Stored> {
-        let (Decide { job, number, decision, precondition }, tenant) = (self, tx.tenant());
-        let version = locate::version(tx.db(), tenant, *job, *number).await?;
-        precondition.check(version)?;
-        let latest = latest(tx.db(), *job, *number).await?;
-        let is_same = |latest: DecisionEvent| {
-            (latest.decision, latest.event.reason) == (decision.decision, decision.event.reason.clone())
-        };
-        if latest.is_some_and(is_same) {
-            return Ok(Stored { number: *number, version });
-        }
-        let mut entry = tx.draft(*job, Action::Decide, subject::iteration(*job, *number))?;
-        insert(tx.db(), *job, *number, decision, &mut entry).await?;
-        tx.enter(entry);
-        Ok(Stored { number: *number, version: version + 1 })
-    }
+    let mut entry = tx.draft(*job, Action::Decide, subject::iteration(*job, *number))?;
+    insert(tx.db(), *job, *number, decision, &mut entry).await?;
+    tx.enter(entry);
+    Ok(Stored { number: *number, version: version + 1 })
 }
 
-impl Write for Amend {
-    type Reply = Stored;
-
-    fn intent(&self) -> Intent<'_> {
-        let Amendment { record, fit, .. } = &*self.amendment;
-        let bytes = record.bytes() + fit.as_ref().map_or(0, |fit| fit.bytes());
-        Intent::job(self.job).bytes(bytes)
+pub async fn amend(tx: &mut Tx<'_>, write: &Amend) -> Outcome<Stored> {
+    let (Amend { job, number, amendment, precondition }, tenant) = (write, tx.tenant());
+    let version = locate::version(tx.db(), tenant, *job, *number).await?;
+    precondition.check(version)?;
+    let gear: Option<JobGear> = tx.db().one("SELECT gear FROM jobs WHERE id = $1", args![job]).await?;
+    let teeth = gear.as_ref().and_then(JobGear::teeth);
+    amendment.measurand.check_tooth(teeth)?;
+    let mut entry = tx.draft(*job, Action::Amend, subject::iteration(*job, *number))?;
+    let db = tx.db();
+    records::insert_next(db, *job, *number, &amendment.record, &mut entry).await?;
+    if let Some(fit) = &amendment.fit {
+        let place = fits::insert_next(db, *job, *number, fit, &mut entry).await?;
+        fits::insert_choice(db, place, &fit.choice(), &mut entry).await?;
     }
-
-    async fn run(&self, tx: &mut Tx<'_>) -> Outcome<Stored> {
-        let (Amend { job, number, amendment, precondition }, tenant) = (self, tx.tenant());
-        let version = locate::version(tx.db(), tenant, *job, *number).await?;
-        precondition.check(version)?;
-        let gear: Option<JobGear> = tx.db().one("SELECT gear FROM jobs WHERE id = $1", args![job]).await?;
-        let teeth = gear.as_ref().and_then(JobGear::teeth);
-        amendment.measurand.check_tooth(teeth)?;
-        let mut entry = tx.draft(*job, Action::Amend, subject::iteration(*job, *number))?;
-        let db = tx.db();
-        records::insert_next(db, *job, *number, &amendment.record, &mut entry).await?;
-        if let Some(fit) = &amendment.fit {
-            let place = fits::insert_next(db, *job, *number, fit, &mut entry).await?;
-            fits::insert_choice(db, place, &fit.choice(), &mut entry).await?;
-        }
-        if let Some(decision) = &amendment.decision {
-            insert(db, *job, *number, decision, &mut entry).await?;
-        }
-        tx.enter(entry);
-        Ok(Stored { number: *number, version: version + amendment.steps() })
+    if let Some(decision) = &amendment.decision {
+        insert(db, *job, *number, decision, &mut entry).await?;
     }
+    tx.enter(entry);
+    Ok(Stored { number: *number, version: version + amendment.steps() })
 }

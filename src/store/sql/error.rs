@@ -3,7 +3,7 @@
 use sqlx::sqlite::SqliteError;
 
 use crate::{
-    jobs::RepositoryError,
+    jobs::{RepositoryError, RepositoryFuture},
     store::{postgres, sqlite},
 };
 
@@ -62,6 +62,11 @@ pub fn reported(error: StoreError) -> RepositoryError {
         StoreError::Refused(error) => error,
         StoreError::Broken(error) => failure(&error),
     }
+}
+
+/// Reads for callers.
+pub fn reading<'a, T>(read: impl Future<Output = Outcome<T>> + Send + 'a) -> RepositoryFuture<'a, T> {
+    Box::pin(async { read.await.map_err(reported) })
 }
 
 /// Describes a value of the database that does not read.

@@ -1,16 +1,82 @@
 //! Events of a job and of all jobs, which triggers write.
 
-use jiff::{SignedDuration, Timestamp};
-use uuid::Uuid;
+use jiff::SignedDuration;
 
-use super::{
-    db::Db,
-    error::Outcome,
-    row::{EventRow, ToldEventRow},
-    upkeep,
-    write::{Tx, Write},
-};
-use crate::jobs::{Caller, EventPlace, JobEvent, RepositoryError, Resource, ToldEvent};
+use super::{prelude::*, upkeep};
+
+from_row! {
+    EventPlace { change = "changed_by", number = "place" }
+}
+
+row! {
+    /// An event with the columns of other tables; its kind says which hold something.
+    struct EventRow {
+        number: u64,
+        created_at: Timestamp,
+        kind: String,
+        iteration: Option<u32>,
+        iteration_id: Option<Uuid>,
+        fit_id: Option<Uuid>,
+        choice: Option<i64>,
+        choice_reason: Option<String>,
+        decision: Option<Decision>,
+        decision_reason: Option<String>,
+        stream_id: Option<Uuid>,
+        state: Option<StreamEvent>,
+        sequence: Option<u64>,
+        node_count: Option<u64>,
+        purge_reason: Option<String>,
+        record_id: Option<Uuid>,
+        record_kind: Option<RecordKind>,
+        job_state: Option<JobChange>,
+    }
+}
+
+row! {
+    /// An event among those of all jobs.
+    struct ToldEventRow {
+        @place: EventPlace,
+        @event: EventRow,
+        job_id: Uuid,
+    }
+}
+
+impl EventRow {
+    fn kind(&mut self) -> Option<EventKind> {
+        Some(match self.kind.as_str() {
+            "iteration" => {
+                EventKind::Iteration { number: self.iteration?, id: self.iteration_id?, fit_id: self.fit_id? }
+            }
+            "fit" => EventKind::Fit {
+                number: self.iteration?,
+                fit_id: self.fit_id?,
+                chosen: self.choice.is_some(),
+                reason: self.choice_reason.take(),
+            },
+            "decision" => EventKind::Decision {
+                number: self.iteration?,
+                decision: self.decision?,
+                reason: self.decision_reason.take(),
+            },
+            "stream" => EventKind::Stream {
+                id: self.stream_id?,
+                state: self.state?,
+                sequence: self.sequence?,
+                node_count: self.node_count?,
+                iteration: self.iteration,
+            },
+            "record" => EventKind::Record { number: self.iteration?, id: self.record_id?, kind: self.record_kind? },
+            "job" => EventKind::Job { state: self.job_state? },
+            "purged" => EventKind::Purged { reason: self.purge_reason.take()? },
+            _ => return None,
+        })
+    }
+
+    fn read(mut self) -> Outcome<JobEvent> {
+        let kind = self.kind().ok_or_else(|| RepositoryError::Failed(damaged("an event", &self.kind)))?;
+        Ok(JobEvent { number: self.number, created_at: self.created_at, kind })
+    }
+}
 
 /// The columns of an event that are read from other tables, of a row `e`. (The fit of the event of
 /// an iteration is its first.)
@@ -45,7 +111,7 @@ pub async fn events(db: &mut Db, caller: &Caller, job: &Uuid, after: &u64, limit
         "WHERE j.id = $1 AND j.tenant = $2 AND e.number > $3 ORDER BY e.number LIMIT $4",
     );
     let rows: Vec<EventRow> = db.all(sql, args![job, &caller.tenant, *after, *limit]).await?;
-    rows.into_iter().map(JobEvent::try_from).collect()
+    rows.into_iter().map(EventRow::read).collect()
 }
 
 pub async fn last_event(db: &mut Db, caller: &Caller, job: &Uuid) -> Outcome<u64> {
@@ -70,7 +136,8 @@ pub async fn all_events(db: &mut Db, caller: &Caller, after: &EventPlace, limit:
          ORDER BY t.changed_by, t.place LIMIT $4",
     );
     let rows: Vec<ToldEventRow> = db.all(sql, args![&caller.tenant, after.change, after.number, *limit]).await?;
-    rows.into_iter().map(ToldEvent::try_from).collect()
+    let read = |row: ToldEventRow| Ok(ToldEvent { place: row.place, job: row.job_id, event: row.event.read()? });
+    rows.into_iter().map(read).collect()
 }
 
 pub async fn last_place(db: &mut Db, _: &Caller) -> Outcome<EventPlace> {

@@ -1,25 +1,60 @@
 //! Fits of an iteration, and the chosen one.
 
-use uuid::Uuid;
+use std::collections::VecDeque;
+
+use futures_util::TryStreamExt as _;
 
 use super::{
-    audit::{self, Draft},
-    db::Db,
-    error::Outcome,
-    gone,
+    audit, gone,
     keys::{FitPlace, StoredFit},
-    lists::{self, Counted, Listed, page},
+    lists::{Counted, Listed, page},
     locate,
-    row::{TracedFitRow, figure_columns},
+    prelude::*,
     subject,
-    value::Value,
-    write::{Intent, Tx, Write},
-    writes::{Choose, InsertFit},
 };
-use crate::jobs::{
-    Caller, Choice, Computed, EncodedText, FitRecord, FitSummary, MAX_LISTED, NewFit, Page, PageRequest,
-    RepositoryError, Resource, Stored, TracedFit, audit::Action,
-};
+
+/// The columns of [`Figures`].
+macro_rules! figure_columns {
+    () => {
+        "lambda_star, criterion, scheme, count, condition, regularized_condition, bias_norm, bias_sharp_bound, rms, \
+         max_abs"
+    };
+}
+pub(super) use figure_columns;
+
+from_row! {
+    Figures {
+        lambda_star, criterion, scheme, count, condition, regularized_condition, bias_norm, bias_sharp_bound, rms,
+        max_abs,
+    }
+    Event { reason, by = "actor", created_at }
+    FitRecord { @event, id, spec, result, flank = "flank_figures", chosen }
+    FitSummary { @event, @figures, id, chosen, chosen_by, flank = "flank_figures" }
+    Choice { @event, fit_id }
+    DecisionEvent { @event, decision, concession }
+}
+
+row! {
+    pub struct TracedFitRow {
+        @summary: FitSummary,
+        coefficients: Option<Arc<str>>,
+        prior: Option<Arc<str>>,
+        /// Present if neither is stored separately; empty if it was purged.
+        result: Option<Arc<str>>,
+    }
+}
+
+impl From<TracedFitRow> for TracedFit {
+    fn from(TracedFitRow { summary, coefficients, prior, result }: TracedFitRow) -> Self {
+        let told = result.as_ref().map_or_else(Told::default, |result| Told::of(result));
+        let text = |kept: Option<Arc<str>>, found: Option<&str>| kept.as_deref().or(found).map(str::to_owned);
+        TracedFit {
+            summary,
+            coefficients: text(coefficients, told.coefficients).unwrap_or_else(|| "[]".to_owned()),
+            prior: text(prior, told.prior),
+        }
+    }
+}
 
 /// The position of the chosen fit of the iteration that is the statement's first two values.
 macro_rules! chosen_fit {
@@ -129,8 +164,19 @@ pub async fn last_with_coefficients(
            FROM fits WHERE job = $1 AND number = $2 ORDER BY position DESC LIMIT $3) AS newest
          WHERE after <= $4 ORDER BY position DESC"
     );
-    let rows = db.each::<Counted<TracedFitRow>>(sql, args![job, number, MAX_LISTED, text])?;
-    Ok(lists::within(rows, text).await?)
+    let mut rows = db.each::<Counted<TracedFitRow>>(sql, args![job, number, MAX_LISTED, text])?;
+    let (mut fits, mut length, mut total) = (VecDeque::<TracedFit>::new(), 0, 0_u64);
+    while let Some(row) = rows.try_next().await? {
+        let fit = TracedFit::from(row.row);
+        length += fit.coefficients.len();
+        if length > text && !fits.is_empty() {
+            break;
+        }
+        total = row.total;
+        fits.push_front(fit);
+    }
+    let earlier = total.saturating_sub(fits.len() as u64);
+    Ok((fits.into(), earlier))
 }
 
 pub async fn fits(
@@ -188,49 +234,33 @@ pub async fn insert_choice(db: &mut Db, fit: FitPlace, choice: &Choice, entry: &
     entry.note_stored(db, "fit_choices", last, args![fit.job, fit.number]).await
 }
 
-impl Write for InsertFit {
-    type Reply = Stored;
-
-    fn intent(&self) -> Intent<'_> {
-        Intent::job(self.job).receipt(&self.receipt).bytes(self.fit.bytes())
-    }
-
-    async fn run(&self, tx: &mut Tx<'_>) -> Outcome<Stored> {
-        let (InsertFit { job, number, fit, .. }, tenant) = (self, tx.tenant());
-        let version = locate::version(tx.db(), tenant, *job, *number).await?;
-        tx.refuse_taken()?;
-        let mut entry = tx.draft(*job, Action::AddFit, subject::fit(*job, *number, fit.id))?;
-        let place = insert_next(tx.db(), *job, *number, fit, &mut entry).await?;
-        tx.enter(entry);
-        let stored = Stored { number: *number, version: version + 1 };
-        let stored_fit = StoredFit { place, result: &fit.computed.result };
-        tx.keep(&self.receipt, stored, Some(stored_fit), fit.event.created_at);
-        Ok(stored)
-    }
+pub async fn insert_fit(tx: &mut Tx<'_>, write: &InsertFit) -> Outcome<Stored> {
+    let (InsertFit { job, number, fit, .. }, tenant) = (write, tx.tenant());
+    let version = locate::version(tx.db(), tenant, *job, *number).await?;
+    tx.refuse_taken()?;
+    let mut entry = tx.draft(*job, Action::AddFit, subject::fit(*job, *number, fit.id))?;
+    let place = insert_next(tx.db(), *job, *number, fit, &mut entry).await?;
+    tx.enter(entry);
+    let stored = Stored { number: *number, version: version + 1 };
+    let stored_fit = StoredFit { place, result: &fit.computed.result };
+    tx.keep(&write.receipt, stored, Some(stored_fit), fit.event.created_at);
+    Ok(stored)
 }
 
-impl Write for Choose {
-    type Reply = Stored;
-
-    fn intent(&self) -> Intent<'_> {
-        Intent::job(self.job)
+pub async fn choose(tx: &mut Tx<'_>, write: &Choose) -> Outcome<Stored> {
+    let (Choose { job, number, choice, precondition }, tenant) = (write, tx.tenant());
+    let version = locate::version(tx.db(), tenant, *job, *number).await?;
+    precondition.check(version)?;
+    let sql = "SELECT position FROM fits WHERE job = $1 AND number = $2 AND id = $3";
+    let position: Option<i64> = tx.db().first(sql, args![job, *number, choice.fit_id]).await?;
+    let position = position.ok_or(RepositoryError::ForeignFit(choice.fit_id))?;
+    let sql = "SELECT fit, reason FROM fit_choices WHERE job = $1 AND number = $2 ORDER BY position DESC LIMIT 1";
+    let latest: Option<(i64, Option<String>)> = tx.db().maybe(sql, args![job, *number]).await?;
+    if latest.is_some_and(|(fit, reason)| (fit, &reason) == (position, &choice.event.reason)) {
+        return Ok(Stored { number: *number, version });
     }
-
-    async fn run(&self, tx: &mut Tx<'_>) -> Outcome<Stored> {
-        let (Choose { job, number, choice, precondition }, tenant) = (self, tx.tenant());
-        let version = locate::version(tx.db(), tenant, *job, *number).await?;
-        precondition.check(version)?;
-        let sql = "SELECT position FROM fits WHERE job = $1 AND number = $2 AND id = $3";
-        let position: Option<i64> = tx.db().first(sql, args![job, *number, choice.fit_id]).await?;
-        let position = position.ok_or(RepositoryError::ForeignFit(choice.fit_id))?;
-        let sql = "SELECT fit, reason FROM fit_choices WHERE job = $1 AND number = $2 ORDER BY position DESC LIMIT 1";
-        let latest: Option<(i64, Option<String>)> = tx.db().maybe(sql, args![job, *number]).await?;
-        if latest.is_some_and(|(fit, reason)| (fit, &reason) == (position, &choice.event.reason)) {
-            return Ok(Stored { number: *number, version });
-        }
-        let mut entry = tx.draft(*job, Action::ChooseFit, subject::fit(*job, *number, choice.fit_id))?;
-        insert_choice(tx.db(), FitPlace { job: *job, number: *number, position }, choice, &mut entry).await?;
-        tx.enter(entry);
-        Ok(Stored { number: *number, version: version + 1 })
-    }
+    let mut entry = tx.draft(*job, Action::ChooseFit, subject::fit(*job, *number, choice.fit_id))?;
+    insert_choice(tx.db(), FitPlace { job: *job, number: *number, position }, choice, &mut entry).await?;
+    tx.enter(entry);
+    Ok(Stored { number: *number, version: version + 1 })
 }

@@ -1,13 +1,32 @@
 //! Purges of jobs.
 
-use uuid::Uuid;
+use super::prelude::*;
 
-use super::{
-    db::Db,
-    error::{Outcome, StoreError},
-    row::JobPurge,
-};
-use crate::jobs::Tenant;
+row! {
+    /// The purge of a job, where a write looks the job up.
+    pub struct JobPurge {
+        purged_at: Option<Timestamp>,
+        purge_reason: Option<String>,
+    }
+}
+
+impl JobPurge {
+    /// A purged job takes nothing more.
+    pub fn refuse(&self) -> Result<(), RepositoryError> {
+        match self.purged_at {
+            None => Ok(()),
+            Some(at) => Err(RepositoryError::Purged { at, reason: self.purge_reason.clone().unwrap_or_default() }),
+        }
+    }
+
+    /// Returns the refusal of something that was removed. Where there is no purge, it was lost
+    /// otherwise.
+    pub fn refusal(purge: Option<Self>) -> RepositoryError {
+        purge
+            .and_then(|purge| purge.refuse().err())
+            .unwrap_or_else(|| RepositoryError::Failed(damaged("a row of a job", "empty, but the job was not purged")))
+    }
+}
 
 /// Returns the refusal of something of a job that was taken away.
 pub async fn refusal(db: &mut Db, job: Uuid) -> StoreError {

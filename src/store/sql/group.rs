@@ -10,12 +10,12 @@ use super::{
 };
 
 /// Runs each write of a group, and all its iterations together; notes the outcome of each.
-pub async fn run_group(session: &mut Session, group: &mut [Queued]) -> Result<(), sqlx::Error> {
+pub async fn run_group(session: &mut Session, group: &mut [Box<dyn Queued>]) -> Result<(), sqlx::Error> {
     let mut iterations = Vec::new();
     for write in group {
-        match write {
-            Queued::Iteration(pending) => iterations.push(&mut **pending),
-            Queued::Single(pending) => pending.run(session).await?,
+        match write.iteration().is_some() {
+            true => iterations.extend(write.iteration()),
+            false => write.run(session).await?,
         }
     }
     match iterations.is_empty() {
@@ -26,7 +26,7 @@ pub async fn run_group(session: &mut Session, group: &mut [Queued]) -> Result<()
 
 fn incoming(pending: &Pending<InsertIteration>) -> Incoming<'_> {
     let InsertIteration { iteration, receipt } = &pending.write;
-    Incoming::of(&pending.asked, iteration, receipt.as_ref())
+    Incoming::of(&pending.request, iteration, receipt.as_ref())
 }
 
 /// Inserts iterations together. Where they are refused together, because the row of one job does

@@ -12,10 +12,10 @@ use super::{
     api_keys::NoteUses,
     db::Db,
     error::{Outcome, StoreError, failure},
+    operations,
     read_turns::{EndsRead, READ_TIME, READING, Watch},
-    reads,
     store::Database,
-    write::{Asked, Write},
+    write::{Request, Write},
     writes::*,
 };
 use crate::{
@@ -62,13 +62,14 @@ impl Handle {
         &self,
         name: &'static str,
         read: impl for<'a> Fn(&'a mut Db, &'a Caller) -> BoxFuture<'a, Outcome<T>> + Send + Sync + 'static,
-    ) -> RepositoryFuture<'_, T> {
-        let (database, caller) = (self.database.clone(), self.caller.clone());
+    ) -> RepositoryFuture<'static, T> {
+        let (database, caller, party) = (self.database.clone(), self.caller.clone(), self.party.clone());
+        let span = telemetry::store_span(database.system(), name);
         let reading = async move {
             let begun = Instant::now();
-            let turn = match database.turns.take(&self.party).await {
+            let turn = match database.turns.take(&party).await {
                 Ok(turn) => turn,
-                Err(error) => return told(Err(error)),
+                Err(error) => return traced(Err(error)),
             };
             let watch = Watch::lasting(READ_TIME);
             let _ends_when_left = EndsRead(watch.clone());
@@ -93,30 +94,30 @@ impl Handle {
                 found
             };
             match tokio::spawn(READING.scope(watch, read).in_current_span()).await {
-                Ok(found) => told(found),
+                Ok(found) => traced(found),
                 Err(error) => match error.try_into_panic() {
                     Ok(panic) => std::panic::resume_unwind(panic),
-                    Err(error) => told(Err(RepositoryError::Failed(error.to_string()))),
+                    Err(error) => traced(Err(RepositoryError::Failed(error.to_string()))),
                 },
             }
         };
-        Box::pin(reading.instrument(telemetry::store_span(self.database.system(), name)))
+        Box::pin(reading.instrument(span))
     }
 
     /// The write is in the queue before this returns its future: dropping the future changes
     /// nothing.
-    fn write<W: Write>(&self, write: W) -> RepositoryFuture<'_, W::Reply> {
+    fn write<W: Write>(&self, write: W) -> RepositoryFuture<'static, W::Reply> {
         let database = &self.database;
         let at = database.clock.now();
-        let asked = Asked::of(self.caller.clone(), at, write.intent());
+        let request = Request::of(self.caller.clone(), at, write.intent());
         let span = telemetry::store_span(database.system(), type_name::<W>());
-        let writing = database.queue(asked.subject).write(asked, write);
-        Box::pin(async move { told(writing.await) }.instrument(span))
+        let writing = database.queue(request.subject).write(request, write);
+        Box::pin(async move { traced(writing.await) }.instrument(span))
     }
 }
 
 /// Marks the operation's span as failed where the store could not do it. A refusal is a result.
-fn told<T>(outcome: Result<T, RepositoryError>) -> Result<T, RepositoryError> {
+fn traced<T>(outcome: Result<T, RepositoryError>) -> Result<T, RepositoryError> {
     let kind = match &outcome {
         Err(RepositoryError::Overloaded) => "overloaded",
         Err(RepositoryError::Unavailable(_)) => "store_unavailable",
@@ -136,18 +137,18 @@ macro_rules! declare {
         writes { $($(#[$on:meta])* $Write:ident = $write:ident($($with:ident: $given:ty),*) -> $reply:ty;)* }
     ) => {
         impl $Trait for Handle {
-            $(fn $read(&self, $($of: $what),*) -> RepositoryFuture<'_, $found> {
+            $(fn $read(&self, $($of: $what),*) -> RepositoryFuture<'static, $found> {
                 let values = Arc::new(($($of,)*));
                 self.read(stringify!($Read), move |db, caller| {
                     let values = values.clone();
                     Box::pin(async move {
                         let ($($of,)*) = &*values;
-                        reads::$read(db, caller, $($of),*).await
+                        operations::$read(db, caller, $($of),*).await
                     })
                 })
             })*
 
-            $(fn $write(&self, $($with: $given),*) -> RepositoryFuture<'_, $reply> {
+            $(fn $write(&self, $($with: $given),*) -> RepositoryFuture<'static, $reply> {
                 self.write($Write { $($with),* })
             })*
         }
@@ -159,12 +160,12 @@ key_operations!(declare);
 
 impl Credentials for Handle {
     fn find_key(&self, id: KeyId) -> RepositoryFuture<'_, Option<KnownKey>> {
-        self.read("FindKey", move |db, _| Box::pin(reads::find_key(db, id)))
+        self.read("FindKey", move |db, _| Box::pin(operations::find_key(db, id)))
     }
 
     fn find_certificate(&self, san: San) -> RepositoryFuture<'_, Option<KnownKey>> {
         let san = Arc::new(san);
-        self.read("FindCertificate", move |db, _| Box::pin(reads::find_certificate(db, san.clone())))
+        self.read("FindCertificate", move |db, _| Box::pin(operations::find_certificate(db, san.clone())))
     }
 
     fn find_tenant(&self, name: Tenant) -> RepositoryFuture<'_, Option<Plant>> {
@@ -179,7 +180,7 @@ impl Credentials for Handle {
     }
 
     fn has_keys(&self) -> RepositoryFuture<'_, bool> {
-        self.read("HasKeys", |db, _| Box::pin(reads::has_keys(db)))
+        self.read("HasKeys", |db, _| Box::pin(operations::has_keys(db)))
     }
 
     fn note_uses(&self, uses: Vec<(KeyId, Timestamp)>) -> RepositoryFuture<'_, ()> {

@@ -5,24 +5,21 @@ use std::fs::File;
 use futures_util::TryStreamExt as _;
 use sqlx::AssertSqlSafe;
 use tokio::sync::{Mutex, mpsc};
-use uuid::Uuid;
 
 use super::{
-    audit::{self, Draft},
+    audit,
     auditor::verify_rows,
-    columns::Cell,
-    db::{Db, Lent, Pool},
-    error::{Outcome, reported},
+    db::{Lent, Pool},
+    error::{reading, reported},
+    prelude::*,
     subject,
-    value::Value,
 };
 use crate::{
     jobs::{
-        Caller, Clock as _, RepositoryError, RepositoryFuture, SystemClock, Tenant, actor,
+        Clock as _,
         archive::{Holdings, Key, Rows},
-        audit::{Action, By},
+        audit::By,
         rows::{ENTRIES, OF_JOBS, Row},
-        searched_text,
     },
     store::postgres,
 };
@@ -69,14 +66,6 @@ impl SqlHoldings {
         SqlHoldings { readers, writer: Mutex::new(Some(writer)), _lock: lock }
     }
 
-    async fn read_keys(&self) -> Outcome<Vec<Key>> {
-        let sql = "SELECT tenant, id FROM jobs UNION SELECT tenant, job FROM audit WHERE job IS NOT NULL";
-        let keys: Vec<(Cell<Tenant>, Uuid)> = self.readers.connection().await?.all(sql, args![]).await?;
-        let mut keys: Vec<Key> = keys.into_iter().map(|(Cell(tenant), job)| Key { tenant, job }).collect();
-        keys.sort();
-        Ok(keys)
-    }
-
     async fn store(&self, key: &Key, rows: &mut Rows<'_>) -> Outcome<()> {
         if let Pool::Postgres(pool) = &self.readers {
             let mut db = Db::Postgres(Lent::Transaction(postgres::begin(pool, "BEGIN").await?));
@@ -89,37 +78,6 @@ impl SqlHoldings {
         let stored = store_in(db, key, rows).await;
         db.run(if stored.is_ok() { "COMMIT" } else { "ROLLBACK" }, args![]).await?;
         stored
-    }
-
-    /// Copies the log into the database, which is whole without it then. Readers of the database
-    /// are waited for as for any write; the connection that closes last takes the log away.
-    async fn end(&self) -> Outcome<bool> {
-        if let Pool::Sqlite(readers) = &self.readers {
-            readers.close().await;
-        }
-        let Some(mut writer) = self.writer.lock().await.take() else { return Ok(true) };
-        let emptied = writer.checkpoint().await?;
-        writer.close().await?;
-        Ok(emptied)
-    }
-
-    async fn send(&self, key: &Key, to: mpsc::Sender<Row>) -> Outcome<()> {
-        let mut db = self.readers.snapshot().await?;
-        if db.is_postgres() {
-            // as long as a job takes that is long
-            db.script(UNHURRIED).await?;
-        }
-        for table in OF_JOBS.iter().chain([ENTRIES]) {
-            let condition = format!("{} ORDER BY {}", table.of, table.order());
-            let mut rows = db.rows(table, &condition, args![key.job, &key.tenant])?;
-            while let Some(row) = rows.try_next().await? {
-                if to.send(row).await.is_err() {
-                    // the rest is not needed
-                    return Ok(());
-                }
-            }
-        }
-        Ok(())
     }
 }
 
@@ -203,18 +161,51 @@ async fn insert(db: &mut Db, key: &Key, row: Row) -> Outcome<()> {
 
 impl Holdings for SqlHoldings {
     fn keys(&self) -> RepositoryFuture<'_, Vec<Key>> {
-        Box::pin(async move { self.read_keys().await.map_err(reported) })
+        let sql = "SELECT tenant, id FROM jobs UNION SELECT tenant, job FROM audit WHERE job IS NOT NULL";
+        reading(async move {
+            let keys: Vec<(Cell<Tenant>, Uuid)> = self.readers.connection().await?.all(sql, args![]).await?;
+            let mut keys: Vec<Key> = keys.into_iter().map(|(Cell(tenant), job)| Key { tenant, job }).collect();
+            keys.sort();
+            Ok(keys)
+        })
     }
 
     fn read(&self, key: Key, to: mpsc::Sender<Row>) -> RepositoryFuture<'_, ()> {
-        Box::pin(async move { self.send(&key, to).await.map_err(reported) })
+        reading(async move {
+            let mut db = self.readers.snapshot().await?;
+            if db.is_postgres() {
+                // as long as a job takes that is long
+                db.script(UNHURRIED).await?;
+            }
+            for table in OF_JOBS.iter().chain([ENTRIES]) {
+                let condition = format!("{} ORDER BY {}", table.of, table.order());
+                let mut rows = db.rows(table, &condition, args![key.job, &key.tenant])?;
+                while let Some(row) = rows.try_next().await? {
+                    if to.send(row).await.is_err() {
+                        // the rest is not needed
+                        return Ok(());
+                    }
+                }
+            }
+            Ok(())
+        })
     }
 
     fn write<'a>(&'a self, key: Key, rows: &'a mut Rows<'_>) -> RepositoryFuture<'a, ()> {
-        Box::pin(async move { self.store(&key, rows).await.map_err(reported) })
+        reading(async move { self.store(&key, rows).await })
     }
 
+    /// Copies the log into the database, which is whole without it then. Readers of the database
+    /// are waited for as for any write; the connection that closes last takes the log away.
     fn close(&self) -> RepositoryFuture<'_, bool> {
-        Box::pin(async { self.end().await.map_err(reported) })
+        reading(async {
+            if let Pool::Sqlite(readers) = &self.readers {
+                readers.close().await;
+            }
+            let Some(mut writer) = self.writer.lock().await.take() else { return Ok(true) };
+            let emptied = writer.checkpoint().await?;
+            writer.close().await?;
+            Ok(emptied)
+        })
     }
 }

@@ -1,12 +1,7 @@
 //! Iterations that are inserted together.
 
-use uuid::Uuid;
-
-use super::{keys::OwnedKey, subject, write::Asked};
-use crate::jobs::{
-    NewIteration, Receipt, Tenant,
-    audit::{Action, By},
-};
+use super::{keys::OwnedKey, prelude::*, subject, write::Request};
+use crate::jobs::audit::By;
 
 /// An iteration about to be stored, with the caller whose tenant's job it names.
 #[derive(Clone, Copy)]
@@ -20,9 +15,9 @@ pub struct Incoming<'a> {
 }
 
 impl<'a> Incoming<'a> {
-    pub fn of(asked: &'a Asked, iteration: &'a NewIteration, receipt: Option<&'a Receipt>) -> Self {
-        let key = asked.key.as_ref().filter(|_| receipt.is_some());
-        Incoming { by: asked.by(), iteration, receipt, key, stream: None }
+    pub fn of(request: &'a Request, iteration: &'a NewIteration, receipt: Option<&'a Receipt>) -> Self {
+        let key = request.key.as_ref().filter(|_| receipt.is_some());
+        Incoming { by: request.by(), iteration, receipt, key, stream: None }
     }
 
     pub fn tenant(&self) -> &'a Tenant {

@@ -7,69 +7,34 @@
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
-use jiff::Timestamp;
-use uuid::Uuid;
-
 use super::{
-    audit::{self, Draft},
-    error::{Outcome, StoreError},
-    fits,
+    audit, fits,
     incoming::Incoming,
     jobs,
     keys::{FitPlace, Keys, OwnedKey, StoredFit},
-    queue::{Pending, Queued},
+    prelude::*,
     records,
-    row::JobPurge,
     session::Session,
-    value::Value,
-    write::{Intent, Tx, Write},
-    writes::{InsertIteration, InsertRuns},
 };
-use crate::jobs::{NewFit, NewIteration, NewRun, RepositoryError, Resource, Stored};
 
-impl Write for InsertIteration {
-    type Reply = Stored;
-
-    fn intent(&self) -> Intent<'_> {
-        let new = &self.iteration;
-        Intent::job(new.job_id).receipt(&self.receipt).bytes(new.bytes())
-    }
-
-    async fn run(&self, tx: &mut Tx<'_>) -> Outcome<Stored> {
-        let Tx { session, asked } = tx;
-        one(session, Incoming::of(asked, &self.iteration, self.receipt.as_ref())).await
-    }
-
-    fn queued(pending: Pending<Self>) -> Queued {
-        Queued::Iteration(Box::new(pending))
-    }
+pub async fn insert_iteration(tx: &mut Tx<'_>, write: &InsertIteration) -> Outcome<Stored> {
+    let Tx { session, request } = tx;
+    one(session, Incoming::of(request, &write.iteration, write.receipt.as_ref())).await
 }
 
-impl Write for InsertRuns {
-    type Reply = Stored;
-
-    fn intent(&self) -> Intent<'_> {
-        let bytes = self.runs.iter().flat_map(|run| &run.iterations).map(|iteration| iteration.bytes()).sum();
-        let of = self.runs.first().map_or_else(Intent::default, |run| Intent::job(run.job.id));
-        of.receipt(&self.receipt).bytes(bytes)
-    }
-
-    async fn run(&self, tx: &mut Tx<'_>) -> Outcome<Stored> {
-        tx.refuse_taken()?;
-        let asked = tx.asked;
-        for NewRun { job, iterations } in &self.runs {
-            jobs::create(tx, job).await.map_err(StoreError::too_late)?;
-            let incoming: Vec<_> = iterations.iter().map(|iteration| Incoming::of(asked, iteration, None)).collect();
-            // none is refused of a job that is there and without a key; otherwise all would be
-            // undone
-            for stored in insert(&mut *tx.session, &incoming).await.map_err(StoreError::too_late)? {
-                stored.map_err(|error| StoreError::from(error).too_late())?;
-            }
+pub async fn insert_runs(tx: &mut Tx<'_>, write: &InsertRuns) -> Outcome<Stored> {
+    tx.refuse_taken()?;
+    let request = tx.request;
+    for NewRun { job, iterations } in &write.runs {
+        jobs::create(tx, job).await.map_err(StoreError::too_late)?;
+        let incoming: Vec<_> = iterations.iter().map(|iteration| Incoming::of(request, iteration, None)).collect();
+        // none is refused of a job that is there and without a key; otherwise all would be
+        // undone
+        for stored in insert(&mut *tx.session, &incoming).await.map_err(StoreError::too_late)? {
+            stored.map_err(|error| StoreError::from(error).too_late())?;
         }
-        let stored = Stored { number: 0, version: 1 };
-        tx.keep(&self.receipt, stored, None, self.now);
-        Ok(stored)
     }
+    Ok(tx.keep(&write.receipt, Stored { number: 0, version: 1 }, None, write.now))
 }
 
 /// An iteration with its number.

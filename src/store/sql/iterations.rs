@@ -1,22 +1,62 @@
 //! Iterations and their nodes, read.
 
-use uuid::Uuid;
+use flankfit_engine::estimation::Nodes;
+use futures_util::TryStreamExt as _;
 
 use super::{
-    db::Db,
-    decisions,
-    error::{Outcome, damaged},
-    fits, gone, jobs,
+    decisions, fits, gone, jobs,
     lists::{Listed, page},
     locate::{self, iteration_version, which_is_missing},
-    neighbours,
-    row::{NodesRow, SuccessorRow, figure_columns},
+    prelude::*,
 };
-use crate::jobs::{
-    Caller, Iteration, ListedIteration, Measurand, Page, PageRequest, Predecessor, Predecessors, RepositoryError,
-    Rounds, Successors,
-};
-use flankfit_engine::estimation::Nodes;
+
+from_row! {
+    Measurand { flank, tooth, axes, accept_units }
+    MeasurementDetails { measured_at, instrument, operator, note }
+    ListedIteration {
+        @measurand, @fit,
+        id = "iteration_id", number, measured_at, instrument, operator, created_at = "stored_at", decision, decided_by,
+    }
+    Iteration {
+        @measurand, @details, id, job_id, number, created_at, node_count, version, purged_at;
+        fits, earlier_fits, decision
+    }
+    TracedIteration {
+        @measurand, id, number, measured_at, instrument, operator, created_at;
+        fits, choices, decisions, records, earlier
+    }
+    Predecessor { @measurand, number, fit_id }
+    MeasuredIteration { @measurand, number, created_at }
+    MadeCorrection { number, id, kind, created_at }
+}
+
+row! {
+    struct SuccessorRow {
+        @measurand: Measurand,
+        number: u32,
+    }
+}
+
+row! {
+    /// Nodes, unless they are longer than the limit, with their length.
+    struct NodesRow {
+        length: usize,
+        data: Option<Nodes>,
+    }
+}
+
+impl NodesRow {
+    /// Returns whether the nodes were purged: no encoding of any is empty.
+    fn is_gone(&self) -> bool {
+        self.length == 0
+    }
+}
+
+impl From<NodesRow> for Result<Nodes, usize> {
+    fn from(NodesRow { length, data }: NodesRow) -> Self {
+        data.ok_or(length)
+    }
+}
 
 pub async fn iteration(db: &mut Db, Caller { tenant, .. }: &Caller, job: &Uuid, number: &u32) -> Outcome<Iteration> {
     let (job, number) = (*job, *number);
@@ -94,13 +134,27 @@ pub async fn measurand(db: &mut Db, Caller { tenant, .. }: &Caller, job: &Uuid, 
 }
 
 /// Returns the first iteration after one, and the first after it that is of the same flank and
-/// tooth.
+/// tooth. Names of teeth are compared here and not by the database; the rows are short.
 pub async fn successors(db: &mut Db, caller: &Caller, job: &Uuid, number: &u32) -> Outcome<Successors> {
     let sql = "SELECT i.number, i.flank, i.tooth, CAST(NULL AS text) AS axes, i.accept_units
                FROM jobs j JOIN measured i ON i.job = j.id WHERE j.id = $1 AND j.tenant = $2 AND i.number >= $3
                ORDER BY i.number";
-    let rows = db.each::<SuccessorRow>(sql, args![job, &caller.tenant, *number])?;
-    Ok(neighbours::successors(rows, *number).await?)
+    let mut rows = db.each::<SuccessorRow>(sql, args![job, &caller.tenant, *number])?;
+    let (mut found, mut own) = (Successors::default(), None);
+    while let Some(SuccessorRow { number: at, measurand }) = rows.try_next().await? {
+        match &own {
+            None if at == *number => own = Some(measurand),
+            None => break,
+            Some(own) => {
+                found.any = found.any.or(Some(at));
+                if measurand.is_alike(own) {
+                    found.alike = Some(at);
+                    break;
+                }
+            }
+        }
+    }
+    Ok(found)
 }
 
 pub async fn predecessors(
@@ -117,8 +171,18 @@ pub async fn predecessors(
                FROM jobs j JOIN measured i ON i.job = j.id
                WHERE j.id = $1 AND j.tenant = $2 AND i.number >= $3 AND i.number < $4 ORDER BY i.number DESC";
     let before = wanted.before.map_or(i64::MAX, i64::from);
-    let rows = db.each::<Predecessor>(sql, args![job, &caller.tenant, wanted.from, before])?;
-    Ok(neighbours::predecessors(rows, wanted).await?)
+    let mut rows = db.each::<Predecessor>(sql, args![job, &caller.tenant, wanted.from, before])?;
+    let mut found = Vec::new();
+    while let Some(predecessor) = rows.try_next().await? {
+        if predecessor.measurand.is_alike(&wanted.of) {
+            found.push(predecessor);
+            if found.len() == wanted.most {
+                break;
+            }
+        }
+    }
+    found.reverse();
+    Ok(found)
 }
 
 pub async fn rounds(db: &mut Db, Caller { tenant, .. }: &Caller, job: &Uuid) -> Outcome<Rounds> {

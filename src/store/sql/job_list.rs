@@ -1,17 +1,25 @@
 //! The list of jobs, and how many there are.
 
-use jiff::Timestamp;
-use uuid::Uuid;
-
 use super::{
-    columns::Cell,
-    db::{Db, Record, Statement},
-    error::Outcome,
-    row::{NamedJob, job_columns},
+    db::{Record, Statement},
+    prelude::*,
     search::{FEW, Parts},
-    value::Value,
 };
-use crate::jobs::{Caller, JobCounts, JobFilter, JobPage, JobPlace, JobQuery, MOST_MACHINES, Tenant};
+
+from_row! {
+    ListedJob {
+        @job, iteration_count, changed_at, last_measured_at, flank, left = "left_status",
+        right = "right_status", decision, rms, condition, figures = "flank_figures", class,
+    }
+}
+
+row! {
+    /// A job with its place in the order by name.
+    pub struct NamedJob {
+        @pub listed: ListedJob,
+        pub sort_name: String,
+    }
+}
 
 /// Appends a table `found` of the jobs that have parts of a text. PostgreSQL finds all of them if
 /// there are few.

@@ -1,18 +1,40 @@
 //! Jobs.
 
-use uuid::Uuid;
+use super::{columns::tags_text, gone, prelude::*, streams, subject};
 
-use super::{
-    columns::tags_text,
-    db::Db,
-    error::Outcome,
-    gone,
-    row::{MeasuredTooth, job_columns},
-    streams, subject,
-    write::{Intent, Tx, Write},
-    writes::{DeleteJob, InsertJob, PatchJob},
-};
-use crate::jobs::{Caller, Job, JobGear, RepositoryError, Resource, Stored, Tenant, audit::Action};
+row! {
+    /// A tooth that was measured, by an iteration or by a stream that may become one.
+    struct MeasuredTooth {
+        tooth: String,
+        iteration: Option<u32>,
+    }
+}
+
+impl MeasuredTooth {
+    /// Refuses a gear with so many teeth, if it lacks one that was measured.
+    fn check(measured: Vec<MeasuredTooth>, teeth: u32) -> Result<(), RepositoryError> {
+        match measured.into_iter().find(|measured| has_no_tooth(&measured.tooth, teeth)) {
+            None => Ok(()),
+            Some(MeasuredTooth { tooth, iteration }) => Err(RepositoryError::ToothMeasured { tooth, teeth, iteration }),
+        }
+    }
+}
+
+/// The columns of a [`Job`].
+macro_rules! job_columns {
+    () => {
+        "id, name, part_number, serial_number, machine, gear, requirements, tags, status, version, created_at, \
+         updated_at, purged_at"
+    };
+}
+pub(super) use job_columns;
+
+from_row! {
+    Job {
+        id, name, part_number, serial_number, machine, gear, requirements, tags, status, version, created_at,
+        updated_at, purged_at,
+    }
+}
 
 /// Returns a job of a tenant.
 pub async fn located(db: &mut Db, tenant: &Tenant, id: Uuid) -> Outcome<Job> {
@@ -68,66 +90,48 @@ async fn insert(db: &mut Db, tenant: &Tenant, job: &Job) -> Outcome<()> {
     Ok(())
 }
 
-impl Write for InsertJob {
-    type Reply = Stored;
-
-    fn intent(&self) -> Intent<'_> {
-        Intent::job(self.job.id).receipt(&self.receipt)
-    }
-
-    async fn run(&self, tx: &mut Tx<'_>) -> Outcome<Stored> {
-        let job = &self.job;
-        tx.refuse_taken()?;
-        create(tx, job).await?;
-        let stored = Stored { number: 0, version: job.version };
-        tx.keep(&self.receipt, stored, None, job.created_at);
-        Ok(stored)
-    }
+pub async fn insert_job(tx: &mut Tx<'_>, write: &InsertJob) -> Outcome<Stored> {
+    let job = &write.job;
+    tx.refuse_taken()?;
+    create(tx, job).await?;
+    Ok(tx.keep(&write.receipt, Stored { number: 0, version: job.version }, None, job.created_at))
 }
 
-impl Write for PatchJob {
-    type Reply = Job;
-
-    fn intent(&self) -> Intent<'_> {
-        Intent::job(self.id)
+pub async fn patch_job(tx: &mut Tx<'_>, write: &PatchJob) -> Outcome<Job> {
+    let tenant = tx.tenant();
+    let before = located(tx.db(), tenant, write.id).await?;
+    refuse_purged(tx.db(), &before).await?;
+    write.precondition.check(before.version)?;
+    let after = before.patched(write.patch.clone(), write.now);
+    if after.gear != before.gear {
+        refuse_fewer_teeth(tx.db(), write.id, after.gear.as_ref()).await?;
     }
-
-    async fn run(&self, tx: &mut Tx<'_>) -> Outcome<Job> {
-        let tenant = tx.tenant();
-        let before = located(tx.db(), tenant, self.id).await?;
-        refuse_purged(tx.db(), &before).await?;
-        self.precondition.check(before.version)?;
-        let after = before.patched(self.patch.clone(), self.now);
-        if after.gear != before.gear {
-            refuse_fewer_teeth(tx.db(), self.id, after.gear.as_ref()).await?;
-        }
-        if after.version != before.version {
-            let mut entry = tx.draft(self.id, Action::ChangeJob, subject::job(self.id))?;
-            let db = tx.db();
-            db.run(
-                "UPDATE jobs SET name = $1, part_number = $2, serial_number = $3, machine = $4, gear = $5,
-                            requirements = $6, tags = $7, version = $8, updated_at = $9, folded = $10 WHERE id = $11",
-                args![
-                    &after.name,
-                    after.part_number.as_deref(),
-                    after.serial_number.as_deref(),
-                    after.machine.as_deref(),
-                    after.gear.as_deref(),
-                    after.requirements.as_deref(),
-                    tags_text(&after.tags),
-                    after.version,
-                    after.updated_at,
-                    after.searched(),
-                    self.id,
-                ],
-            )
-            .await?;
-            entry.note_stored(db, "jobs", "id = $1", args![self.id]).await?;
-            entry.note_event(db, self.id).await?;
-            tx.enter(entry);
-        }
-        Ok(after)
+    if after.version != before.version {
+        let mut entry = tx.draft(write.id, Action::ChangeJob, subject::job(write.id))?;
+        let db = tx.db();
+        db.run(
+            "UPDATE jobs SET name = $1, part_number = $2, serial_number = $3, machine = $4, gear = $5,
+                        requirements = $6, tags = $7, version = $8, updated_at = $9, folded = $10 WHERE id = $11",
+            args![
+                &after.name,
+                after.part_number.as_deref(),
+                after.serial_number.as_deref(),
+                after.machine.as_deref(),
+                after.gear.as_deref(),
+                after.requirements.as_deref(),
+                tags_text(&after.tags),
+                after.version,
+                after.updated_at,
+                after.searched(),
+                write.id,
+            ],
+        )
+        .await?;
+        entry.note_stored(db, "jobs", "id = $1", args![write.id]).await?;
+        entry.note_event(db, write.id).await?;
+        tx.enter(entry);
     }
+    Ok(after)
 }
 
 /// Refuses a gear without a tooth that the job's iterations, or streams that may become some, are
@@ -142,29 +146,21 @@ async fn refuse_fewer_teeth(db: &mut Db, job: Uuid, gear: Option<&JobGear>) -> O
     Ok(MeasuredTooth::check(measured, teeth)?)
 }
 
-impl Write for DeleteJob {
-    type Reply = ();
-
-    fn intent(&self) -> Intent<'_> {
-        Intent::job(self.id)
+pub async fn delete_job(tx: &mut Tx<'_>, write: &DeleteJob) -> Outcome<()> {
+    let tenant = tx.tenant();
+    let job = located(tx.db(), tenant, write.id).await?;
+    refuse_purged(tx.db(), &job).await?;
+    write.precondition.check(job.version)?;
+    let sql = "SELECT count(*) FROM iterations WHERE job = $1";
+    let iterations: u64 = tx.db().one(sql, args![write.id]).await?;
+    if iterations > 0 {
+        return Err(RepositoryError::HasIterations(iterations).into());
     }
-
-    async fn run(&self, tx: &mut Tx<'_>) -> Outcome<()> {
-        let tenant = tx.tenant();
-        let job = located(tx.db(), tenant, self.id).await?;
-        refuse_purged(tx.db(), &job).await?;
-        self.precondition.check(job.version)?;
-        let sql = "SELECT count(*) FROM iterations WHERE job = $1";
-        let iterations: u64 = tx.db().one(sql, args![self.id]).await?;
-        if iterations > 0 {
-            return Err(RepositoryError::HasIterations(iterations).into());
-        }
-        let entry = tx.draft(self.id, Action::DeleteJob, subject::job(self.id))?;
-        streams::release_job(tx.db(), self.id).await?;
-        tx.enter(entry);
-        tx.db().run("DELETE FROM jobs WHERE id = $1", args![self.id]).await?;
-        let told = "INSERT INTO told (tenant, job, state, created_at) VALUES ($1, $2, 'deleted', $3)";
-        tx.session.db.run(told, args![tenant, self.id, tx.asked.at]).await?;
-        Ok(())
-    }
+    let entry = tx.draft(write.id, Action::DeleteJob, subject::job(write.id))?;
+    streams::release_job(tx.db(), write.id).await?;
+    tx.enter(entry);
+    tx.db().run("DELETE FROM jobs WHERE id = $1", args![write.id]).await?;
+    let told = "INSERT INTO told (tenant, job, state, created_at) VALUES ($1, $2, 'deleted', $3)";
+    tx.session.db.run(told, args![tenant, write.id, tx.request.at]).await?;
+    Ok(())
 }

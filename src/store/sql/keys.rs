@@ -9,11 +9,7 @@
 
 use std::collections::HashMap;
 
-use jiff::Timestamp;
-use uuid::Uuid;
-
-use super::{around::around, db::Db, value::Value};
-use crate::jobs::{Answer, Receipt, RepositoryError, Stored, Tenant};
+use super::prelude::*;
 
 /// A key by its tenant, its text and its scope.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -37,7 +33,7 @@ impl OwnedKey {
 /// The keys of a transaction.
 #[derive(Default)]
 pub struct Keys {
-    /// Those that were free, with the answers to keep.
+    /// Those that were free, with the responses to keep.
     claimed: HashMap<OwnedKey, Option<Kept>>,
 }
 
@@ -123,7 +119,7 @@ impl Keys {
         self.claimed.insert(OwnedKey::of(tenant, receipt), Some(kept));
     }
 
-    /// Writes the answers and gives the other claims back.
+    /// Writes the responses and gives the other claims back.
     pub async fn write(&mut self, db: &mut Db) -> Result<(), sqlx::Error> {
         let claimed = std::mem::take(&mut self.claimed);
         let unused = claimed.iter().filter(|(_, kept)| kept.is_none()).map(|(key, _)| key.values());
@@ -162,5 +158,31 @@ impl Keys {
             "WHERE tenant = column1 AND key = column2 AND scope = column3",
         )
         .await
+    }
+}
+
+/// Returns the parts of a body before and after a text; `None` if the body does not contain it.
+///
+/// Answers end with the result of their fit, but for a few brackets; so it is looked for from the
+/// end.
+fn around<'a>(body: &'a [u8], text: &str) -> Option<(&'a [u8], &'a [u8])> {
+    let last = body.len().checked_sub(text.len())?;
+    let at = (0..=last).rev().find(|&at| body[at..].starts_with(text.as_bytes()))?;
+    Some((&body[..at], &body[at + text.len()..]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_parts_and_the_text_are_the_body() {
+        let parts = |body: &'static str, text| around(body.as_bytes(), text);
+        assert_eq!(parts("[{1}]", "{1}"), Some((b"[".as_slice(), b"]".as_slice())));
+        assert_eq!(parts("{1}", "{1}"), Some((b"".as_slice(), b"".as_slice())));
+        // the last of several
+        assert_eq!(parts("{1}{1},", "{1}"), Some((b"{1}".as_slice(), b",".as_slice())));
+        assert_eq!(parts("[{1}]", "{2}"), None);
+        assert_eq!(parts("{", "{1}"), None);
     }
 }

@@ -1,14 +1,10 @@
 //! Jobs and iterations that other statements are about.
 
-use uuid::Uuid;
-
 use super::{
-    db::{Db, Record},
-    error::{Outcome, StoreError},
+    db::Record,
     lists::{Counted, in_order},
-    row::JobPurge,
+    prelude::*,
 };
-use crate::jobs::{MAX_LISTED, RepositoryError, Resource, Tenant};
 
 /// The version of the iteration in the row `i`.
 macro_rules! iteration_version {

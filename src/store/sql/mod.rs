@@ -4,16 +4,15 @@
 //! statement, and `row/` has the rows that are read. The schemas have the same tables and keys, and
 //! views and triggers of the same names where the databases differ (`migrations/`).
 //!
-//! A read is a function with the name of the repository's method; a write is an `impl Write` of its
-//! struct in `writes`. Each table or two have a file with both. A `Handle` is the store as one
-//! caller sees it: reads go to the readers, and writes wait in a queue for a transaction that they
-//! share (`group`, [`Session`]).
+//! Reads and writes are functions with the names of the repository's methods; a write is described
+//! in `writes` and given as a struct. Each table or two have a file with both. A `Handle` is the
+//! store as one caller sees it: reads go to the readers, and writes wait in a queue for a
+//! transaction that they share (`group`, [`Session`]).
 
 #[macro_use]
 mod value;
 mod answers;
 mod api_keys;
-mod around;
 mod audit;
 mod auditor;
 mod blocks;
@@ -32,18 +31,15 @@ mod insert_iterations;
 mod iterations;
 mod job_list;
 mod jobs;
-mod keyed;
 mod keys;
 mod lists;
 mod locate;
 mod mappings;
-mod neighbours;
 mod plants;
 mod purges;
 mod queue;
 mod read_turns;
 mod records;
-mod row;
 mod rows;
 mod search;
 mod session;
@@ -61,7 +57,7 @@ pub use db::{Db, Pool};
 pub use error::failure;
 pub use group::run_group;
 pub use holdings::SqlHoldings;
-pub use queue::{Queued, Waiting, queue};
+pub use queue::{Group, Queued, Waiting, queue};
 #[cfg(test)]
 pub use read_turns::{EndsRead, Watch};
 pub use read_turns::{READ_TIME, READING, ReadTurns};
@@ -69,22 +65,38 @@ pub use session::{Proof, Session};
 pub use store::{Database, Shared, SqlStore, seconds};
 pub use value::Value;
 
-/// The reads, by the names of the repository's methods.
-mod reads {
+/// Reads and writes, by the names of the repository's methods.
+mod operations {
     pub use super::{
-        answers::answer,
-        api_keys::{find_certificate, find_key, has_keys, key, keys},
-        audit::{audit, seals},
-        blocks::{block_sha256, blocks, stream_state},
-        events::{all_events, events, last_event, last_place, tells_all_after},
-        fits::{fit, fits},
-        iterations::{iteration, iterations, measurand, nodes, nodes_up_to, predecessors, rounds, successors},
-        job_list::{job_counts, jobs},
-        jobs::job,
-        mappings::mapping,
-        plants::{plant, plants},
-        records::{latest_record, record, records},
-        streams::{stream, streams},
-        trace::trace,
+        answers::*, api_keys::*, audit::*, blocks::*, decisions::*, events::*, fits::*, insert_iterations::*,
+        iterations::*, job_list::*, jobs::*, mappings::*, plants::*, purges::*, records::*, streams::*, trace::*,
+    };
+}
+
+/// Names that the files of tables use.
+mod prelude {
+    pub use std::sync::Arc;
+
+    pub use jiff::Timestamp;
+    pub use uuid::Uuid;
+
+    pub use super::{
+        audit::Draft,
+        columns::Cell,
+        db::Db,
+        error::{Outcome, StoreError, damaged},
+        gone::JobPurge,
+        value::Value,
+        write::{Tx, Write},
+        writes::*,
+    };
+    pub(super) use super::{
+        audit::{entry_columns, seal_columns},
+        fits::figure_columns,
+        jobs::job_columns,
+    };
+    pub use crate::jobs::{
+        audit::{Action, Entry, Link, ListedEntry, Seal},
+        *,
     };
 }

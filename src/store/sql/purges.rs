@@ -2,41 +2,17 @@
 //! names; rows and numbers stay.
 
 use futures_util::TryStreamExt as _;
-use jiff::Timestamp;
-use uuid::Uuid;
 
-use super::{
-    columns::Cell,
-    db::Pool,
-    error::{Outcome, StoreError},
-    gone, jobs, subject,
-    write::{Intent, Tx, Write},
-    writes::PurgeJob,
-};
-use crate::jobs::{
-    Job, Purge, Stored, Tenant,
-    archive::Key,
-    audit::{Action, left},
-    rows::OF_JOBS,
-};
+use super::{db::Pool, gone, jobs, prelude::*, subject};
+use crate::jobs::{archive::Key, audit::left, rows::OF_JOBS};
 
-impl Write for PurgeJob {
-    type Reply = Stored;
-
-    fn intent(&self) -> Intent<'_> {
-        Intent { erases: true, ..Intent::job(self.purge.job) }.receipt(&self.receipt)
-    }
-
-    async fn run(&self, tx: &mut Tx<'_>) -> Outcome<Stored> {
-        let (new, tenant) = (&self.purge, tx.tenant());
-        let job = jobs::located(tx.db(), tenant, new.job).await?;
-        tx.refuse_taken()?;
-        gone::refuse(tx.db(), tenant, new.job).await?;
-        let version = purge(tx, new, job).await.map_err(StoreError::too_late)?;
-        let stored = Stored { number: 0, version };
-        tx.keep(&self.receipt, stored, None, new.at);
-        Ok(stored)
-    }
+pub async fn purge_job(tx: &mut Tx<'_>, write: &PurgeJob) -> Outcome<Stored> {
+    let (new, tenant) = (&write.purge, tx.tenant());
+    let job = jobs::located(tx.db(), tenant, new.job).await?;
+    tx.refuse_taken()?;
+    gone::refuse(tx.db(), tenant, new.job).await?;
+    let version = purge(tx, new, job).await.map_err(StoreError::too_late)?;
+    Ok(tx.keep(&write.receipt, Stored { number: 0, version }, None, new.at))
 }
 
 /// Purges a job, and enters that with digests of all that is left; returns the version of the job

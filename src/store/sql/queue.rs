@@ -4,27 +4,21 @@
 //! and of bytes, runs them inside one transaction and ends each write after the commit. While one
 //! group is being synced the next one gathers, so the more writes come, the more share a sync.
 
-use std::{pin::Pin, time::Instant};
+use std::{any::Any, pin::Pin, time::Instant};
 
 use sqlx::Error;
 use tokio::sync::{mpsc, oneshot};
 
-use super::{
-    error::StoreError,
-    session::Session,
-    write::{Asked, Tx, Write},
-    writes::InsertIteration,
-};
-use crate::jobs::RepositoryError;
+use super::{prelude::*, session::Session, write::Request};
 
 /// Writes in one transaction.
 const MOST_WRITES: usize = 128;
-/// Bytes of nodes and answers in one transaction, roughly: big node sets do not pile up in one.
+/// Bytes of nodes and responses in one transaction, roughly: big node sets do not pile up in one.
 const MOST_BYTES: usize = 32 << 20;
 
 /// A write with its outcome and the place of its reply.
 pub struct Pending<W: Write> {
-    pub asked: Asked,
+    pub request: Request,
     pub write: W,
     outcome: Option<Result<W::Reply, RepositoryError>>,
     reply: oneshot::Sender<Result<W::Reply, RepositoryError>>,
@@ -35,36 +29,40 @@ impl<W: Write> Pending<W> {
     pub fn note(&mut self, outcome: Result<W::Reply, RepositoryError>) {
         self.outcome = Some(outcome);
     }
-
-    fn end(self, failure: Option<RepositoryError>) {
-        let Pending { asked: _, write, outcome, reply } = self;
-        let lost = || Err(RepositoryError::Failed("a write ended without an outcome".into()));
-        let outcome = failure.map_or_else(|| outcome.unwrap_or_else(lost), Err);
-        // First of all the idempotency key is given back: the caller may ask again as soon as the
-        // outcome is known.
-        drop(write);
-        // Whoever asked may be gone; the write is done.
-        let _gone = reply.send(outcome);
-    }
 }
 
 type Running<'a> = Pin<Box<dyn Future<Output = Result<(), Error>> + Send + 'a>>;
 
-/// A pending write of any kind.
-pub trait AnyPending: Send {
-    fn asked(&self) -> &Asked;
+/// A write that waits, on its way through a transaction.
+pub trait Queued: Send {
+    /// Returns who requests it, and what it is about.
+    fn request(&self) -> &Request;
+
+    /// Returns a new iteration, which runs together with the others of its group.
+    fn iteration(&mut self) -> Option<&mut Pending<InsertIteration>>;
+
     fn run<'a>(&'a mut self, session: &'a mut Session) -> Running<'a>;
+
+    /// Replies, after the transaction: with the outcome, or with the reason why nothing of the
+    /// transaction was stored.
     fn end(self: Box<Self>, failure: Option<RepositoryError>);
 }
 
-impl<W: Write> AnyPending for Pending<W> {
-    fn asked(&self) -> &Asked {
-        &self.asked
+/// Writes that share a transaction.
+pub type Group = Vec<Box<dyn Queued>>;
+
+impl<W: Write> Queued for Pending<W> {
+    fn request(&self) -> &Request {
+        &self.request
+    }
+
+    fn iteration(&mut self) -> Option<&mut Pending<InsertIteration>> {
+        (self as &mut dyn Any).downcast_mut()
     }
 
     fn run<'a>(&'a mut self, session: &'a mut Session) -> Running<'a> {
         Box::pin(async move {
-            let outcome = match self.write.run(&mut Tx { session, asked: &self.asked }).await {
+            let outcome = match self.write.run(&mut Tx { session, request: &self.request }).await {
                 Ok(reply) => Ok(reply),
                 Err(StoreError::Refused(error)) => Err(error),
                 Err(StoreError::Broken(error)) => return Err(error),
@@ -75,38 +73,19 @@ impl<W: Write> AnyPending for Pending<W> {
     }
 
     fn end(self: Box<Self>, failure: Option<RepositoryError>) {
-        Pending::end(*self, failure);
-    }
-}
-
-/// A write that waits, on its way through a transaction.
-pub enum Queued {
-    /// Runs together with the others of its group.
-    Iteration(Box<Pending<InsertIteration>>),
-    Single(Box<dyn AnyPending>),
-}
-
-impl Queued {
-    /// Returns who asks for it, and what it is about.
-    pub fn asked(&self) -> &Asked {
-        match self {
-            Queued::Iteration(pending) => &pending.asked,
-            Queued::Single(pending) => pending.asked(),
-        }
-    }
-
-    /// Replies, after the transaction: with the outcome, or with the reason why nothing of the
-    /// transaction was stored.
-    pub fn end(self, failure: Option<RepositoryError>) {
-        match self {
-            Queued::Iteration(pending) => Pending::end(*pending, failure),
-            Queued::Single(pending) => pending.end(failure),
-        }
+        let Pending { request: _, write, outcome, reply } = *self;
+        let lost = || Err(RepositoryError::Failed("a write ended without an outcome".into()));
+        let outcome = failure.map_or_else(|| outcome.unwrap_or_else(lost), Err);
+        // First of all the idempotency key is given back: the caller may ask again as soon as the
+        // outcome is known.
+        drop(write);
+        // Whoever asked may be gone; the write is done.
+        let _gone = reply.send(outcome);
     }
 }
 
 enum Message {
-    Write(Queued),
+    Write(Box<dyn Queued>),
     /// Finish what was sent before, close the database, answer.
     Close(oneshot::Sender<()>),
 }
@@ -134,14 +113,14 @@ impl Queue {
     /// nothing.
     pub fn write<W: Write>(
         &self,
-        asked: Asked,
+        request: Request,
         write: W,
     ) -> impl Future<Output = Result<W::Reply, RepositoryError>> + use<W> {
         let begun = Instant::now();
         let seconds = self.seconds.clone();
         let (reply, outcome) = oneshot::channel();
-        let write = W::queued(Pending { asked, write, outcome: None, reply });
-        let sent = self.sender.try_send(Message::Write(write)).map_err(|error| match error {
+        let write = Pending { request, write, outcome: None, reply };
+        let sent = self.sender.try_send(Message::Write(Box::new(write))).map_err(|error| match error {
             mpsc::error::TrySendError::Full(_) => RepositoryError::Overloaded,
             mpsc::error::TrySendError::Closed(_) => closed(),
         });
@@ -165,7 +144,7 @@ impl Queue {
 
 impl Waiting {
     /// Returns all writes that wait, up to the limits, at least one; `None` when no more can come.
-    pub async fn next_group(&mut self) -> Option<Vec<Queued>> {
+    pub async fn next_group(&mut self) -> Option<Group> {
         let mut group = Vec::new();
         let mut bytes = 0;
         while group.is_empty() {
@@ -173,7 +152,7 @@ impl Waiting {
             while let Some(message) = next {
                 match message {
                     Message::Write(write) => {
-                        bytes += write.asked().bytes;
+                        bytes += write.request().bytes;
                         group.push(write);
                     }
                     Message::Close(closed) => {
@@ -219,7 +198,7 @@ mod tests {
     /// Returns the sizes of the groups in which writes of so many bytes are taken out.
     async fn groups(writes: &[usize]) -> Vec<usize> {
         let (queue, mut waiting) = queue(writes.len(), metrics::Histogram::noop());
-        let of = |bytes: &usize| queue.write(Asked::of_nobody(Subject::Nothing, *bytes), Nothing);
+        let of = |bytes: &usize| queue.write(Request::of_nobody(Subject::Nothing, *bytes), Nothing);
         let _all: Vec<_> = writes.iter().map(of).collect();
         drop(queue);
         let mut sizes = Vec::new();

@@ -1,42 +1,28 @@
 //! Records of an iteration.
 
-use uuid::Uuid;
-
 use super::{
-    audit::{self, Draft},
-    db::Db,
-    error::Outcome,
-    gone,
+    audit, gone,
     lists::{Listed, page},
-    locate, subject,
-    value::Value,
-    write::{Intent, Tx, Write},
-    writes::InsertRecord,
-};
-use crate::jobs::{
-    Caller, Page, PageRequest, Record, RecordDraft, RecordKind, RecordSummary, RepositoryError, Resource, Stored,
-    audit::Action,
+    locate,
+    prelude::*,
+    subject,
 };
 
-impl Write for InsertRecord {
-    type Reply = Stored;
+from_row! {
+    RecordSummary { id, kind, method, created_at, by = "actor", measurand }
+    RecordDraft { kind, method, request, result, gear, class, measurand }
+    Record { @draft, id, created_at, by = "actor" }
+}
 
-    fn intent(&self) -> Intent<'_> {
-        Intent::job(self.job).receipt(&self.receipt).bytes(self.record.bytes())
-    }
-
-    async fn run(&self, tx: &mut Tx<'_>) -> Outcome<Stored> {
-        let (InsertRecord { job, number, record, receipt }, tenant) = (self, tx.tenant());
-        let version = locate::version(tx.db(), tenant, *job, *number).await?;
-        tx.refuse_taken()?;
-        let mut entry = tx.draft(*job, Action::AddRecord, subject::record(*job, *number, record.id))?;
-        insert_next(tx.db(), *job, *number, record, &mut entry).await?;
-        tx.enter(entry);
-        // a record does not change the version of its iteration
-        let stored = Stored { number: *number, version };
-        tx.keep(receipt, stored, None, record.created_at);
-        Ok(stored)
-    }
+pub async fn insert_record(tx: &mut Tx<'_>, write: &InsertRecord) -> Outcome<Stored> {
+    let (InsertRecord { job, number, record, receipt }, tenant) = (write, tx.tenant());
+    let version = locate::version(tx.db(), tenant, *job, *number).await?;
+    tx.refuse_taken()?;
+    let mut entry = tx.draft(*job, Action::AddRecord, subject::record(*job, *number, record.id))?;
+    insert_next(tx.db(), *job, *number, record, &mut entry).await?;
+    tx.enter(entry);
+    // a record does not change the version of its iteration
+    Ok(tx.keep(receipt, Stored { number: *number, version }, None, record.created_at))
 }
 
 /// Adds a record to those of an iteration.

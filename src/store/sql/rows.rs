@@ -1,15 +1,9 @@
 //! Rows of the tables that the audit and the archive know, read by the columns of these.
 
 use futures_util::{StreamExt as _, stream::BoxStream};
-use jiff::Timestamp;
 use sqlx::{AssertSqlSafe, ColumnIndex, Decode, Postgres, Sqlite, Type};
-use uuid::Uuid;
 
-use super::{
-    columns::{Cell, Document},
-    db::{Db, encoded},
-    value::Value,
-};
+use super::{columns::Document, db::encoded, prelude::*};
 use crate::jobs::rows::{Kind, Row, Table};
 
 impl Db {

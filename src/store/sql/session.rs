@@ -1,15 +1,11 @@
 //! A connection that writes, and what its transaction holds.
 
-use uuid::Uuid;
-
 use super::{
-    audit::{self, Draft},
-    db::Db,
-    error::Outcome,
+    audit,
     keys::Keys,
-    write::{Asked, Subject},
+    prelude::*,
+    write::{Request, Subject},
 };
-use crate::jobs::Tenant;
 
 /// See the module's documentation.
 pub struct Session {
@@ -30,10 +26,10 @@ impl Session {
     }
 
     /// Locks the jobs and claims the idempotency keys of a group, each in ascending order.
-    pub async fn lock(&mut self, asked: Vec<&Asked>) -> Result<(), sqlx::Error> {
+    pub async fn lock(&mut self, request: Vec<&Request>) -> Result<(), sqlx::Error> {
         let (mut jobs, mut streams) = (Vec::new(), Vec::new());
-        for asked in &asked {
-            match asked.subject {
+        for request in &request {
+            match request.subject {
                 Subject::Job(id) => jobs.push(id),
                 Subject::Stream(id) => streams.push(id),
                 Subject::Nothing => {}
@@ -47,7 +43,7 @@ impl Session {
             let lock = "SELECT id FROM jobs WHERE id IN ({ids}) ORDER BY id FOR NO KEY UPDATE";
             self.db.of_ids::<(Uuid,)>(lock, jobs.iter().copied()).await?;
         }
-        self.keys.claim(&mut self.db, asked.iter().filter_map(|asked| asked.key.as_ref()).collect()).await
+        self.keys.claim(&mut self.db, request.iter().filter_map(|request| request.key.as_ref()).collect()).await
     }
 
     /// Waits until no other transaction changes the tenant or its keys, and lets none do so until
@@ -60,8 +56,8 @@ impl Session {
         Ok(())
     }
 
-    /// Stores the answers and entries of the transaction; returns the proof that it was committed,
-    /// once it was.
+    /// Stores the responses and entries of the transaction; returns the proof that it was
+    /// committed, once it was.
     pub async fn finish(&mut self) -> Result<Option<Proof>, sqlx::Error> {
         self.keys.write(&mut self.db).await?;
         let entries: Vec<_> = self.entries.drain(..).map(Draft::end).collect();

@@ -3,25 +3,25 @@
 use std::{pin::Pin, sync::Arc, time::Instant};
 
 use futures_util::future::join_all;
-use jiff::Timestamp;
 
 use super::{
     answers::ForgetAnswers,
     auditor::{SealAudit, SqlAuditor},
     db::Pool,
-    error::reported,
+    error::reading,
     events::ForgetTold,
     handle::Handle,
     holdings::SqlHoldings,
+    prelude::*,
     purges,
     queue::Queue,
     read_turns::ReadTurns,
     upkeep::{self, Probe},
-    write::{Asked, Subject, Write},
+    write::{Request, Subject},
 };
 use crate::{
     jobs::{
-        self, Caller, Clock, Credentials, Keys, Repository, RepositoryFuture, Upkeep, Wakes,
+        self,
         archive::{Holdings, Key},
         audit::{Auditor, Sealed, Sealing},
     },
@@ -82,7 +82,7 @@ impl Database {
     }
 
     fn write<W: Write>(&self, write: W) -> RepositoryFuture<'_, W::Reply> {
-        Box::pin(self.queue(Subject::Nothing).write(Asked::of_nobody(Subject::Nothing, 0), write))
+        Box::pin(self.queue(Subject::Nothing).write(Request::of_nobody(Subject::Nothing, 0), write))
     }
 }
 
@@ -126,7 +126,7 @@ impl Upkeep for SqlStore {
     }
 
     fn untouched(&self, since: Timestamp, after: Option<Key>, most: u32) -> RepositoryFuture<'_, Vec<Key>> {
-        Box::pin(async move { purges::untouched(&self.0.aside, since, after, most).await.map_err(reported) })
+        reading(purges::untouched(&self.0.aside, since, after, most))
     }
 
     fn check_writable(&self, now: Timestamp) -> RepositoryFuture<'_, ()> {

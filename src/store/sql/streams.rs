@@ -1,23 +1,14 @@
 //! Streams: from their opening to the iteration that they become.
 
-use uuid::Uuid;
+use super::{gone, incoming::Incoming, insert_iterations, locate, prelude::*, subject};
 
-use super::{
-    db::Db,
-    error::Outcome,
-    gone,
-    incoming::Incoming,
-    insert_iterations, locate,
-    row::JobPurge,
-    subject,
-    value::Value,
-    write::{Intent, Tx, Write},
-    writes::{DeleteStream, FinishStream, InsertStream},
-};
-use crate::jobs::{
-    Caller, Cursor, FinishedStream, JobGear, Page, PageRequest, RepositoryError, Resource, Stored, Stream, Tenant,
-    audit::Action,
-};
+from_row! {
+    Stream {
+        @measurand,
+        id, job_id, spec, forgetting_factor, sequence, node_count, input_sha256, iteration, version, created_at,
+        updated_at,
+    }
+}
 
 /// The columns of a [`Stream`].
 macro_rules! stream_columns {
@@ -67,109 +58,82 @@ row! {
     }
 }
 
-impl Write for InsertStream {
-    type Reply = Stored;
+pub async fn insert_stream(tx: &mut Tx<'_>, write: &InsertStream) -> Outcome<Stored> {
+    let (stream, tenant) = (&write.stream, tx.tenant());
+    let sql = "SELECT gear, purged_at, (SELECT reason FROM purges WHERE job = id) AS purge_reason
+               FROM jobs WHERE id = $1 AND tenant = $2";
+    let job: Option<JobOfStream> = tx.db().maybe(sql, args![stream.job_id, tenant]).await?;
+    let JobOfStream { purge, gear } = job.ok_or(RepositoryError::NotFound(Resource::Job))?;
+    purge.refuse()?;
+    tx.refuse_taken()?;
+    stream.measurand.check_tooth(gear.as_ref().and_then(JobGear::teeth))?;
+    let mut entry = tx.draft(stream.job_id, Action::OpenStream, subject::stream(stream.id))?;
+    let db = tx.db();
+    db.run(
+        "INSERT INTO streams (id, job, spec, forgetting_factor, sequence, node_count, input_sha256, version,
+                                  created_at, updated_at, flank, tooth, axes)
+             VALUES ($1, $2, $3, $4, 0, 0, $5, 1, $6, $6, $7, $8, $9)",
+        args![
+            stream.id,
+            stream.job_id,
+            Value::document(&stream.spec),
+            stream.forgetting_factor,
+            &stream.input_sha256,
+            stream.created_at,
+            stream.measurand.flank_name(),
+            stream.measurand.tooth.as_deref(),
+            stream.measurand.axes.as_deref(),
+        ],
+    )
+    .await?;
+    entry.note_stored(db, "streams", "id = $1", args![stream.id]).await?;
+    entry.note_event(db, stream.job_id).await?;
+    tx.enter(entry);
+    Ok(tx.keep(&write.receipt, Stored { number: 0, version: 1 }, None, stream.created_at))
+}
 
-    fn intent(&self) -> Intent<'_> {
-        Intent::job(self.stream.job_id).receipt(&self.receipt)
+/// The iteration is inserted like any other; the blocks go, since the iteration holds the
+/// nodes.
+pub async fn finish_stream(tx: &mut Tx<'_>, write: &FinishStream) -> Outcome<Stored> {
+    let (finished, tenant) = (&write.finished, tx.tenant());
+    let stream = located(tx.db(), tenant, finished.stream).await?;
+    stream.check_open()?;
+    if finished.sequence != stream.sequence {
+        return Err(RepositoryError::UnexpectedBlock { expected: stream.expected() }.into());
     }
-
-    async fn run(&self, tx: &mut Tx<'_>) -> Outcome<Stored> {
-        let (stream, tenant) = (&self.stream, tx.tenant());
-        let sql = "SELECT gear, purged_at, (SELECT reason FROM purges WHERE job = id) AS purge_reason
-                   FROM jobs WHERE id = $1 AND tenant = $2";
-        let job: Option<JobOfStream> = tx.db().maybe(sql, args![stream.job_id, tenant]).await?;
-        let JobOfStream { purge, gear } = job.ok_or(RepositoryError::NotFound(Resource::Job))?;
-        purge.refuse()?;
-        tx.refuse_taken()?;
-        stream.measurand.check_tooth(gear.as_ref().and_then(JobGear::teeth))?;
-        let mut entry = tx.draft(stream.job_id, Action::OpenStream, subject::stream(stream.id))?;
-        let db = tx.db();
-        db.run(
-            "INSERT INTO streams (id, job, spec, forgetting_factor, sequence, node_count, input_sha256, version,
-                                      created_at, updated_at, flank, tooth, axes)
-                 VALUES ($1, $2, $3, $4, 0, 0, $5, 1, $6, $6, $7, $8, $9)",
-            args![
-                stream.id,
-                stream.job_id,
-                Value::document(&stream.spec),
-                stream.forgetting_factor,
-                &stream.input_sha256,
-                stream.created_at,
-                stream.measurand.flank_name(),
-                stream.measurand.tooth.as_deref(),
-                stream.measurand.axes.as_deref(),
-            ],
+    let incoming =
+        Incoming { stream: Some(stream.id), ..Incoming::of(tx.request, &finished.iteration, write.receipt.as_ref()) };
+    let stored = insert_iterations::one(tx.session, incoming).await?;
+    let version = stream.version + 1;
+    tx.db()
+        .run(
+            "UPDATE streams SET version = $1, updated_at = $2, iteration = $3 WHERE id = $4",
+            args![version, finished.iteration.created_at, stored.number, stream.id],
         )
         .await?;
-        entry.note_stored(db, "streams", "id = $1", args![stream.id]).await?;
-        entry.note_event(db, stream.job_id).await?;
-        tx.enter(entry);
-        let stored = Stored { number: 0, version: 1 };
-        tx.keep(&self.receipt, stored, None, stream.created_at);
-        Ok(stored)
+    let Tx { session, .. } = tx;
+    delete_blocks(&mut session.db, stream.id).await?;
+    // that of its iteration
+    if let Some(entry) = session.entries.last_mut() {
+        entry.note_stored(&mut session.db, "streams", "id = $1", args![stream.id]).await?;
+        entry.note_event(&mut session.db, stream.job_id).await?;
     }
+    Ok(stored)
 }
 
-impl Write for FinishStream {
-    type Reply = Stored;
-
-    fn intent(&self) -> Intent<'_> {
-        let FinishedStream { stream, iteration, .. } = &self.finished;
-        Intent::stream(*stream).bytes(iteration.bytes()).receipt(&self.receipt)
-    }
-
-    /// The iteration is inserted like any other; the blocks go, since the iteration holds the
-    /// nodes.
-    async fn run(&self, tx: &mut Tx<'_>) -> Outcome<Stored> {
-        let (finished, tenant) = (&self.finished, tx.tenant());
-        let stream = located(tx.db(), tenant, finished.stream).await?;
-        stream.check_open()?;
-        if finished.sequence != stream.sequence {
-            return Err(RepositoryError::UnexpectedBlock { expected: stream.expected() }.into());
-        }
-        let incoming =
-            Incoming { stream: Some(stream.id), ..Incoming::of(tx.asked, &finished.iteration, self.receipt.as_ref()) };
-        let stored = insert_iterations::one(tx.session, incoming).await?;
-        let version = stream.version + 1;
-        tx.db()
-            .run(
-                "UPDATE streams SET version = $1, updated_at = $2, iteration = $3 WHERE id = $4",
-                args![version, finished.iteration.created_at, stored.number, stream.id],
-            )
-            .await?;
-        let Tx { session, .. } = tx;
-        delete_blocks(&mut session.db, stream.id).await?;
-        // that of its iteration
-        if let Some(entry) = session.entries.last_mut() {
-            entry.note_stored(&mut session.db, "streams", "id = $1", args![stream.id]).await?;
-            entry.note_event(&mut session.db, stream.job_id).await?;
-        }
-        Ok(stored)
-    }
-}
-
-impl Write for DeleteStream {
-    type Reply = ();
-
-    fn intent(&self) -> Intent<'_> {
-        Intent::stream(self.id)
-    }
-
-    async fn run(&self, tx: &mut Tx<'_>) -> Outcome<()> {
-        let tenant = tx.tenant();
-        let stream = located(tx.db(), tenant, self.id).await?;
-        self.precondition.check(stream.version)?;
-        let mut entry = tx.draft(stream.job_id, Action::DeleteStream, subject::stream(self.id))?;
-        let db = tx.db();
-        delete_blocks(db, self.id).await?;
-        // the event of the deletion has this time
-        db.run("UPDATE streams SET updated_at = $1 WHERE id = $2", args![self.now, self.id]).await?;
-        db.run("DELETE FROM streams WHERE id = $1", args![self.id]).await?;
-        entry.note_event(db, stream.job_id).await?;
-        tx.enter(entry);
-        Ok(())
-    }
+pub async fn delete_stream(tx: &mut Tx<'_>, write: &DeleteStream) -> Outcome<()> {
+    let tenant = tx.tenant();
+    let stream = located(tx.db(), tenant, write.id).await?;
+    write.precondition.check(stream.version)?;
+    let mut entry = tx.draft(stream.job_id, Action::DeleteStream, subject::stream(write.id))?;
+    let db = tx.db();
+    delete_blocks(db, write.id).await?;
+    // the event of the deletion has this time
+    db.run("UPDATE streams SET updated_at = $1 WHERE id = $2", args![write.now, write.id]).await?;
+    db.run("DELETE FROM streams WHERE id = $1", args![write.id]).await?;
+    entry.note_event(db, stream.job_id).await?;
+    tx.enter(entry);
+    Ok(())
 }
 
 async fn delete_blocks(db: &mut Db, stream: Uuid) -> Outcome<()> {

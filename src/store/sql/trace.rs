@@ -1,9 +1,6 @@
 //! The trace of a job.
 
-use uuid::Uuid;
-
-use super::{db::Db, decisions, error::Outcome, fits, jobs, records};
-use crate::jobs::{Caller, Cursor, Earlier, PageRequest, Trace, TracedIteration};
+use super::{decisions, fits, jobs, prelude::*, records};
 
 /// Text of coefficients on a page of the trace, in addition to the first iteration.
 const MOST_TEXT: usize = 4 << 20;

@@ -1,18 +1,9 @@
-//! Checks that the database answers and accepts writes.
+//! Checks that the database responds and accepts writes.
 
-use jiff::{SignedDuration, Timestamp};
+use jiff::SignedDuration;
 
-use super::{
-    db::{Db, Pool},
-    error::Outcome,
-    failure,
-    write::{Tx, Write},
-};
-use crate::{
-    jobs::{Clock, RepositoryError, Unfit},
-    store::postgres,
-    telemetry,
-};
+use super::{db::Pool, failure, prelude::*};
+use crate::{store::postgres, telemetry};
 
 /// Clocks that differ by more are warned about, and those that differ by much more are not served
 /// with: processes on one database give times to what they store.

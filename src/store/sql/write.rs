@@ -8,7 +8,6 @@ use super::{
     db::Db,
     error::Outcome,
     keys::{OwnedKey, StoredFit},
-    queue::{Pending, Queued},
     session::Session,
 };
 use crate::jobs::{
@@ -71,16 +70,11 @@ pub trait Write: Send + Sync + Sized + 'static {
     }
 
     fn run(&self, tx: &mut Tx<'_>) -> impl Future<Output = Outcome<Self::Reply>> + Send;
-
-    /// Returns how it waits: alone, unless it runs together with others of its kind.
-    fn queued(pending: Pending<Self>) -> Queued {
-        Queued::Single(Box::new(pending))
-    }
 }
 
 /// Who asks for a write, and what it is about.
 #[derive(Debug)]
-pub struct Asked {
+pub struct Request {
     pub caller: Caller,
     pub at: Timestamp,
     pub subject: Subject,
@@ -89,17 +83,17 @@ pub struct Asked {
     pub key: Option<OwnedKey>,
 }
 
-impl Asked {
+impl Request {
     pub fn of(caller: Caller, at: Timestamp, intent: Intent<'_>) -> Self {
         let Intent { subject, bytes, receipt, erases } = intent;
         let key = receipt.map(|receipt| OwnedKey::of(&caller.tenant, receipt));
-        Asked { caller, at, subject, bytes, erases, key }
+        Request { caller, at, subject, bytes, erases, key }
     }
 
     /// A write of the server itself, which is not audited.
     pub fn of_nobody(subject: Subject, bytes: usize) -> Self {
         let intent = Intent { subject, bytes, ..Intent::default() };
-        Asked::of(Caller::nobody(), Timestamp::UNIX_EPOCH, intent)
+        Request::of(Caller::nobody(), Timestamp::UNIX_EPOCH, intent)
     }
 
     pub fn by(&self) -> By<'_> {
@@ -110,7 +104,7 @@ impl Asked {
 /// A write inside its transaction.
 pub struct Tx<'a> {
     pub session: &'a mut Session,
-    pub asked: &'a Asked,
+    pub request: &'a Request,
 }
 
 impl<'a> Tx<'a> {
@@ -119,26 +113,33 @@ impl<'a> Tx<'a> {
     }
 
     pub fn by(&self) -> By<'a> {
-        self.asked.by()
+        self.request.by()
     }
 
     pub fn tenant(&self) -> &'a Tenant {
-        &self.asked.caller.tenant
+        &self.request.caller.tenant
     }
 
     /// Refuses a request whose key has an answer already (its client asked twice, and the other
     /// request was first).
     pub fn refuse_taken(&self) -> Outcome<()> {
-        Ok(self.session.keys.refuse_taken(self.asked.key.as_ref())?)
+        Ok(self.session.keys.refuse_taken(self.request.key.as_ref())?)
     }
 
-    /// Keeps the answer in the transaction of the change that it describes.
-    pub fn keep(&mut self, receipt: &Option<Receipt>, stored: Stored, fit: Option<StoredFit<'_>>, now: Timestamp) {
-        let about = match self.asked.subject {
+    /// Keeps the response in the transaction of the change that it describes.
+    pub fn keep(
+        &mut self,
+        receipt: &Option<Receipt>,
+        stored: Stored,
+        fit: Option<StoredFit<'_>>,
+        now: Timestamp,
+    ) -> Stored {
+        let about = match self.request.subject {
             Subject::Job(id) | Subject::Stream(id) => Some(id),
             Subject::Nothing => None,
         };
         self.session.keys.keep(self.tenant(), receipt.as_ref(), about, stored, fit, now);
+        stored
     }
 
     /// Begins the entry of a change of a job of the caller.

@@ -18,7 +18,7 @@ use super::{
 };
 use crate::{
     jobs::{RepositoryError, Unfit},
-    store::sql::{Db, Queued, Session, Waiting, run_group, seconds},
+    store::sql::{Db, Group, Queued, Session, Waiting, run_group, seconds},
 };
 
 /// SQLite's primary codes for data it will not have: constraint, mismatch, too big.
@@ -111,8 +111,8 @@ impl Writer {
         if self.misplaced { Err(Unfit::Misplaced) } else { Ok(()) }
     }
 
-    async fn serve(&mut self, mut group: Vec<Queued>) {
-        let refuse = |group: Vec<Queued>, why| {
+    async fn serve(&mut self, mut group: Group) {
+        let refuse = |group: Group, why| {
             group.into_iter().for_each(|write| write.end(Some(RepositoryError::Unfit(why))));
         };
         if let Err(why) = self.check_files() {
@@ -124,7 +124,7 @@ impl Writer {
         {
             return refuse(group, why);
         }
-        if stored.is_ok() && group.iter().any(|write| write.asked().erases) {
+        if stored.is_ok() && group.iter().any(|write| write.request().erases) {
             self.erase().await;
         }
         match stored {
@@ -161,7 +161,7 @@ impl Writer {
     }
 
     /// One transaction. Afterwards it is committed or undone, whatever happened.
-    async fn transact(&mut self, group: &mut [Queued]) -> Result<(), sqlx::Error> {
+    async fn transact(&mut self, group: &mut [Box<dyn Queued>]) -> Result<(), sqlx::Error> {
         let result = run(&mut self.session, group).await;
         if let Err(error) = &result {
             // SQLite undoes some failed transactions itself and then says that there is none: both
@@ -182,9 +182,9 @@ impl Writer {
     }
 }
 
-async fn run(session: &mut Session, group: &mut [Queued]) -> Result<(), sqlx::Error> {
+async fn run(session: &mut Session, group: &mut [Box<dyn Queued>]) -> Result<(), sqlx::Error> {
     session.db.run("BEGIN IMMEDIATE", &[]).await?;
-    session.lock(group.iter().map(Queued::asked).collect()).await?;
+    session.lock(group.iter().map(|write| write.request()).collect()).await?;
     run_group(session, group).await?;
     session.finish().await?;
     session.db.run("COMMIT", &[]).await?;

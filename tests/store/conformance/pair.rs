@@ -138,14 +138,15 @@ fn seen_by(handles: &[Arc<dyn Store>; 2], tenant: &str, exercised: &Arc<Exercise
 
 impl<T: ?Sized + Send + Sync> Turns<T> {
     /// Asks whichever handle has its turn.
-    pub fn ask<'a, R: Send + 'a>(
-        &'a self,
+    pub fn ask<R: Send + 'static>(
+        &self,
         operation: &'static str,
-        ask: impl FnOnce(&'a T) -> RepositoryFuture<'a, R>,
-    ) -> RepositoryFuture<'a, R> {
+        ask: impl FnOnce(&T) -> RepositoryFuture<'static, R>,
+    ) -> RepositoryFuture<'static, R> {
         self.exercised.operation(operation);
         let turn = self.next.fetch_add(1, Ordering::Relaxed);
         let asked = ask(&*self.handles[turn % 2]);
-        Box::pin(async move { asked.await.inspect_err(|error| self.exercised.error(error)) })
+        let exercised = self.exercised.clone();
+        Box::pin(async move { asked.await.inspect_err(|error| exercised.error(error)) })
     }
 }

@@ -231,10 +231,10 @@ macro_rules! take_turns {
         }
 
         impl $Trait for Turns<dyn $Trait> {
-            $(fn $read(&self, $($of: $what),*) -> RepositoryFuture<'_, $found> {
+            $(fn $read(&self, $($of: $what),*) -> RepositoryFuture<'static, $found> {
                 self.ask(stringify!($read), |handle| handle.$read($($of),*))
             })*
-            $(fn $write(&self, $($with: $given),*) -> RepositoryFuture<'_, $reply> {
+            $(fn $write(&self, $($with: $given),*) -> RepositoryFuture<'static, $reply> {
                 self.ask(stringify!($write), |handle| handle.$write($($with),*))
             })*
         }
