@@ -4,8 +4,8 @@ use std::fs;
 
 use crate::{root, rust_files};
 
-const FOLDERS: &str = "benches engine/estimation engine/formats engine/numerics engine/tests \
-                       src/cli/demo src/config src/jobs src/oidc src/pool src/store src/telemetry tests xtask";
+const FOLDERS: &str =
+    "benches engine src/cli/demo src/config src/jobs src/oidc src/pool src/store src/telemetry tests xtask";
 
 /// Words with which a doc comment does not begin.
 const BEGINNINGS: [&str; 5] = ["Of ", "What ", "Whether it ", "Where ", "There "];

@@ -27,7 +27,7 @@ impl Gear {
         Ok(gear)
     }
 
-    /// Between root and tip there must be a tooth, and a space beside it.
+    /// Between root and tip there must be a tooth and a space.
     fn check_tooth(&self) -> Result<(), Faults> {
         let flank = Flank::new(self, Side::Left);
         let half_tooth = |radius: f64| flank.half_angle(self.roll_length(2.0 * radius).unwrap_or(0.0));

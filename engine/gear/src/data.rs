@@ -64,11 +64,11 @@ pub struct Tool {
     /// Addendum h_aP0* in normal modules, from the datum line, on which tooth and space of the tool
     /// are equal.
     pub addendum_factor: f64,
-    /// How far the tip's rounding stands out of the straight flank, mm along its normal.
+    /// Distance by which the tip's rounding protrudes from the straight flank, mm along its normal.
     pub protuberance: f64,
 }
 
-/// What is asked for. Lengths mm, angles rad.
+/// Data of a gear as given. Lengths mm, angles rad.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GearData {
     /// Number of teeth z, above 0 on internal gears too.
@@ -128,7 +128,7 @@ pub struct Gear {
 }
 
 impl Gear {
-    /// What follows from data that have been checked.
+    /// Returns what follows from data that have been checked.
     pub(super) fn derived(data: GearData) -> Self {
         let module = data.normal_module / data.helix_angle.cos();
         let reference = 0.5 * f64::from(data.teeth) * module;
@@ -164,7 +164,7 @@ impl Gear {
         (!there).then(|| format!("{tooth} is not within 1 and {teeth}, the number of teeth"))
     }
 
-    /// What was asked for.
+    /// Returns the data as given.
     pub fn data(&self) -> &GearData {
         &self.data
     }

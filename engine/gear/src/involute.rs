@@ -25,7 +25,7 @@ use flankfit_geometry::space::Vector;
 /// ```
 pub fn inv_of_roll(roll: f64) -> f64 {
     if roll.abs() < 0.5 {
-        // ξ − arctan ξ = ξ³/3 − ξ⁵/5 + …, whose terms beyond these are below the last place of the
+        // ξ − arctan ξ = ξ³/3 − ξ⁵/5 + …, whose terms after these are below the last place of the
         // first.
         let square = roll * roll;
         let mut sum = 0.0;
@@ -96,13 +96,13 @@ impl<'a> Flank<'a> {
         self.side.sign() * self.gear.outward()
     }
 
-    /// Where the involute starts on the base circle of z = 0, rad counterclockwise from the tooth's
-    /// middle.
+    /// Angle of the involute's start on the base circle of z = 0, rad counterclockwise from the
+    /// tooth's middle.
     pub fn start_angle(&self) -> f64 {
         self.start_angle
     }
 
-    /// Half the tooth's angle at a roll length, rad; negative beyond the point of a pointed tooth.
+    /// Half the tooth's angle at a roll length, rad; negative above the tip of a pointed tooth.
     pub fn half_angle(&self, roll_length: f64) -> f64 {
         let inv = inv_of_roll(roll_length / self.gear.base_radius());
         self.side.sign() * self.start_angle() - self.gear.outward() * inv

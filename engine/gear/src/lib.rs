@@ -3,8 +3,8 @@
 //! Conventions. Lengths in mm, deviations in µm, angles in radians.
 //! The z axis is the gear's and points to the viewer, the tooth of a section z = 0 points up (+y)
 //! and is symmetrical about the y axis. *Left* and *right* flank are those that the viewer sees on
-//! the left (−x) and on the right of the tooth. A deviation is positive where material stands out
-//! of the nominal flank.
+//! the left (−x) and on the right of the tooth. A deviation is positive where material protrudes
+//! from the nominal flank.
 //!
 //! Nothing here solves a least-squares problem of its own: lines, surfaces, registration and
 //! correction are fits of [`flankfit_estimation`].

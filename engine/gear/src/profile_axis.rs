@@ -21,7 +21,7 @@ pub enum ProfileAxis {
     Diameter,
 }
 
-/// What no gear reaches, and no square of it overflows, mm.
+/// Roll length that no gear reaches, and whose square does not overflow, mm.
 const MOST_ROLL_LENGTH: f64 = 1e7;
 
 impl ProfileAxis {

@@ -10,7 +10,7 @@ use std::f64::consts::SQRT_2;
 use super::Gear;
 use flankfit_numerics::words::Shown;
 
-/// What the standard gives tolerances for, in the order in which they are listed.
+/// Deviations that the standard gives tolerances for, in the order in which they are listed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Characteristic {
     /// f_p.
@@ -121,7 +121,7 @@ pub struct Excess {
     pub quantity: Quantity,
     /// Its value on this gear: a count, mm or degrees.
     pub value: f64,
-    /// What the standard covers, both ends included.
+    /// Range that the standard covers, both ends included.
     pub scope: [f64; 2],
 }
 
@@ -282,7 +282,7 @@ pub(crate) fn numbered<const N: usize>(named: [(&str, Option<Class>); N]) -> ([O
 }
 
 impl Class {
-    /// Returns the number of the class; `None` beyond the coarsest one.
+    /// Returns the number of the class; `None` above the coarsest one.
     pub fn number(self) -> Option<u8> {
         match self {
             Class::Within(number) => Some(number),

@@ -1,6 +1,6 @@
 //! Names of teeth, as traces and iterations carry them. This is the only place that reads one.
 //!
-//! A tooth is called by its number from 1, `12`; what stands behind the number belongs to the name,
+//! A tooth is called by its number from 1, `12`; what follows the number belongs to the name,
 //! and one letter of four says where on the flank a trace lies, `12k`. Names that are no numbers
 //! are allowed, since instruments have them (`B`, `master`), and are compared as they stand. A
 //! number is written in one way: `01`, `+1` and ` 1` would be further names of tooth 1, `-1` and
@@ -8,7 +8,7 @@
 
 use std::fmt;
 
-/// Where on its flank a trace lies, as the letter behind the tooth's number says.
+/// Position of a trace on its flank, as the letter after the tooth's number says.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Position {
     /// No letter of the four below: the trace that counts in means.
@@ -52,7 +52,7 @@ impl Position {
     }
 }
 
-/// What is wrong with the name of a tooth.
+/// Error in the name of a tooth.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum NameFault {
     /// Nothing, or blanks only.
@@ -143,7 +143,7 @@ mod tests {
         assert_eq!((check_name(""), check_name("  ")), (Err(NameFault::Blank), Err(NameFault::Blank)));
     }
 
-    /// Whatever stands there: a name is refused, or it is the canonical one of itself.
+    /// Any text is refused as a name, or is read as one that is its own canonical form.
     #[test]
     fn what_is_known_by_a_name_is_known_by_it() {
         const LETTERS: [char; 12] = ['0', '1', '9', '.', ',', '+', '-', ' ', 'k', 'e', 'B', '−'];

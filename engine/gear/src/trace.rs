@@ -2,7 +2,7 @@
 
 use super::Side;
 
-/// No deviation is larger, µm: a kilometre. Squares of what is beyond would be no numbers.
+/// Limit of deviations, µm: a kilometre. Squares of greater ones may overflow.
 pub const MOST_DEVIATION: f64 = 1e9;
 
 /// Which way a trace runs.

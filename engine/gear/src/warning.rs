@@ -73,7 +73,7 @@ pub enum Warning {
         #[cfg_attr(feature = "contract", serde(skip))]
         reason: NoFoot,
     },
-    /// A rotation that is told up to whole pitches of so many µrad.
+    /// A rotation that is determined up to whole pitches of so many µrad.
     #[error(
         "no point tells its tooth, and a gear that is turned by whole pitches ({} µrad) looks the same: of all such \
          rotations the one next to 0 is answered", whole(*.pitch_urad)
@@ -106,7 +106,7 @@ pub enum Warning {
         /// Number of points.
         count: usize,
     },
-    /// Deviations beyond those of any flank.
+    /// Deviations greater than those of any flank.
     #[error(
         "after the registration {} µm (rms) are left, more than any flank deviates by ({} µm): other motions, other \
          flanks or another gear", tenth(*.rms_um), tenth(*.limit_um)
@@ -130,7 +130,7 @@ pub enum Warning {
         /// Its deviation.
         deviation_um: f64,
     },
-    /// So many points beyond the tip or the root circle.
+    /// So many points outside the tip or the root circle.
     #[error(
         "{} beyond the tip or the root circle, where there is no flank", counted(*.count, "point lies", "points lie")
     )]
@@ -228,7 +228,7 @@ impl Warning {
     }
 }
 
-/// The nodes whose common deviation is not told.
+/// The nodes whose common deviation is not determined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Common {
     /// All of the flank.

@@ -78,7 +78,7 @@ impl BSplineBasis {
         &self.knots
     }
 
-    /// Where the basis lives.
+    /// Domain of the basis.
     pub fn domain(&self) -> (f64, f64) {
         (self.knots[self.degree], self.knots[self.size()])
     }

@@ -1,7 +1,7 @@
 //! Bases on an axis (polynomials and B-splines: values, derivatives, changes of basis), and the
 //! curves and surfaces of the paper's section 2 that are made of them.
 //!
-//! Bases are generic over [`flankfit_numerics::Real`], so that the same code answers in double and
+//! Bases are generic over [`flankfit_numerics::Real`], so that the same code computes in double and
 //! in double-double precision.
 
 #![warn(missing_docs, unnameable_types, unreachable_pub)]

@@ -8,7 +8,7 @@ use flankfit_numerics::{
     words::{Shown, counted},
 };
 
-/// A point or a derivative; coordinates beyond the shape's [`Dimension`] are 0.
+/// A point or a derivative; coordinates above the shape's [`Dimension`] are 0.
 pub type Vector = Vector3<f64>;
 
 /// The highest degree of a B-spline or Bézier curve or surface. More neither an eye nor a machine

@@ -1,6 +1,6 @@
 //! How far a sensitivity matrix is trusted: λ* of a correction that is to be repeated.
 //!
-//! The machine answers with `G = J + E`, not with J. Along the direction Vᵢ of the settings
+//! The machine responds with `G = J + E`, not with J. Along the direction Vᵢ of the settings
 //! (unit-length columns, singular value σᵢ, filter factor fᵢ) a correction is divided by σᵢ/fᵢ, so
 //! what E adds comes back multiplied: settings that are off by e are off by `(I − V F Σ⁻¹ Uᵀ G) e`
 //! after the correction, and this shrinks from round to round in the directions that are corrected
@@ -17,7 +17,7 @@
 //!
 //! Noise σ of the deviations enters alike: settings of the size that these deviations speak for
 //! have `τ² = ‖P y‖²/Σλᵢ` in each direction (P y the part of the heights that J reaches), and a
-//! direction tells more about settings than about noise when `λᵢ > σ²/τ²`. Together
+//! direction says more about settings than about noise when `λᵢ > σ²/τ²`. Together
 //!
 //! `λ* = Σλᵢ (η² + σ²/‖P y‖²)`, at most λₙ.
 //!
@@ -32,7 +32,7 @@ use flankfit_estimation::{
     spec::{Count, DEFAULT_CONDITION_LIMIT, Parameter, Regularization, Scheme},
 };
 
-/// η unless the caller knows better: a machine answers to a calculated sensitivity within some per
+/// η unless the caller knows better: a machine follows a calculated sensitivity within some per
 /// cent. For a handful of settings this leaves directions up to a condition index of about 30
 /// alone, Belsley's rule.
 pub const DEFAULT_RESPONSE_UNCERTAINTY: f64 = 0.02;

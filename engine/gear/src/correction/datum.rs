@@ -27,7 +27,7 @@ impl Correction {
         let levels = groups.means(&self, |k| self.asked.deviation[k] - self.target(k));
         let told = self.asked.sensitivity.chunks_exact(columns).zip(&groups.of_node);
         let about = |(row, &group): (&[f64], &usize)| -> Vec<f64> {
-            // nodes of a trace that takes no part move by what is told of them
+            // nodes of a trace that takes no part move by what is known of them
             let mean = |j: usize| Some(means[j][group]).filter(|mean| !mean.is_nan()).unwrap_or(0.0);
             row.iter().enumerate().map(|(j, x)| x - mean(j)).collect()
         };

@@ -20,11 +20,11 @@ pub struct HeldFigure {
     pub name: &'static str,
     /// As measured, µm.
     pub measured: EstimatedFigure,
-    /// Of the deviations that are wanted, µm.
+    /// Target of the figure, µm.
     pub target: f64,
-    /// What one unit more of each setting adds, µm.
+    /// Change of the figure by one unit more of each setting, µm.
     pub moved: Vec<f64>,
-    /// What it must lie within, µm.
+    /// Limits of the figure, µm.
     pub limits: Option<[f64; 2]>,
 }
 

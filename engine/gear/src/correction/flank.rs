@@ -35,9 +35,9 @@ pub struct Flank {
     pub gear: Gear,
     /// Which flank of the tooth it is.
     pub side: Side,
-    /// Where each node lies.
+    /// Places of the nodes.
     pub places: Vec<FlankNode>,
-    /// What the figures are over.
+    /// Ranges of the figures.
     pub ranges: Ranges,
     /// The trace of each node, where every trace has a zero of its own.
     pub traces: Option<Vec<usize>>,
@@ -66,7 +66,7 @@ impl Design {
         let profile = self.profile.unwrap_or(ranges.profile);
         let helix = self.helix.unwrap_or(ranges.helix);
         let range = Range::of_roll_lengths(gear, profile, helix)?;
-        // what is removed is counted in a law, what stands out in a figure; DIN counts helices
+        // what is removed is counted in a law, what protrudes in a figure; DIN counts helices
         // towards the right hand
         let hand = side.sign();
         let Slopes { factors, .. } = Slopes::of_nodes(gear, terms, [ranges.profile, ranges.helix]);

@@ -1,4 +1,4 @@
-//! What a correction makes of its measurement, to first order: how noise and errors of J come back
+//! Effect of the measurement on a correction, to first order: how noise and errors of J come back
 //! in the changes.
 //!
 //! In whitened rows (node k times √w_k) and columns of the fit's scaling, `J̃ = U Σ Vᵀ`, the free
@@ -8,9 +8,9 @@
 //! * noise σ of the deviations leaves the variance `σ² Σ_k A_ik²` in θ_i;
 //! * the predicted change `c = JΔ` follows the noise of its own measurement with `∂c̃/∂d̃ = −H`, `H
 //!   = U F Uᵀ`, whose diagonal is the **leverage** of each node;
-//! * where the machine answers with G = J + E, what is wanted differs from θ by `A E Δ + K Eᵀ r`,
+//! * where the machine responds with G = J + E, what is wanted differs from θ by `A E Δ + K Eᵀ r`,
 //!   `K = V F Λ⁻¹ Vᵀ`, r the deviations that remain (first order of `(J + E)⁺ y` in E; along damped
-//!   directions, where that inverse is not wanted, `F² Λ⁻¹` stands in K). With `E_kj = η J_kj g_kj`
+//!   directions, where that inverse is not wanted, K has `F² Λ⁻¹`). With `E_kj = η J_kj g_kj`
 //!   this gives the variances of [`Gain::errors`].
 //!
 //! F is taken for what it is; that λ* follows the deviations a little is left out. Where F is not a
@@ -41,7 +41,7 @@ pub(super) struct Gain<'a> {
 pub(super) struct Errors {
     /// For σ = 1.
     pub noise: Vec<f64>,
-    /// Of errors of J of the size η.
+    /// Standard errors due to errors of J of the size η.
     pub response: Vec<f64>,
 }
 

@@ -40,7 +40,7 @@ pub(super) struct Fitted {
     pub trust: Option<Trust>,
 }
 
-/// Where the settings stand.
+/// Positions of the settings.
 pub(super) struct Standing {
     pub change: Vec<f64>,
     pub at: Vec<Option<Limit>>,
@@ -49,8 +49,8 @@ pub(super) struct Standing {
     pub settled: bool,
 }
 
-/// Where the settings stand when those that are `pinned` are changed by that much. `unlimited`
-/// is the fit of the others without limits; no fit is answered where that is within them.
+/// Positions of the settings when those that are `pinned` are changed by that much. `unlimited`
+/// is the fit of the others without limits; no fit is returned where that is within them.
 pub(super) fn stand(correction: &Correction, unlimited: &[f64], pinned: &[Option<f64>]) -> Result<Standing, FitError> {
     let settings = &correction.asked().settings;
     let inside = (0..unlimited.len()).all(|j| {
@@ -118,7 +118,7 @@ pub(super) fn fit_free(correction: &Correction, free: &[usize], change: &[f64]) 
 
 /// How large the changes of the settings `free` are taken to be: as large as they may be where all
 /// of them have limits, else as the deviations speak for. Not as plain least squares makes them,
-/// which lets those that cannot be told apart run away.
+/// which lets those that cannot be distinguished run away.
 fn expected(asked: &CorrectionSpec, free: &[usize]) -> ExpectedSize {
     let furthest = |j: &usize| {
         let Setting { min, max, .. } = &asked.settings[*j];

@@ -4,7 +4,7 @@
 //! A column holds, for each node, the deviation along the normal of the nominal flank (µm, + =
 //! material left standing) after one unit more of the setting: the derivative of the nominal
 //! generator by that setting at a fixed node. All of them are exact: a flank that moves with the
-//! velocity w at the node stands out by `w · n`, and a flank of other gear data turns about the
+//! velocity w at the node protrudes by `w · n`, and a flank of other gear data turns about the
 //! axis by what ψ, inv and r_b change.
 //!
 //! docs/reference/machine-settings.md shows each setting on both flanks.
@@ -224,7 +224,7 @@ impl Made<'_> {
         }
     }
 
-    /// How far a flank stands out for each rad more of the normal pressure angle, mm. At a fixed
+    /// Protrusion of a flank for each rad more of the normal pressure angle, mm. At a fixed
     /// radius inv α changes with the base radius by −L / r_b², so that base circle and start of the
     /// involute together leave a straight line over the roll length.
     fn pressure_angle(&self, node: FlankNode) -> f64 {
@@ -242,18 +242,18 @@ impl Made<'_> {
         self.gear.base_radius() * self.gear.transverse_pressure_angle().tan()
     }
 
-    /// Where a worm is when it makes a node.
+    /// Returns the position of a worm when it makes a node.
     fn tool_position(&self, node: FlankNode) -> f64 {
         let gear = self.gear;
         let sense = node.side.sign() * gear.outward();
         node.z + sense * gear.hand() * (node.roll_length - self.reference_roll()) * gear.base_helix_angle().tan()
     }
 
-    /// Deviation when the gap beside a flank moves by (x, y) in its section, its middle pointing
+    /// Deviation when the gap next to a flank moves by (x, y) in its section, its middle pointing
     /// up.
     fn gap_moved(&self, node: FlankNode, x: f64, y: f64) -> f64 {
         let normal = Flank::new(self.gear, node.side).at(node.roll_length, 0.0).normal;
-        // the gap beside the left flank lies half a pitch counterclockwise
+        // the gap next to the left flank lies half a pitch counterclockwise
         let (sin, cos) = (node.side.sign() * std::f64::consts::PI / self.gear.teeth()).sin_cos();
         let moved = Vector::new(cos * x - sin * y, sin * x + cos * y, 0.0);
         moved.dot(&normal)

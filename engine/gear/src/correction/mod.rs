@@ -18,7 +18,7 @@
 //! * `rounding`: settings that the control sets in steps;
 //! * [`solution`]: the answer, `notices`: what is to be said of it;
 //! * [`teeth`]: the mean of a flank over several teeth;
-//! * [`mod@compare`]: predicted beside measured;
+//! * [`mod@compare`]: predicted and measured side by side;
 //! * [`machine`]: J of cylindrical gear grinding.
 
 pub mod compare;

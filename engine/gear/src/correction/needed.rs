@@ -121,15 +121,15 @@ struct Reduced<'a> {
     scale: Vec<f64>,
     r: DMatrix<f64>,
     qty: DVector<f64>,
-    /// What the scatter of teeth is there, σ = 1.
+    /// Scatter of teeth there, σ = 1.
     scatter: Vec<DVector<f64>>,
 }
 
 /// Least squares of some of the settings.
 struct Step {
-    /// Of all settings.
+    /// Changes of all settings.
     change: Vec<f64>,
-    /// What leaving each of them alone adds to the sum of squares.
+    /// Increase of the sum of squares when each of them is left alone.
     cost: Vec<f64>,
 }
 

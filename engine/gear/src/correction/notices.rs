@@ -1,4 +1,4 @@
-//! What a correction has to say of its answer.
+//! Warnings about a correction.
 
 use super::{
     damping::Damping,
@@ -39,8 +39,8 @@ impl Correction {
         }
     }
 
-    /// What becomes of settings that the deviations say nothing about, and of the limits that they
-    /// were given.
+    /// Returns warnings about settings that the deviations say nothing about, and about the limits
+    /// that they were given.
     fn warn_undetermined(&self, settings: &[Change], warnings: &mut Vec<Warning>) {
         let mut warn = |places: Vec<usize>, warning: &dyn Fn(Vec<String>) -> Warning| {
             if !places.is_empty() {

@@ -1,4 +1,4 @@
-//! What a correction is asked for, checked once.
+//! Specification of a correction, checked once.
 
 use std::collections::BTreeSet;
 
@@ -30,7 +30,7 @@ pub struct Setting {
     pub min: Option<f64>,
     /// Greatest change allowed.
     pub max: Option<f64>,
-    /// Whether it stays as it is.
+    /// True if it stays as it is.
     pub fixed: bool,
     /// Step of the control: changes are multiples of it.
     pub increment: Option<f64>,
@@ -160,7 +160,7 @@ pub struct CorrectionSpec {
     /// Figures of the flanks that the nodes lie on, of which [`SettingsUsed::Needed`] keeps those
     /// with limits within them.
     pub figures: Vec<HeldFigure>,
-    /// Parts of the fit's result beyond the default.
+    /// Parts of the fit's result in addition to the default.
     pub include: Include,
 }
 
@@ -306,7 +306,7 @@ impl Correction {
         Faults::one(path, format_args!("{settings} cannot be determined from {nodes} {left}{traces}"))
     }
 
-    /// What was asked for.
+    /// Returns the specification.
     pub fn asked(&self) -> &CorrectionSpec {
         &self.asked
     }
@@ -336,7 +336,7 @@ impl Correction {
         self.asked.deviation[k] + moved - self.target(k) - self.level(k)
     }
 
-    /// Row k of J as it was told, of which errors are shares.
+    /// Row k of J as given, of which errors are shares.
     pub(super) fn told_row(&self, k: usize) -> &[f64] {
         let columns = self.asked.settings.len();
         &self.asked.sensitivity[k * columns..(k + 1) * columns]

@@ -13,7 +13,7 @@ use super::{
 use flankfit_estimation::FitError;
 use flankfit_numerics::cancel::{self, Asking};
 
-/// The changes within `change`, which stands within the limits, of the settings `used` with
+/// The changes within `change`, which is within the limits, of the settings `used` with
 /// increments rounded; `None` where none has one.
 pub(super) fn rounded(correction: &Correction, used: &[usize], change: &[f64]) -> Result<Option<Vec<f64>>, FitError> {
     let settings = &correction.asked().settings;

@@ -1,6 +1,6 @@
 //! Errors of means over teeth; [`super::teeth`] estimates them.
 
-/// What is known of the errors of means over teeth, of all flanks one after the other.
+/// Covariance of the errors of means over teeth, of all flanks one after the other.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Scatter {
     /// Vectors e, µm for each node; Σ e eᵀ is the covariance that the scatter of teeth leaves in

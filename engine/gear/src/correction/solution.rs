@@ -79,7 +79,7 @@ pub struct Indistinguishable {
     pub sentence: String,
 }
 
-/// The flank after the correction, if the machine answers as the sensitivity says, by the nodes
+/// The flank after the correction, if the machine follows the sensitivity, by the nodes
 /// that take part. Where deviations have no datum, root mean squares and amounts are about the
 /// mean.
 #[derive(Clone, Debug, PartialEq)]
@@ -116,7 +116,7 @@ pub struct Predicted {
     pub uncertainty_um: Vec<f64>,
 }
 
-/// What is known of the noise of a measured deviation of weight 1.
+/// Noise of a measured deviation of weight 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Noise {
     /// σ, µm.
@@ -146,20 +146,20 @@ pub struct Solution {
     pub fit: FitResult,
     /// The fit of the free settings, where some are at their limits and some are not.
     pub limited_fit: Option<FitResult>,
-    /// What the fits do not say.
+    /// Warnings that the fits do not give.
     pub warnings: Vec<Warning>,
 }
 
 /// How far what is wanted of a setting can lie from the change Δ, where the bounds of `fit` take
 /// all that is wanted to be within the limits.
 ///
-/// The ball of radius r holds the box of the limits and more: settings that can hardly be told
-/// apart may be far out of the box in it, and their sharp bound b with them. *Capping b loses
-/// nothing.* Let w be wanted, `min ≤ w ≤ max`, and Δ the change of a free setting, which is within
-/// the limits as well. Then `|w − Δ| ≤ c = max(Δ − min, max − Δ)`. With s the random error, w is in
-/// `Δ ± (s + min(b, c))` whenever it is in `Δ ± (s + b)`: for b ≤ c the two are one, else the
-/// former has every w that the limits allow. ∎ Where r comes from elsewhere, nobody has said that w
-/// keeps to the limits, and there is no such c.
+/// The ball of radius r holds the box of the limits and more: settings that can hardly be
+/// distinguished may be far out of the box in it, and their sharp bound b with them. *Capping b
+/// loses nothing.* Let w be wanted, `min ≤ w ≤ max`, and Δ the change of a free setting, which is
+/// within the limits as well. Then `|w − Δ| ≤ c = max(Δ − min, max − Δ)`. With s the random error,
+/// w is in `Δ ± (s + min(b, c))` whenever it is in `Δ ± (s + b)`: for b ≤ c the two are one, else
+/// the former has every w that the limits allow. ∎ Where r comes from elsewhere, nobody has said
+/// that w keeps to the limits, and there is no such c.
 fn furthest_wanted(setting: &Setting, change: f64, fit: &FitResult) -> f64 {
     match (fit.bias.coefficient_norm_limit_source, setting.min, setting.max) {
         (NormLimitSource::Limits, Some(min), Some(max)) => (change - min).max(max - change),

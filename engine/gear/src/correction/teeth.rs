@@ -35,7 +35,7 @@ pub struct Tooth {
     pub deviation: Vec<f64>,
     /// ≥ 0 for each node; 0 leaves a node out.
     pub weight: Option<Vec<f64>>,
-    /// Where the nodes lie; `None` where only their order is known.
+    /// Places of the nodes; `None` where only their order is known.
     pub places: Option<Vec<FlankNode>>,
 }
 
@@ -44,7 +44,7 @@ pub struct Tooth {
 pub struct MeanNodes<'a> {
     /// How many nodes there are.
     pub count: usize,
-    /// Where they lie.
+    /// Places of the nodes.
     pub places: Option<&'a [FlankNode]>,
     /// Whether deviations have a datum. Where they have none, teeth are compared about their means.
     pub absolute: bool,
@@ -230,7 +230,7 @@ struct Surface {
     /// Whether the nodes determine every coefficient.
     full: bool,
     nodes: usize,
-    /// Of the residuals; `None` without degrees of freedom.
+    /// Variance of the residuals; `None` without degrees of freedom.
     variance: Option<f64>,
 }
 
@@ -273,7 +273,7 @@ impl Surface {
     }
 }
 
-/// What the places span in roll length and z; never without length.
+/// Ranges of the places in roll length and z; never without length.
 fn ranges(places: &[FlankNode]) -> [[f64; 2]; 2] {
     let span = |of: fn(&FlankNode) -> f64| {
         let ends = places.iter().map(of).fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| [a.min(x), b.max(x)]);
@@ -293,7 +293,7 @@ fn terms(place: &FlankNode, [profile, helix]: [[f64; 2]; 2]) -> [f64; TERMS] {
 pub struct ScatterOf<'a> {
     /// The means that are subtracted from each other, or the only one.
     pub means: Vec<&'a TeethMean>,
-    /// Where the nodes lie.
+    /// Places of the nodes.
     pub places: Option<&'a [FlankNode]>,
     /// Weight of its nodes against those of other flanks.
     pub weight: f64,

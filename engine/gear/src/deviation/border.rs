@@ -10,7 +10,7 @@ use flankfit_numerics::{
     words::Shown,
 };
 
-/// What part of an axis takes part.
+/// Part of an axis that is used.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Border {
     /// All of it.
@@ -66,7 +66,7 @@ impl Border {
                 let [least, most] =
                     at.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], x| [least.min(x), most.max(x)]);
                 let span = most - least;
-                // a node that stands on the border takes part, whatever the rounding of its place
+                // a node on the border takes part, whatever the rounding of its place
                 let slack = 1e-9 * span;
                 Ok((span >= 0.0).then_some([least + 0.01 * low * span - slack, most - 0.01 * high * span + slack]))
             }

@@ -25,7 +25,7 @@ pub struct FlankDeviations {
 }
 
 impl FlankDeviations {
-    /// Scattered nodes, by which faults are placed: u is the roll length, v the axial position, the
+    /// Scattered nodes, by which errors are placed: u is the roll length, v the axial position, the
     /// height is the deviation.
     pub fn nodes(&self) -> Result<Nodes, Faults> {
         Nodes::scattered(self.roll_length.clone(), self.z.clone(), self.deviation.clone(), None)

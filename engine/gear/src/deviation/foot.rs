@@ -25,7 +25,7 @@ use crate::{Gear, Side, involute::Flank, involute::inv_of_roll};
 use flankfit_geometry::space::Vector;
 use flankfit_numerics::words::Shown;
 
-/// Where a point belongs on a gear.
+/// Foot of a point on a gear.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Foot {
     /// 1 is the tooth at the top; numbers go clockwise as the viewer sees them, up to z.
@@ -73,7 +73,7 @@ pub enum NoFoot {
         /// Side of that flank.
         side: Side,
     },
-    /// The foot lies beyond the tip or root circle.
+    /// The foot lies outside the tip or root circle.
     #[error("its foot has diameter {} mm and lies beyond the {} circle of {} mm by more than {} mm", short(*diameter),
         if *tip { "tip" } else { "root" }, short(*circle), short(*reach))]
     OffTooth {
@@ -81,9 +81,9 @@ pub enum NoFoot {
         diameter: f64,
         /// Diameter of the circle, mm.
         circle: f64,
-        /// Whether it is the tip circle; else it is the root circle.
+        /// True for the tip circle; else it is the root circle.
         tip: bool,
-        /// How far beyond it a foot may lie, mm.
+        /// Distance outside it that a foot may have, mm.
         reach: f64,
     },
     /// The normal given with the point points into the material.
@@ -201,7 +201,7 @@ pub fn normal(gear: &Gear, tooth: u32, side: Side, roll_length: f64, z: f64) -> 
     turned(Flank::new(gear, side).at(roll_length, z).normal, tooth_angle(gear, tooth))
 }
 
-/// The point (the ball's centre) that stands `distance` mm out of a place of the flank.
+/// The point (the ball's centre) at `distance` mm above a place of the flank.
 pub fn above(gear: &Gear, tooth: u32, side: Side, roll_length: f64, z: f64, distance: f64) -> Vector {
     let place = Flank::new(gear, side).at(roll_length, z);
     turned(place.point + place.normal * distance, tooth_angle(gear, tooth))

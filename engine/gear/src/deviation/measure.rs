@@ -1,6 +1,6 @@
 //! Measured points, or centres of a probe ball, become deviations.
 //!
-//! The centre of a ball that touches the flank stands one radius along the normal above the
+//! The centre of a ball that touches the flank lies one radius along the normal above the
 //! touching point, so compensation is a subtraction from the normal distance.
 
 use super::{
@@ -21,10 +21,10 @@ pub struct MeasuredPoint {
     pub point: Vector,
     /// From 1, clockwise; `None`: the nearest.
     pub tooth: Option<u32>,
-    /// `None`: the nearest, or the one that `normal` tells.
+    /// `None`: the nearest, or the one that `normal` indicates.
     pub side: Option<Side>,
-    /// Roughly the normal out of the material, of any length; it tells the flanks of a tooth or of
-    /// a gap apart.
+    /// Roughly the normal out of the material, of any length; it distinguishes the flanks of a
+    /// tooth or of a gap.
     pub normal: Option<Vector>,
 }
 
@@ -59,9 +59,9 @@ pub struct Measurement {
     /// Line along which deviations are to be taken.
     pub direction: Direction,
     /// How far from its flank a point may lie, mm. By default a quarter of the normal base pitch,
-    /// at most [`Measurement::MOST_REACH`]; beyond half of it a point belongs to another tooth.
+    /// at most [`Measurement::MOST_REACH`]; above half of it a point belongs to another tooth.
     pub reach: Option<f64>,
-    /// What becomes of points without a foot.
+    /// Treatment of points without a foot.
     pub strays: FootlessPoints,
 }
 
@@ -106,8 +106,8 @@ fn normal_base_pitch(reference: &Reference) -> f64 {
     reference.gear.base_pitch() * reference.gear.base_helix_angle().cos()
 }
 
-/// The deviation of every point. Points with a coordinate that is NaN are undefined; one beyond 1e7
-/// mm is a fault.
+/// The deviation of every point. Points with a coordinate that is NaN are undefined; one above 1e7
+/// mm is an error.
 ///
 /// ```
 /// use flankfit_gear::{
@@ -171,7 +171,7 @@ pub fn measure(
     })
 }
 
-/// The foot within reach, on the nearer flank where none is named; of two faults that of the nearer
+/// The foot within reach, on the nearer flank where none is named; of two errors that of the nearer
 /// flank.
 fn nearest(reference: &Reference, touch: &MeasuredPoint, ball: f64, reach: f64) -> Result<Foot, NoFoot> {
     let gear = reference.gear;
@@ -200,7 +200,7 @@ fn nearest(reference: &Reference, touch: &MeasuredPoint, ball: f64, reach: f64) 
     on(side)
 }
 
-/// Refuses feet that are far, or beyond tip and root where the gear's data name these circles.
+/// Refuses feet that are far, or outside tip and root where the gear's data name these circles.
 fn within_reach(reference: &Reference, foot: Foot, reach: f64) -> Result<Foot, NoFoot> {
     let Foot { distance, tooth, side, roll_length, .. } = foot;
     if !(distance.abs() <= reach) {

@@ -2,10 +2,10 @@
 //!
 //! Measured points or centres of a probe ball ([`measure`]) and topographies that an instrument
 //! already gave in µm ([`grid`]) become the same
-//! [`Deviations`]: for each point the tooth, the flank, the place on it and the deviation there. A deviation belongs to the foot of
-//! the normal of the *unmodified* helicoid; the modification's relief at that foot is added, so
-//! that a flank that was machined as designed deviates by 0. [`Direction`] says along which line
-//! the size is taken.
+//! [`Deviations`]: for each point the tooth, the flank, the place on it and the deviation there. A
+//! deviation belongs to the foot of the normal of the *unmodified* helicoid; the modification's
+//! relief at that foot is added, so that a flank that was machined as designed deviates by 0.
+//! [`Direction`] says along which line the size is taken.
 //!
 //! Tooth 1 is the one at the top (+y at z = 0); numbers go clockwise as the viewer sees them, up to
 //! z. A point that is undefined (NaN) keeps its place in the list and has no deviation.
@@ -27,7 +27,7 @@ use super::{Gear, Side};
 use flankfit_geometry::space::Vector;
 
 impl Direction {
-    /// What a size along the normal is multiplied by.
+    /// Factor by which a size along the normal is multiplied.
     pub fn from_normal(self, gear: &Gear) -> f64 {
         match self {
             Direction::Normal => 1.0,
@@ -40,7 +40,7 @@ impl Direction {
 /// µm; NaN where it is not defined.
 pub type Relief<'a> = &'a (dyn Fn(Side, f64, f64) -> f64 + Sync);
 
-/// What deviations refer to.
+/// Reference of deviations.
 #[derive(Clone, Copy)]
 pub struct Reference<'a> {
     /// The nominal gear.
@@ -89,14 +89,14 @@ pub struct Node {
     pub roll_length: f64,
     /// mm; NaN where a measured point is undefined.
     pub z: f64,
-    /// µm, positive where material stands out; NaN where undefined.
+    /// µm, positive where material protrudes; NaN where undefined.
     pub deviation: f64,
-    /// Whether it lies inside the borders.
+    /// True inside the borders.
     pub within: bool,
 }
 
 impl Node {
-    /// Whether it takes part: defined and inside the borders.
+    /// Returns true for a node that takes part: defined and inside the borders.
     pub fn counts(&self) -> bool {
         self.within && self.deviation.is_finite()
     }
@@ -147,7 +147,7 @@ impl Deviations {
         (count > 0.0).then(|| (sum / count).sqrt())
     }
 
-    /// Where the point (the centre of the ball) of a node was, mm; `None` for an undefined one.
+    /// Place of the point (the centre of the ball) of a node, mm; `None` for an undefined one.
     pub fn point(&self, reference: &Reference, index: usize) -> Option<Vector> {
         let node = self.nodes.get(index).filter(|node| node.deviation.is_finite())?;
         let normal = node.deviation / self.direction.from_normal(reference.gear);

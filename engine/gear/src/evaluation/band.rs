@@ -5,7 +5,7 @@
 //! zero each trace by itself, so a trace `δ` lies in the band if some shift of the whole trace
 //! takes it there: `lower(x) ≤ δ(x) + s ≤ upper(x)` at every sample `x`, that is `max(lower − δ) ≤
 //! s ≤ min(upper − δ)`. What is left between the two is the room of the trace, below 0 where it
-//! has none. A line says nothing beyond its ends. It is straight over the coordinate that its
+//! has none. A line says nothing outside its ends. It is straight over the coordinate that its
 //! points are given in: over diameters it is bent over roll lengths.
 
 use super::{
@@ -17,13 +17,13 @@ use crate::{Gear, Kind, ProfileAxis, Side};
 /// A band.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Band {
-    /// Of which traces it is.
+    /// Kind of the traces.
     pub kind: Kind,
-    /// Of which flank; of both where it does not say.
+    /// Flank of the traces; `None` for both.
     pub side: Option<Side>,
     /// Line that its deviations are about.
     pub against: Against,
-    /// What places of profiles are; those of helices are z.
+    /// Coordinate of places of profiles; those of helices are z.
     pub axis: ProfileAxis,
     /// Places (mm, of roll angles rad), ascending, and µm of material.
     pub upper: Vec<[f64; 2]>,
@@ -48,16 +48,17 @@ pub struct Found {
     /// Distance that the trace can be shifted within the band; below 0 the height by which it is
     /// too high for it.
     pub room_um: f64,
-    /// Shift that takes the trace to the middle of the room, positive towards where material stands
-    /// out.
+    /// Shift that takes the trace to the middle of the band, positive towards where material
+    /// protrudes.
     pub shift_um: f64,
-    /// Roll lengths, or z of helices, where the trace is nearest to the upper and to the lower line.
+    /// Roll lengths, or z of helices, where the trace is nearest to the upper and to the lower
+    /// line.
     pub nearest_mm: [f64; 2],
 }
 
 impl Band {
-    /// Returns the position of samples (roll length or z, µm), in any order, in this band, which has
-    /// the number `band`.
+    /// Returns the position of samples (roll length or z, µm), in any order, in this band, which
+    /// has the number `band`.
     pub(super) fn found(&self, band: usize, gear: &Gear, samples: impl Iterator<Item = [f64; 2]>) -> Option<Found> {
         let (mut most, mut least) = ([f64::INFINITY, f64::NAN], [f64::NEG_INFINITY, f64::NAN]);
         let mut places = Vec::new();
@@ -87,7 +88,7 @@ impl Band {
         })
     }
 
-    /// Where a sample lies in the coordinate of the lines.
+    /// Returns the place of a sample in the coordinate of the lines.
     fn place(&self, gear: &Gear, at: f64) -> f64 {
         match self.kind {
             Kind::Profile => self.axis.value(gear, at),
@@ -111,7 +112,7 @@ impl Band {
     }
 }
 
-/// The height of a line; `None` beyond its ends.
+/// The height of a line; `None` outside its ends.
 fn height(line: &[[f64; 2]], at: f64) -> Option<f64> {
     let behind = line.partition_point(|point| point[0] <= at);
     match (behind.checked_sub(1).map(|k| line[k]), line.get(behind)) {

@@ -1,7 +1,7 @@
 //! Whether the traces of a flank contradict their second-order surface.
 //!
-//! Whatever the flank is, each trace has a parabola of its own. What the surface leaves beyond
-//! those parabolas says that slopes and curvatures of the traces (and their levels, where they
+//! Whatever the flank is, each trace has a parabola of its own. What the surface leaves in addition
+//! to those parabolas says that slopes and curvatures of the traces (and their levels, where they
 //! share one zero) are not those of one surface of second order. Form, as waviness and reliefs, is
 //! left by both and says nothing of the kind.
 
@@ -11,17 +11,17 @@ use super::flank_surface::{Sample, Through, through};
 use crate::Kind;
 use flankfit_numerics::{cancel::Asking, distribution::fisher, qr_with_rhs};
 
-/// What the traces contradict the surface by, rms in µm.
+/// Contradiction of traces and surface, rms in µm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Contradiction {
     pub apart: f64,
-    /// What each trace leaves of its own parabola.
+    /// Deviation of each trace from its own parabola.
     pub own: f64,
-    /// What it is with the helices turned, where that mends it.
+    /// The value with the helices turned, where that corrects it.
     pub turned: Option<f64>,
 }
 
-/// Where all traces together leave so many times what each leaves of its own parabola, squared,
+/// If all traces together leave so many times what each leaves of its own parabola, squared,
 /// they contradict the surface. Waves of two periods and more over the range leave at most 0.2 of
 /// it between traces.
 const CONTRADICTION: f64 = 4.0;
@@ -34,13 +34,13 @@ const FEWEST_FREE: f64 = 8.0;
 /// Share of the contradiction that is left where the sign of the helices was wrong.
 const MENDED: f64 = 0.25;
 
-/// What each trace leaves of its own parabola.
+/// Deviation of each trace from its own parabola.
 struct Own {
     /// Σ weight · residual², scaled to what it is expected to be without the parabolas.
     rss: f64,
     whole: f64,
     free: f64,
-    /// What noise of that size leaves between traces.
+    /// Value between traces that is due to noise of that size.
     expected: f64,
     /// Σ weight · residual² itself.
     plain: f64,

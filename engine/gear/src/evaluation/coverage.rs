@@ -1,5 +1,5 @@
-//! What the samples of a trace cover of the evaluation range, and which figures and classes they
-//! tell by it.
+//! Coverage of the evaluation range by the samples of a trace, and which figures and classes they
+//! determine.
 
 use super::{
     spacing::{LEAST_COVERED, LONGEST_DISTANCE, Spacing},
@@ -11,8 +11,8 @@ use super::{
 /// Shares are sums of rounded numbers.
 const ROUNDING: f64 = 1e-9;
 
-/// What the samples tell: whether they reach both ends of the range to one distance of neighbouring
-/// samples (they are discrete), leave no hole in it, and cover enough of it.
+/// Coverage by the samples: whether they reach both ends of the range to one distance of
+/// neighbouring samples (they are discrete), leave no hole in it, and cover enough of it.
 pub(super) fn assessable(subject: &Subject, u: &[f64], spacing: &Spacing, warnings: &mut Vec<Warning>) -> Assessable {
     let window = subject.window;
     let half = 0.5 * window.length();

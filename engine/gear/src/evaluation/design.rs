@@ -4,7 +4,7 @@ use super::settings::Settings;
 use crate::{Gear, Kind, Modifications, Trace, trace::Direction};
 use flankfit_numerics::cancel::Asking;
 
-/// What a flank that was machined as designed shows along `trace`: µm for each sample, in the sign
+/// Deviations of a flank machined as designed along `trace`: µm for each sample, in the sign
 /// and direction of its deviations. `None` where the section of the trace is not known, or is no
 /// diameter of the involute.
 pub fn design(gear: &Gear, modifications: &Modifications, trace: &Trace, settings: &Settings) -> Option<Vec<f64>> {

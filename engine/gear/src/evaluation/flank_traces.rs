@@ -11,16 +11,16 @@ use super::{
 use crate::{Gear, Kind, Side, trace::Direction};
 use flankfit_numerics::cancel;
 
-/// Samples of one tooth flank, within the evaluation ranges: what lies beyond (the rounding of the
+/// Samples of one tooth flank, within the evaluation ranges: what lies outside (the rounding of the
 /// tip) is no matter of the flank.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FlankTraces {
-    /// Without the letter of a trace beside the middle.
+    /// Name of the tooth, without the letter of a trace off the middle.
     pub tooth: String,
     /// Flank of the tooth.
     pub side: Side,
     /// Roll length and z in mm, deviation about the design in µm, transverse, positive where
-    /// material stands out.
+    /// material protrudes.
     pub places: Vec<[f64; 3]>,
     pub(super) each: Vec<OneTrace>,
 }
@@ -30,7 +30,7 @@ pub struct FlankTraces {
 pub(super) struct OneTrace {
     pub kind: Kind,
     pub samples: usize,
-    /// Of the noise of a sample, µm²; `None` where the samples are too few to tell it.
+    /// Variance of the noise of a sample, µm²; `None` where the samples are too few to estimate it.
     pub variance: Option<EstimatedVariance>,
 }
 

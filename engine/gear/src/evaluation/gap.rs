@@ -1,4 +1,4 @@
-//! Mean curves of a trace with gaps, and how well they are told.
+//! Mean curves of a trace with gaps, and how well they are determined.
 //!
 //! The standard fits its line to the whole evaluation range. A line through the samples on both
 //! sides of a hole is another one: on a crowned flank it is off by as much as the parabola bends
@@ -39,12 +39,12 @@ const LEAST_NOISE: f64 = 1e-3;
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct GapEstimate {
     pub curves: MeanCurves,
-    /// Standard errors of [`MeanCurves::figures`]; `None` where the noise is not told.
+    /// Standard errors of [`MeanCurves::figures`]; `None` where the noise is not known.
     pub errors: Option<[f64; FIGURES]>,
 }
 
-/// Of samples at three places at least, at ascending places, with the standard deviation of their
-/// noise.
+/// Returns the curves of samples at three ascending places at least, with the standard deviation of
+/// their noise.
 pub(crate) fn mean_curves(u: &[f64], deviation: &[f64], spacing: &Spacing, noise: Option<f64>) -> GapEstimate {
     let near = MeanCurves::of(u, deviation, &spacing.weight);
     if spacing.gaps.is_empty() {
@@ -157,14 +157,14 @@ impl Blocks {
     }
 }
 
-/// What the prediction of the form in the gaps is from.
+/// Basis of the prediction of the form in the gaps.
 struct GapModel<'a> {
     blocks: &'a Blocks,
     cells: &'a Cells,
     /// Factors of the cells, and of the samples of each block together, in the figures.
     of_cells: DMatrix<f64>,
     of_blocks: DMatrix<f64>,
-    /// Of a sample.
+    /// Standard deviation of the noise of a sample.
     noise: f64,
 }
 
@@ -172,8 +172,8 @@ struct GapModel<'a> {
 struct Prediction {
     log_likelihood: f64,
     form: DVector<f64>,
-    /// What the form in the gaps adds to the variance of the figures, together with what it shares
-    /// with the noise.
+    /// Contribution of the form in the gaps to the variance of the figures, together with what it
+    /// shares with the noise.
     variance: [f64; FIGURES],
 }
 

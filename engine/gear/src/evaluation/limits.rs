@@ -222,13 +222,13 @@ impl SidedLimits {
 /// does not tell enough to be held against them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TraceLimits {
-    /// Of f_H.
+    /// Limits of f_H.
     pub slope: Option<[f64; 2]>,
-    /// Of f_f.
+    /// Limits of f_f.
     pub form: Option<[f64; 2]>,
-    /// Of F.
+    /// Limits of F.
     pub total: Option<[f64; 2]>,
-    /// Of C.
+    /// Limits of C.
     pub crowning: Option<[f64; 2]>,
 }
 
@@ -347,7 +347,7 @@ impl ToleranceLimits {
         Some(whole.map(|end| end * share))
     }
 
-    /// Limits of a slope that were told.
+    /// Limits of a slope as given.
     fn slope(&self, kind: Kind) -> Option<[f64; 2]> {
         match kind {
             Kind::Profile => self.profile_slope_um,
@@ -368,7 +368,7 @@ impl ToleranceLimits {
         tolerances.tolerance(characteristic, self.class?, rounding)
     }
 
-    /// Limits of a trace: as they were told, else those of the class.
+    /// Limits of a trace: as given, else those of the class.
     pub(super) fn of_trace(&self, kind: Kind, tolerances: Option<&Tolerances>, rounding: Rounding) -> TraceLimits {
         let [form, total] = match kind {
             Kind::Profile => [self.profile_form_um, self.profile_total_um],

@@ -4,7 +4,7 @@
 //! (Forsythe's recurrence): `p₁ = u − α₀`, `p₂ = (u − α₁) p₁ − β`, each with its coefficient `cₖ =
 //! Σ w pₖ δ / Σ w pₖ²`. Coefficients are sums of the deviations with known factors, so noise of
 //! variance σ² per sample has in them the variance σ² times the sum of the squared factors: weights
-//! say how long a range a sample stands for, not how well it was measured.
+//! say how long a range a sample represents, not how well it was measured.
 
 use flankfit_numerics::cancel::Asking;
 
@@ -19,12 +19,12 @@ pub(crate) struct MeanCurves {
     norms: [f64; 2],
 }
 
-/// What is told of a trace's mean curves, in the order of the factors: slope of the line, slope of
+/// Figures of a trace's mean curves, in the order of the factors: slope of the line, slope of
 /// the parabola's chord over [-1, 1], coefficient of u².
 pub(crate) const FIGURES: usize = 3;
 
 impl MeanCurves {
-    /// Of samples at three places at least, with weights above 0.
+    /// Returns the curves of samples at three places at least, with weights above 0.
     pub(crate) fn of(u: &[f64], deviation: &[f64], weight: &[f64]) -> Self {
         let sum = |of: &dyn Fn(usize) -> f64| (0..u.len()).asking(5).map(|i| weight[i] * of(i)).sum::<f64>();
         let total = sum(&|_| 1.0);
@@ -67,7 +67,7 @@ impl MeanCurves {
         [c1, c1 + self.bend() * c2, c2]
     }
 
-    /// What the deviation of a sample at u with a weight is multiplied with in each of them.
+    /// Factors by which the deviation of a sample at u with a weight enters each of them.
     pub(crate) fn factors(&self, u: f64, weight: f64) -> [f64; FIGURES] {
         let (a, b) = (weight * self.p1(u) / self.norms[0], weight * self.p2(u) / self.norms[1]);
         [a, a + self.bend() * b, b]

@@ -10,7 +10,7 @@ use flankfit_numerics::cancel::Asking;
 /// Share of the evaluation range that a distance without missing samples may be. The standard's
 /// cut-off of 1/30 leaves no wave that could hide in it.
 pub(crate) const HIDES_NOTHING: f64 = 0.01;
-/// Missing is what is so many times as long as three quarters of the distances beside it.
+/// Multiple of three quarters of the neighbouring distances at which samples are missing.
 pub(crate) const MISSING_DISTANCES: f64 = 3.0;
 /// Distances on either side that are looked at.
 const BESIDE: usize = 8;

@@ -1,6 +1,6 @@
 //! Evaluation of measured traces by ISO 1328-1:2013: slope, form, total deviation and crowning of
 //! every trace, means and variations over the teeth, twist, pitch, run-out, and the class that each
-//! value reaches; beside it the second-order surface of a whole flank.
+//! value reaches; in addition the second-order surface of a whole flank.
 //!
 //! Deviations are µm along the base tangent of the transverse plane (asked in
 //! [`crate::trace::Direction`], answered so). Surfaces are fits of [`flankfit_estimation`].
@@ -109,9 +109,9 @@ pub struct Evaluated {
     #[cfg_attr(feature = "contract", serde(flatten), schema(inline))]
     pub values: Option<Values>,
     /// Classes by ISO 1328-1:2013. Absent if the standard has none, or if samples do not reach both
-    /// ends of the evaluation range. Over a hole, a stretch without samples of more than 1/20 of the
-    /// range (and of 2.5 usual distances), form and total have none, and the slope has one if two
-    /// standard errors up and down have the same.
+    /// ends of the evaluation range. Over a hole, a stretch without samples of more than 1/20 of
+    /// the range (and of 2.5 usual distances), form and total have none, and the slope has one if
+    /// two standard errors up and down have the same.
     #[cfg_attr(feature = "contract", serde(rename = "class"))]
     pub classes: Option<Classes>,
     /// Limits that the results were compared with.
@@ -123,8 +123,8 @@ pub struct Evaluated {
     /// Conformity of the slope, if it has limits (`tolerance_limits`) and an interval, and the
     /// samples reach both ends of the range.
     pub slope_conformity: Option<Conformity>,
-    /// True if the slope lies within its limits (`tolerance_limits`); if it has some and the samples
-    /// reach both ends of the range.
+    /// True if the slope lies within its limits (`tolerance_limits`); if it has some and the
+    /// samples reach both ends of the range.
     pub slope_within: Option<bool>,
     /// The same of the form deviation; absent over a hole.
     pub form_within: Option<bool>,
@@ -347,7 +347,7 @@ fn near_base_circle(gear: &Gear, window: &Window) -> Option<Warning> {
 /// is eleven times as large in roll length.
 pub const NEAR_BASE_ROLL: f64 = 0.087_266_462_599_716_48;
 
-/// What profiles and helices are evaluated with, where there are any.
+/// Returns the windows of profiles and helices, where there are any.
 fn windows(gear: &Gear, posted: &[Posted], settings: &Settings) -> Result<[Option<Window>; 2], Faults> {
     let first = |kind| posted.iter().position(|posted| posted.trace.kind == kind);
     let mut faults = Faults::default();

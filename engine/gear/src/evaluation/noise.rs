@@ -1,16 +1,16 @@
-//! How much of a trace is noise, told from what is systematic.
+//! Share of noise in a trace, separated from what is systematic.
 //!
 //! Crowning, reliefs and waviness are the flank's: measured again they come again. So the noise is
 //! not the scatter about a mean line but that of contrasts which no smooth curve moves: third
 //! differences `(1, −3, 3, −1)/√20` of neighbouring samples, and of means over blocks of
 //! neighbouring samples. For independent noise both have the variance σ² (that of blocks times
 //! their length); noise whose neighbours go together, as filters leave it, shows in the blocks, and
-//! the greater of the two counts. Contrasts beyond four times what is usual are corners and
+//! the greater of the two counts. Contrasts above four times what is usual are corners and
 //! outliers of the flank, not noise, and are left out.
 //!
 //! What goes together over more than 1/64 of the samples, and every error that is the same all
-//! along a trace (alignment, drift, temperature), cannot be told from the flank and is not in this
-//! number.
+//! along a trace (alignment, drift, temperature), cannot be separated from the flank and is not in
+//! this number.
 
 use super::spacing::Spacing;
 use flankfit_estimation::inference::Inferred;
@@ -22,22 +22,22 @@ pub(crate) const FEWEST_CONTRASTS: usize = 8;
 const BLOCKS: usize = 64;
 /// Median of squares of a standard normal variable.
 const MEDIAN_SQUARE: f64 = 0.454_936_423_119_572_8;
-/// Contrasts overlap: so many tell as much as one that stands by itself. 1 + 2 (ρ₁² + ρ₂² + ρ₃²)
+/// Contrasts overlap: so many say as much as an independent one. 1 + 2 (ρ₁² + ρ₂² + ρ₃²)
 /// with the correlations −15/20, 6/20 and −1/20 of contrasts one, two and three samples apart.
 const OVERLAP: f64 = 2.31;
-/// Contrasts beyond are no noise, in standard deviations.
+/// Greater contrasts are no noise, in standard deviations.
 const CUT: f64 = 4.0;
 
 /// A variance that was estimated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct EstimatedVariance {
     pub value: f64,
-    /// Of the χ² that is spread about its mean as much (Satterthwaite).
+    /// Degrees of freedom of the χ² that is spread about its mean as much (Satterthwaite).
     pub freedom: f64,
 }
 
 impl EstimatedVariance {
-    /// Of the sum of independent variances.
+    /// Returns the variance of the sum of independent variables.
     pub(crate) fn sum(parts: impl Iterator<Item = EstimatedVariance> + Clone) -> Self {
         let value: f64 = parts.clone().map(|part| part.value).sum();
         let spread: f64 = parts.clone().map(|part| part.value * part.value / part.freedom).sum();

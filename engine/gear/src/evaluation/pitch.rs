@@ -1,7 +1,7 @@
 //! Pitch deviations of one flank all around the gear.
 //!
 //! Teeth are numbered 1 … z in the direction in which deviations count positive; the index
-//! deviation δᵢ is the arc, in µm on the measuring circle, by which flank i stands beyond its place
+//! deviation δᵢ is the arc, in µm on the measuring circle, by which flank i lies ahead of its place
 //! relative to the first one there is. Of these: single pitch deviations `f_pi = δᵢ − δᵢ₋₁` (of the
 //! pitch that ends at flank i, all around: `f_p1 = δ₁ − δ_z`), `f_p` = greatest |f_pi|, `F_p` =
 //! range of δ, `f_u` = greatest |f_pi − f_pi₋₁|.
@@ -29,19 +29,19 @@ use flankfit_numerics::{
     words::{Shown, entries},
 };
 
-/// What was measured: one number per tooth, NaN where there is none.
+/// Measured values: one number per tooth, NaN where there is none.
 #[derive(Clone, Debug, PartialEq)]
 pub enum PitchMeasured {
     /// Index deviations, µm on the measuring circle.
     Index(Vec<f64>),
-    /// Where the flanks are, rad in the direction of counting, from anywhere.
+    /// Angles of the flanks, rad in the direction of counting, from anywhere.
     Angles(Vec<f64>),
     /// Single pitch deviations f_pi, µm on the measuring circle. Their sum all around is 0 by
     /// definition; what is left of it is taken off evenly.
     Single(Vec<f64>),
 }
 
-/// What pitch deviations are evaluated with.
+/// Settings of an evaluation of pitch deviations.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PitchSettings {
     /// Flank that was measured.
@@ -117,13 +117,13 @@ pub struct Pitch {
     pub class: PitchClasses,
     /// Limits of the single pitch deviations.
     pub single_pitch_limits_um: Option<[f64; 2]>,
-    /// True if every single pitch deviation lies within, as it was measured; if there are limits. If
-    /// teeth were not measured it is false or absent.
+    /// True if every single pitch deviation lies within, as it was measured; if there are limits.
+    /// If teeth were not measured it is false or absent.
     pub single_pitch_within: Option<bool>,
-    /// Conformity of the single pitch with the least room. A gear with a pitch at its limit is found
-    /// to conform in at most one measurement of twenty, and not to conform more often, the more
-    /// pitches lie at theirs (docs/explanation/intervals.md). With limits and an uncertainty, if no
-    /// tooth is missing.
+    /// Conformity of the single pitch nearest to its limits. A gear with a pitch at its limit is
+    /// found to conform in at most one measurement of twenty, and not to conform more often, the
+    /// more pitches lie at theirs (docs/explanation/intervals.md). With limits and an uncertainty,
+    /// if no tooth is missing.
     pub single_pitch_conformity: Option<Conformity>,
     /// Limits of F_p.
     pub cumulative_pitch_limits_um: Option<[f64; 2]>,
@@ -288,7 +288,7 @@ pub fn thickness_variation(left: &Pitch, right: &Pitch) -> Option<f64> {
     range(&thickness)
 }
 
-/// No angle is larger, rad: 16,000 turns, of which a double still tells 1e-11 rad.
+/// No angle is larger, rad: 16,000 turns, of which a double still resolves 1e-11 rad.
 const MOST_ANGLE: f64 = 1e5;
 /// Rounding to a tenth of a µm leaves at most this much a tooth.
 const CLOSURE: f64 = 0.05;
@@ -320,7 +320,7 @@ fn of_single(given: &[f64], closure: Option<f64>) -> Deviations {
     (index, single.into_iter().map(Some).collect())
 }
 
-/// Arcs by which the flanks stand beyond their places, about the first one there is.
+/// Arcs by which the flanks lie ahead of their places, about the first one there is.
 fn arcs(angles: &[f64], diameter: f64) -> Vec<f64> {
     let teeth = angles.len() as f64;
     let Some(first) = angles.iter().position(|a| !a.is_nan()) else { return angles.to_vec() };
@@ -333,7 +333,7 @@ fn arcs(angles: &[f64], diameter: f64) -> Vec<f64> {
     (0..angles.len()).map(|i| if angles[i].is_nan() { f64::NAN } else { beyond(i) }).collect()
 }
 
-/// Of equal amounts the first tooth.
+/// Returns the greatest value; among equal amounts that of the first tooth.
 fn greatest(values: impl Iterator<Item = (usize, f64)>) -> Option<Extreme> {
     values.fold(None, |best: Option<Extreme>, (i, value)| match best {
         Some(best) if best.value_um.abs() >= value.abs() => Some(best),
@@ -415,7 +415,7 @@ pub(super) fn count(given: usize, teeth: usize) -> String {
     format!("{}, but the gear has {teeth} teeth", entries(given))
 }
 
-/// The message of a number beyond what is measured.
+/// The message of a number outside the range of measurements.
 pub(super) fn beyond(value: f64, most: f64, unit: &str) -> String {
     format!("{} {unit}: beyond {} {unit}", Shown(value), Shown(most))
 }

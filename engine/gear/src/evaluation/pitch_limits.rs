@@ -1,9 +1,9 @@
 //! Limits that pitch deviations and the run-out must lie within, and whether they do.
 //!
 //! Every single pitch must lie within the limits of `f_p`. `F_p` and `F_r` are ranges and never
-//! below 0. Of a gear with teeth that were not measured it can be told that it does not conform,
+//! below 0. A gear with teeth that were not measured can be found not to conform,
 //! never that it does. An uncertainty of measurement is the caller's: nothing in the pitches of one
-//! measurement tells it.
+//! measurement shows it.
 
 use super::{
     limits::{ascending, class_refused, no_class, within},
@@ -158,7 +158,7 @@ impl PitchLimits {
     }
 
     /// Single pitches against their limits, with the standard uncertainty of one; the decision is
-    /// that on the pitch with the least room.
+    /// that on the pitch nearest to its limits.
     pub fn single_pitches(
         &self,
         pitch: &Pitch,
@@ -224,7 +224,7 @@ impl Held {
     }
 }
 
-/// Of a figure that is never below 0 and that more teeth can only raise.
+/// Decides on a figure that is never below 0 and that more teeth can only raise.
 fn range(value: f64, limits: [f64; 2], complete: bool, uncertainty: Option<f64>) -> Held {
     let [low, high] = limits;
     // no true value lies below 0: that much of the error's distribution is none of a limit's

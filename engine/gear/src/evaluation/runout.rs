@@ -69,7 +69,8 @@ pub struct Eccentricity {
     /// Standard error of the amount, from the residuals of the harmonic; absent if too few readings
     /// are defined.
     pub std_error_um: Option<f64>,
-    /// Angle of the greatest readings, −180 to 180, in the direction of counting from the first one.
+    /// Angle of the greatest readings, −180 to 180, in the direction of counting from the first
+    /// one.
     pub angle_deg: f64,
 }
 

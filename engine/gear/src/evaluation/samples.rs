@@ -32,12 +32,12 @@ pub(super) struct Sample {
     pub(super) at: f64,
     /// Mapped to [-1, 1] over the evaluation range.
     pub(super) u: f64,
-    /// Of material, transverse, about the design.
+    /// Deviation of material, transverse, about the design.
     pub(super) deviation: f64,
     pub(super) within: bool,
-    /// Whether it is looked at for plus material.
+    /// True where it is checked for plus material.
     pub(super) zone: bool,
-    /// Whether it lies in the tip relief.
+    /// True in the tip relief.
     pub(super) relief: bool,
     pub(super) suspect: bool,
 }

@@ -1,5 +1,5 @@
-//! What an evaluation is asked for: ranges, reference lengths, signs, rules. Nothing is guessed:
-//! what the request leaves open is a fault.
+//! Settings of an evaluation: ranges, reference lengths, signs, rules. Nothing is guessed:
+//! what the request leaves open is an error.
 
 use super::super::{
     Gear, Side,
@@ -18,7 +18,7 @@ use flankfit_numerics::{check::Faults, words::Shown};
     serde(rename_all = "snake_case")
 )]
 pub enum DeviationSign {
-    /// Positive where material stands out of the flank.
+    /// Positive where material protrudes from the flank.
     #[default]
     Material,
     /// Profiles as `material`; helices positive where the flank is turned counterclockwise, so
@@ -30,7 +30,7 @@ pub enum DeviationSign {
 }
 
 impl DeviationSign {
-    /// What a posted deviation is multiplied with so that material counts positive.
+    /// Factor by which a posted deviation is multiplied so that material counts positive.
     pub fn to_material(self, kind: Kind, side: Side) -> f64 {
         match (self, kind) {
             (DeviationSign::Material, _) | (DeviationSign::Din, Kind::Profile) => 1.0,
@@ -60,7 +60,7 @@ pub enum SlopeSign {
 }
 
 impl SlopeSign {
-    /// What the slope of material is multiplied with.
+    /// Factor by which the slope of material is multiplied.
     pub fn of_material(self, given: DeviationSign, kind: Kind, side: Side) -> f64 {
         match (self, kind) {
             (SlopeSign::Din, Kind::Helix) => side.sign(),
@@ -86,7 +86,7 @@ pub enum MeanCurve {
 }
 
 /// Use of material outside the evaluation range (on profiles up to the tip, on helices up to both
-/// ends) that stands out more than all within. It raises the highest, never the lowest point.
+/// ends) that protrudes more than all within. It raises the highest, never the lowest point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 #[cfg_attr(
     feature = "contract",
@@ -107,12 +107,12 @@ pub enum PlusMaterial {
 }
 
 impl PlusMaterial {
-    /// Whether it raises the form deviation.
+    /// Returns true if it raises the form deviation.
     pub fn in_form(self) -> bool {
         matches!(self, PlusMaterial::Form | PlusMaterial::FormAndTotal)
     }
 
-    /// Whether it raises the total deviation.
+    /// Returns true if it raises the total deviation.
     pub fn in_total(self) -> bool {
         matches!(self, PlusMaterial::Total | PlusMaterial::FormAndTotal)
     }
@@ -173,9 +173,9 @@ pub struct ProfileSettings {
     pub reference: ProfileReference,
     /// Length in its place, mm of roll length.
     pub reference_length: Option<f64>,
-    /// Curve that stands for the mean profile.
+    /// Curve that represents the mean profile.
     pub mean: MeanCurve,
-    /// What plus material beyond the evaluation range counts for.
+    /// Use of plus material outside the evaluation range.
     pub plus_material: PlusMaterial,
     /// Diameters between which the tip relief lies, mm.
     pub tip_relief: Option<[f64; 2]>,
@@ -198,9 +198,9 @@ pub struct HelixSettings {
     pub reference: HelixReference,
     /// Length in its place, mm along the axis.
     pub reference_length: Option<f64>,
-    /// Curve that stands for the mean helix.
+    /// Curve that represents the mean helix.
     pub mean: MeanCurve,
-    /// What plus material beyond the evaluation range counts for.
+    /// Use of plus material outside the evaluation range.
     pub plus_material: PlusMaterial,
 }
 
@@ -229,14 +229,14 @@ pub struct Settings {
     pub sign: SlopeSign,
     /// Whether tolerances are rounded before a class is found.
     pub rounding: super::super::tolerance::Rounding,
-    /// What becomes of samples that stand out of their neighbours.
+    /// Treatment of samples that deviate from their neighbours.
     pub outliers: Outliers,
     /// Whether the deviations of all traces of a flank count from one zero. Measuring machines zero
     /// each trace by itself.
     pub traces_share_zero: bool,
     /// Level of confidence intervals, between 0.5 and 1.
     pub level: f64,
-    /// What figures are told to conform to.
+    /// Limits that figures have to conform to.
     pub limits: SidedLimits,
     /// Bands that traces must lie in (K-charts).
     pub bands: Vec<Band>,
@@ -261,26 +261,26 @@ impl Default for Settings {
     }
 }
 
-/// What traces of one kind are evaluated with, in the coordinate of their samples (roll length or
-/// z, mm); answered as it is.
+/// Settings for traces of one kind, in the coordinate of their samples (roll length or
+/// z, mm); returned as they are.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Window {
     /// Lower end of the evaluation range.
     pub low: f64,
     /// Upper end of the evaluation range.
     pub high: f64,
-    /// What slopes are extended to.
+    /// Length that slopes are extended to.
     pub reference: f64,
     /// +1 where slopes count towards greater coordinates, −1 on internal gears' profiles, whose tip
     /// lies at smaller roll lengths.
     pub sense: f64,
     /// How far samples are looked at for plus material.
     pub zone: [f64; 2],
-    /// Curve that stands for the mean trace.
+    /// Curve that represents the mean trace.
     pub mean: MeanCurve,
-    /// What plus material beyond the evaluation range counts for.
+    /// Use of plus material outside the evaluation range.
     pub plus_material: PlusMaterial,
-    /// Where the tip relief lies, in ascending roll length.
+    /// Range of the tip relief, in ascending roll length.
     pub tip_relief: Option<[f64; 2]>,
 }
 
@@ -290,7 +290,7 @@ impl Window {
         self.high - self.low
     }
 
-    /// Of profiles.
+    /// Returns the window of profiles.
     pub fn of_profile(gear: &Gear, asked: &ProfileSettings) -> Result<Self, Faults> {
         let [low, high] = roll_lengths(gear, asked.diameters, PROFILE_RANGE)?;
         ascending(PROFILE_RANGE, asked.diameters, high - low)?;
@@ -321,8 +321,8 @@ impl Window {
                 length
             }
         };
-        // beyond the tip there is no flank; on internal gears whose tip lies within the base circle
-        // it ends there
+        // outside the tip there is no flank; on internal gears whose tip lies within the base
+        // circle it ends there
         let zone = match tip {
             Some(tip) if internal => [tip.min(low), high],
             None if internal => [0.0, high],
@@ -333,7 +333,7 @@ impl Window {
         Ok(Window { low, high, reference, sense: gear.outward(), zone, mean, plus_material, tip_relief })
     }
 
-    /// Of helices.
+    /// Returns the window of helices.
     pub fn of_helix(gear: &Gear, asked: &HelixSettings) -> Result<Self, Faults> {
         let [low, high] = asked.range;
         ascending("helix_range_mm", asked.range, high - low)?;

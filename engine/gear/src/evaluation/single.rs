@@ -3,14 +3,14 @@
 //! With `u` the coordinate mapped to [-1, 1] over the evaluation range, δ the deviation about the
 //! design (material positive), `δ ≈ p + q u` its least-squares line and `δ ≈ a + b u + c u²` its
 //! least-squares parabola over the range, to which every defined sample contributes by the length
-//! that it stands for ([`super::spacing`]):
+//! that it represents ([`super::spacing`]):
 //!
 //! * slope `f_H = q · 2 reference / range` (`b` in place of `q` about the mean parabola, whose
 //!   chord it is),
 //! * form `f_f` = peak to valley of δ about the line or about the parabola,
 //! * total `F` = peak to valley of δ,
 //! * crowning `C = −c`, the height of the parabola over the middle of its chord; positive where
-//!   material stands out in the middle,
+//!   material protrudes in the middle,
 //! * tip relief `f_Ko`, the least-squares line of the samples of the relief less the line of the
 //!   evaluation range, both at the tip end of the relief.
 //!
@@ -33,7 +33,7 @@ use super::{
     warning::{TraceWarning, Warning},
 };
 
-/// What became of a trace.
+/// Evaluation of a trace.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Outcome {
     pub samples: Samples,
@@ -76,7 +76,7 @@ impl Subject<'_> {
         }
     }
 
-    /// Of samples at three places at least.
+    /// Returns the figures of samples at three places at least.
     pub(super) fn figures(&self, taken: &Taken) -> Values {
         let (trace, window) = (self.trace, self.window);
         let noise = noise(&taken.u, &taken.deviation, &taken.spacing);
@@ -133,7 +133,7 @@ impl Subject<'_> {
     }
 }
 
-/// Highest minus lowest of the range, and what samples beside the range add to the highest.
+/// Highest minus lowest of the range, and what samples outside the range add to the highest.
 fn peak_to_valley(taken: &Taken, zone: bool, height: impl Fn(f64, f64) -> f64) -> [f64; 2] {
     let heights = taken.u.iter().zip(&taken.deviation).map(|(&u, &d)| height(u, d));
     let (lowest, highest) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), h| (a.min(h), b.max(h)));

@@ -1,13 +1,13 @@
-//! How samples lie along the evaluation range: what length each stands for, holes between them, how
-//! much of the range they cover.
+//! Spacing of samples along the evaluation range: the length each represents, holes between them,
+//! how much of the range they cover.
 //!
 //! Positions are mapped to [-1, 1] and ascend. A mean curve is that of the deviation as a function
-//! of its place, not of the samples that happen to have been taken: each sample stands for the
-//! length up to half-way to its neighbours, and the outermost two beyond their ends for half the
-//! usual distance, so that equidistant samples count alike. A sample at the edge of a hole stands
-//! for half the usual distance into it; the rest of the hole is a gap ([`super::gap`]). Shorter
-//! stretches with missing samples ([`super::missing`]) are bridged, but they are not covered
-//! either.
+//! of its place, not of the samples that happen to have been taken: each sample represents the
+//! length up to half-way to its neighbours, and the outermost two outside their ends half the
+//! usual distance, so that equidistant samples count alike. A sample at the edge of a hole
+//! represents for half the usual distance into it; the rest of the hole is a gap ([`super::gap`]).
+//! Shorter stretches with missing samples ([`super::missing`]) are bridged, but they are not
+//! covered either.
 
 use super::missing::missing;
 use flankfit_numerics::{cancel::Asking, quantiles::median};
@@ -16,7 +16,7 @@ use flankfit_numerics::{cancel::Asking, quantiles::median};
 /// where it is longer. ISO 1328-1:2013 filters profiles and helices with a cut-off of 1/30 of the
 /// range, so that a wave of 1/20 is still there by three quarters and could hide in it.
 pub const LONGEST_DISTANCE: f64 = 0.05;
-/// Where samples are sparse all along, a hole is a distance of so many usual ones.
+/// Multiple of the usual distance that makes a hole where samples are sparse all along.
 pub const HOLE_DISTANCES: f64 = 2.5;
 /// Share of the evaluation range that samples must cover for any figure.
 pub const LEAST_COVERED: f64 = 0.75;
@@ -27,7 +27,7 @@ const SAME: f64 = 1e-9;
 /// How samples lie.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Spacing {
-    /// The length that each sample stands for; samples at one place share it.
+    /// The length that each sample represents; samples at one place share it.
     pub weight: Vec<f64>,
     /// Places that differ.
     pub places: usize,
@@ -35,7 +35,7 @@ pub(crate) struct Spacing {
     pub usual: f64,
     /// From and to of distances that are holes.
     pub holes: Vec<[f64; 2]>,
-    /// Stretches of the range that no sample stands for: the inside of holes, and ends that are not
+    /// Stretches of the range that no sample represents: the inside of holes, and ends that are not
     /// reached.
     pub gaps: Vec<[f64; 2]>,
     /// Share of the range between an end that is not reached and the nearest sample, the greater of
@@ -48,12 +48,13 @@ pub(crate) struct Spacing {
 }
 
 impl Spacing {
-    /// Of ascending places.
+    /// Returns the spacing of ascending places.
     pub(crate) fn of(u: &[f64]) -> Self {
         Self::beside(u, [None; 2])
     }
 
-    /// Of ascending places within the range, with the nearest samples below and above the range.
+    /// Returns the spacing of ascending places within the range, with the nearest samples outside
+    /// it.
     pub(crate) fn beside(u: &[f64], beyond: [Option<f64>; 2]) -> Self {
         // first sample of each place, and its end
         let mut groups: Vec<[usize; 2]> = Vec::with_capacity(u.len());
@@ -89,7 +90,7 @@ impl Spacing {
         let upper = (ends[1] > 0.0).then_some([last + 0.5 * usual, 1.0]);
         let inside = holes.iter().map(|[from, to]| [from + 0.5 * usual, to - 0.5 * usual]);
         let gaps: Vec<[f64; 2]> = lower.into_iter().chain(inside).chain(upper).collect();
-        // beside a gap the whole range is to be counted, no less and no more
+        // next to a gap the whole range is to be counted, no less and no more
         let outer = |to_end: f64, is_open: bool, beyond: Option<f64>| match (gaps.is_empty() || is_open, beyond) {
             (true, _) => 0.5 * usual,
             (false, Some(_)) => to_end.max(0.0),
@@ -118,7 +119,7 @@ impl Spacing {
     }
 
     /// Whether slope and crowning can be determined: from three quarters of the range, and no
-    /// farther beyond the samples than the longest distance that is no hole.
+    /// farther outside the samples than the longest distance that is no hole.
     pub(crate) fn tells_figures(&self) -> bool {
         self.covered >= LEAST_COVERED && self.open_end <= LONGEST_DISTANCE * (1.0 + SAME)
     }

@@ -16,12 +16,12 @@ pub(super) struct Subject<'a> {
     pub design: Option<&'a [f64]>,
     pub settings: &'a Settings,
     pub window: &'a Window,
-    /// Of the trace, from 0.
+    /// Number of the trace, from 0.
     pub number: usize,
 }
 
 impl Subject<'_> {
-    /// What the trace is held against, by the tolerances of a class where they speak about it.
+    /// Limits of the trace, by the tolerances of a class where they cover it.
     /// Where the range is not measured to its ends nothing conforms, and over a hole a form may be
     /// anything.
     pub(super) fn limits(&self, assessable: Assessable, tolerances: Option<&Tolerances>) -> TraceLimits {
@@ -46,7 +46,7 @@ impl Subject<'_> {
         ]
     }
 
-    /// What a posted deviation is multiplied with to be one of material, transverse.
+    /// Factor that makes a posted deviation one of material, transverse.
     pub(super) fn to_material(&self) -> f64 {
         let settings = self.settings;
         settings.given.to_material(self.trace.kind, self.trace.side)

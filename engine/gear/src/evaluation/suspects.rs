@@ -1,4 +1,4 @@
-//! What is said of samples that stand out of their neighbours ([`super::outliers`]).
+//! Warnings about samples that deviate from their neighbours ([`super::outliers`]).
 
 use super::{
     outliers::{
@@ -34,7 +34,7 @@ pub(super) fn burrs(subjects: &[Subject]) -> Vec<[Option<Burr>; 2]> {
     found
 }
 
-/// Marks the burrs and what stands out of its neighbours; the places of it that count otherwise.
+/// Marks the burrs and the outliers; returns the places of those that count otherwise.
 pub(super) fn mark(all: &mut [Sample], burrs: [Option<Burr>; 2]) -> Vec<Run> {
     let column = |of: fn(&Sample) -> f64| all.iter().map(of).collect::<Vec<f64>>();
     let mut runs = outliers(&column(|s| s.at), &column(|s| s.deviation));
@@ -74,7 +74,7 @@ pub(super) fn suspects(subject: &Subject, all: &[Sample], runs: &[Run], excluded
 }
 
 impl Suspects {
-    /// What is to be said of them.
+    /// Returns the warning about them.
     pub(super) fn warning(&self, excluded: bool) -> TraceWarning {
         let first = self.places.iter().take(TraceWarning::NAMED).copied().collect();
         let more = self.places.len() > TraceWarning::NAMED;

@@ -28,7 +28,7 @@ use flankfit_numerics::cancel::{self, Asking};
 
 /// Second-order surface through all traces of a tooth flank, over the evaluation ranges, with
 /// slopes extended to their reference lengths, transverse; by plain least squares, every sample
-/// weighted by the length that it stands for. Each trace has a zero of its own, unless
+/// weighted by the length that it represents. Each trace has a zero of its own, unless
 /// `traces_share_zero`. Standard errors are due to the noise of the samples, as for traces: form
 /// that the surface leaves is no noise.
 #[derive(Clone, Debug, PartialEq)]
@@ -56,8 +56,8 @@ pub struct TraceSurface {
     pub peak_to_valley_um: f64,
 }
 
-/// Figures that the traces of a flank have in common, in µm over the evaluation range. A figure that
-/// they do not determine is absent.
+/// Figures that the traces of a flank have in common, in µm over the evaluation range. A figure
+/// that they do not determine is absent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "contract",
@@ -69,18 +69,18 @@ pub struct TraceFigures {
     /// Deviation in the middle of the flank; only with `traces_share_zero`.
     #[cfg_attr(feature = "contract", serde(rename = "mean_um"))]
     pub mean: Option<Figure>,
-    /// Profile slope from root to tip in the middle of the width (without `twist_um` in the sections
-    /// of the profiles); positive where material grows towards the tip.
+    /// Profile slope from root to tip in the middle of the width (without `twist_um` in the
+    /// sections of the profiles); positive where material grows towards the tip.
     #[cfg_attr(feature = "contract", serde(rename = "profile_slope_um"))]
     pub profile_slope: Option<Figure>,
-    /// Helix slope over the width half-way between root and tip (without `twist_um` on the diameters
-    /// of the helices), by the sign asked for.
+    /// Helix slope over the width half-way between root and tip (without `twist_um` on the
+    /// diameters of the helices), by the sign asked for.
     #[cfg_attr(feature = "contract", serde(rename = "helix_slope_um"))]
     pub helix_slope: Option<Figure>,
-    /// Profile crowning; positive where material stands out half-way between root and tip.
+    /// Profile crowning; positive where material protrudes half-way between root and tip.
     #[cfg_attr(feature = "contract", serde(rename = "profile_crowning_um"))]
     pub profile_crowning: Option<Figure>,
-    /// Helix crowning; positive where material stands out half-way between the ends.
+    /// Helix crowning; positive where material protrudes half-way between the ends.
     #[cfg_attr(feature = "contract", serde(rename = "helix_crowning_um"))]
     pub helix_crowning: Option<Figure>,
     /// Twist, 4 c_uv of the surface: slope at the tip minus slope at the root of helices over the
@@ -92,7 +92,7 @@ pub struct TraceFigures {
 }
 
 impl TraceFigures {
-    /// What is not told; the mean of traces with zeros of their own is none of it.
+    /// Figures that are not determined, other than the mean of traces with zeros of their own.
     fn missing(&self, share_zero: bool) -> Vec<SurfaceFigure> {
         let each = [
             (SurfaceFigure::Mean, self.mean.is_some() || !share_zero),
@@ -112,14 +112,14 @@ pub(super) struct SlopeLimits<'a> {
     /// The lengths that slopes of profiles and of helices are extended to, mm; `None` where there
     /// are no traces of that kind.
     references: [Option<f64>; 2],
-    /// Of profiles and of helices; `None` where slopes are extended beyond what tolerances speak
-    /// of, or where there are none.
+    /// Tolerances of profiles and of helices; `None` where slopes are extended outside the range
+    /// that tolerances cover, or where there are none.
     tolerances: [Option<&'a Tolerances>; 2],
     rounding: Rounding,
 }
 
 impl<'a> SlopeLimits<'a> {
-    /// `foreign` says whose slopes are extended beyond what tolerances speak of.
+    /// `foreign` says whose slopes are extended outside the range that tolerances cover.
     pub(super) fn new(
         windows: [Option<&Window>; 2],
         tolerances: Option<&'a Tolerances>,
@@ -158,7 +158,7 @@ impl<'a> SlopeLimits<'a> {
     }
 }
 
-/// Where u and v of a flank lie.
+/// Ranges of u and v of a flank.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Frame {
     roll: [f64; 2],
@@ -193,7 +193,7 @@ fn mapped(x: f64, [low, high]: [f64; 2]) -> f64 {
     if high > low { (2.0 * x - low - high) / (high - low) } else { 0.0 }
 }
 
-/// The samples of each trace, every one with the length that it stands for.
+/// The samples of each trace, every one with the length that it represents.
 fn samples(flank: &FlankTraces, frame: &Frame) -> Vec<Vec<Sample>> {
     let each = flank.split().map(|(trace, places)| {
         cancel::checkpoint();
@@ -210,7 +210,7 @@ fn samples(flank: &FlankTraces, frame: &Frame) -> Vec<Vec<Sample>> {
             at(a).total_cmp(&at(b)).then(a.deviation.total_cmp(&b.deviation))
         }));
         let places: Vec<f64> = samples.iter().map(at).collect();
-        // a lone place stands for no length
+        // a lone place represents no length
         let spacing = Spacing::of(&places);
         if spacing.places > 1 {
             samples.iter_mut().zip(spacing.weight).for_each(|(sample, weight)| sample.weight = weight);
@@ -227,7 +227,7 @@ struct Found {
 }
 
 impl FlankTraces {
-    /// `None` where a single trace is all there is: what it tells is its own.
+    /// `None` where a single trace is all there is: what it shows is its own.
     fn surface(&self, gear: &Gear, settings: &Settings, slopes: &SlopeLimits) -> Option<Found> {
         if self.each.len() < 2 {
             return None;

@@ -1,4 +1,4 @@
-//! What a trace is evaluated to: figures, and the places that stand out of it.
+//! Results of the evaluation of a trace: figures, and suspected outliers.
 
 /// Fewest defined samples of the evaluation range.
 pub const FEWEST_SAMPLES: usize = 5;
@@ -27,7 +27,7 @@ pub struct Values {
     pub form_um: f64,
     /// F_α or F_β: peak to valley about the design.
     pub total_um: f64,
-    /// Height of the mean parabola over its chord; positive where material stands out in the
+    /// Height of the mean parabola over its chord; positive where material protrudes in the
     /// middle.
     pub crowning_um: f64,
     /// Standard error of the crowning, likewise.
@@ -80,9 +80,9 @@ pub struct Suspect {
     pub to_mm: f64,
     /// Number of samples.
     pub samples: usize,
-    /// Greatest height above the neighbours, positive where material stands out.
+    /// Greatest height above the neighbours, positive where material protrudes.
     pub height_um: f64,
-    /// True if material stands out at an end, as a burr does, where at least half of the other
+    /// True if material protrudes at an end, as a burr does, where at least half of the other
     /// traces of the same flank and kind have less than half of it; needs three traces.
     #[cfg_attr(feature = "contract", serde(default))]
     pub burr: bool,
@@ -120,7 +120,7 @@ pub struct WithoutSuspects {
     pub form_um: f64,
     /// F_α or F_β.
     pub total_um: f64,
-    /// Crowning; positive where material stands out in the middle.
+    /// Crowning; positive where material protrudes in the middle.
     pub crowning_um: f64,
 }
 

@@ -64,7 +64,7 @@ pub struct FlankGrid {
     pub points: Vec<[f64; 3]>,
     /// Unit normals, out of the material.
     pub normals: Vec<[f64; 3]>,
-    /// Where the grid leaves the flank that is really there.
+    /// Warnings about nodes off the flank that is really there.
     pub warnings: Vec<GridWarning>,
 }
 
@@ -158,7 +158,7 @@ impl FlankGrid {
     }
 }
 
-/// What all nodes of a flank share.
+/// Common values of all nodes of a flank.
 struct Frame<'a> {
     flank: Flank<'a>,
     side: Side,

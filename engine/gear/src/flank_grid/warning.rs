@@ -8,7 +8,7 @@ use flankfit_numerics::words::{Shown, counted};
 /// A grid that leaves the flank that is really there: the involute itself goes on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum GridWarning {
-    /// So many profile values, `first` the first of them, lie beyond the tip form diameter (mm).
+    /// So many profile values, `first` the first of them, lie above the tip form diameter (mm).
     BeyondTip {
         /// Index of the first of them.
         first: usize,
@@ -70,11 +70,11 @@ impl fmt::Display for GridWarning {
     }
 }
 
-/// Where the grid leaves the flank.
+/// Returns warnings about nodes off the flank.
 pub(super) fn warnings(gear: &Gear, roll_lengths: &[f64], positions: &[f64]) -> Vec<GridWarning> {
     let geometry = Geometry::of(gear);
     let mut found = Vec::new();
-    // Callers round: what lies beyond by less than this is on the border.
+    // Callers round: what lies outside by less than this is on the border.
     let margin = 1e-6 * gear.data().normal_module;
     let outward = gear.outward();
     let beyond = |limit: f64, towards: f64| {

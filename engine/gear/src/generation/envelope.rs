@@ -67,7 +67,7 @@ pub enum Motion {
 }
 
 impl Motion {
-    /// Where a tool's point cuts, in the gear's frame; `None` where its normal never meets the
+    /// Place that a tool's point cuts, in the gear's frame; `None` where its normal never meets the
     /// pitch point.
     pub fn contact(&self, tool: &ToolPoint) -> Option<[f64; 2]> {
         self.contact_and_turn(tool).map(|(point, _)| point)
@@ -116,7 +116,7 @@ fn rotated([x, y]: [f64; 2], turn: f64) -> [f64; 2] {
 )]
 pub struct TooManyBetween;
 
-/// What a profile's points touch, in the profile's order.
+/// Places that a profile's points touch, in the profile's order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Envelope {
     /// Between two points of one branch the envelope goes on; where no point is touched a new
@@ -224,7 +224,7 @@ impl Trail {
         let within = touched.filter(|polar| self.range.contains(&polar.radius));
         match (within, self.branches.last_mut()) {
             (Some(polar), Some(branch)) => {
-                // The first point on the way in, and the last on the way out, lie just beyond the
+                // The first point on the way in, and the last on the way out, lie just outside the
                 // border.
                 if branch.is_empty() {
                     branch.extend(self.last);

@@ -17,7 +17,7 @@ pub mod tooth;
 
 pub use root::Root;
 
-/// A point of a transverse section beside the middle of its tooth.
+/// A point of a transverse section, about the middle of its tooth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Polar {
     /// mm.
@@ -27,12 +27,12 @@ pub struct Polar {
 }
 
 impl Polar {
-    /// Of a point given by (x, y), where the tooth's middle is the y axis.
+    /// Returns the point given by (x, y), where the tooth's middle is the y axis.
     fn of(x: f64, y: f64) -> Self {
         Polar { radius: x.hypot(y), half_angle: (-x).atan2(y) }
     }
 
-    /// (x, y) on the left flank (`sign` 1) or the right one (−1) of a tooth whose middle stands at
+    /// (x, y) on the left flank (`sign` 1) or the right one (−1) of a tooth whose middle is at
     /// `turn`, rad counterclockwise from +y.
     pub fn point(self, sign: f64, turn: f64) -> [f64; 2] {
         let (sin, cos) = (sign * self.half_angle + turn).sin_cos();

@@ -14,7 +14,7 @@
 //! in the transverse section an ellipse. A protuberance pr puts the centre ρ − pr behind the
 //! straight flank instead of ρ; the rounding then reaches up to where it crosses that flank, in a
 //! concave corner (a protuberance flank of another angle is not described by the data). Where it
-//! bends back beyond δ = π/2 it cuts on the other side of the pitch point; with a rounding near the
+//! bends back after δ = π/2 it cuts on the other side of the pitch point; with a rounding near the
 //! pitch line, on gears of much profile shift, that overhang cuts the flank once more, and the
 //! nearer of both cuts is what counts. ρ = 0 is a sharp corner, whose normals fill the angle
 //! between tip and flank: the same formulas.
@@ -41,7 +41,7 @@ pub struct RackTool {
     pub addendum: f64,
     /// Radius of the tip's rounding; 0 for a sharp corner.
     pub tip_radius: f64,
-    /// How far the tip stands out sideways of the straight flank.
+    /// Distance by which the tip protrudes sideways from the straight flank.
     pub protuberance: f64,
     /// Whether the gear's data name it; else it is the standard one that reaches the root circle.
     pub given: bool,
@@ -114,7 +114,7 @@ pub fn check(gear: &Gear) -> Result<(), Faults> {
     faults.into_result(())
 }
 
-/// What a rack tool leaves on an external gear.
+/// Fillet that a rack tool leaves on an external gear.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RackFillet {
     /// The tool that cuts it.
@@ -128,10 +128,11 @@ pub struct RackFillet {
     /// Roll length that the lowest point of the straight flank generates; below 0 where it lies
     /// below the base tangent point.
     straight_roll: f64,
-    /// Where fillet and involute meet.
+    /// Roll length at which fillet and involute meet.
     form_roll: f64,
     form_angle: f64,
-    /// δ where the overhang of a rounding that reaches beyond π/2 cuts nearest to the gear's axis.
+    /// δ where the overhang of a rounding that reaches more than π/2 cuts nearest to the gear's
+    /// axis.
     dip: Option<f64>,
 }
 
@@ -172,7 +173,7 @@ impl RackFillet {
         fillet
     }
 
-    /// Where the fillet comes out of the involute beyond `from`: the angle δ, and the roll length.
+    /// The crossing of fillet and involute above `from`: the angle δ, and the roll length.
     fn crossing(&self, gear: &Gear, from: f64) -> (f64, f64) {
         let flank = Flank::new(gear, Side::Left);
         let roll = |delta: f64| gear.roll_length(2.0 * self.at(delta).radius).unwrap_or(0.0);
@@ -189,7 +190,7 @@ impl RackFillet {
         boundary(ends, 0.0, |delta| self.at(delta).radius < radius)[1]
     }
 
-    /// The overhang's δ of least radius: the radius falls from beyond all bounds at π/2, and may
+    /// The overhang's δ of least radius: the radius falls from infinity at π/2, and may
     /// rise again.
     fn dip_of_overhang(&self) -> Option<f64> {
         let (mut low, mut high) = (FRAC_PI_2 + 1e-6, self.last);
@@ -243,7 +244,7 @@ impl RackFillet {
         ([u, height - self.tool.tip_radius * cos], -sin / cos * self.cos_helix)
     }
 
-    /// What the tool's point at δ cuts, 0 ≤ δ < π/2.
+    /// Returns the place that the tool's point at δ cuts, 0 ≤ δ < π/2.
     pub fn at(&self, delta: f64) -> Polar {
         let ([u, w], q) = self.tool_point(delta);
         let (along, out) = (w * q, self.pitch_radius + w);
@@ -255,13 +256,13 @@ impl RackFillet {
         self.pitch_radius + self.centre[1] - self.tool.tip_radius
     }
 
-    /// Where the fillet meets the involute, as roll length.
+    /// Roll length at which the fillet meets the involute.
     pub fn form_roll(&self) -> f64 {
         self.form_roll
     }
 
     /// δ there, or where fillet and involute would meet but for an overhang that cuts the involute
-    /// beyond.
+    /// above.
     pub fn form_angle(&self) -> f64 {
         self.form_angle
     }
@@ -286,7 +287,7 @@ impl RackFillet {
     }
 
     /// About `count` + 1 points from the root circle to where the involute starts, or to `most` if
-    /// it starts beyond that radius; about equally far from each other, which equal steps of δ are
+    /// it starts above that radius; about equally far from each other, which equal steps of δ are
     /// not.
     pub fn points(&self, gear: &Gear, count: usize, most: f64) -> Vec<Polar> {
         let count = count.max(1);

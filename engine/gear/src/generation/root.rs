@@ -67,7 +67,7 @@ impl Root {
     }
 
     /// About `count` + 1 points of the left flank from the root circle to where the involute
-    /// starts, external gears not beyond the radius `most`.
+    /// starts, external gears not above the radius `most`.
     pub fn points(&self, count: usize, most: f64, gear: &Gear) -> Vec<Polar> {
         match self {
             Root::Rack(fillet) => fillet.points(gear, count, most),

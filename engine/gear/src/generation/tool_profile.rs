@@ -51,7 +51,7 @@ pub struct ToolProfile {
 
 impl ToolProfile {
     /// How many points a profile through so many, each interval in so many parts, may have: those
-    /// of its corners come beside.
+    /// of its corners are added.
     pub fn most_points(points: usize, parts: usize) -> usize {
         let corner = (PI / CORNER_STEP) as usize + 1;
         points.saturating_mul(parts.saturating_add(corner)).min(MOST_POINTS)
@@ -130,7 +130,7 @@ impl ToolProfile {
         faults.into_result(ToolProfile { points })
     }
 
-    /// What the profile consists of.
+    /// Points that the profile consists of.
     pub fn points(&self) -> &[ToolPoint] {
         &self.points
     }

@@ -46,7 +46,7 @@ impl Default for Steps {
 }
 
 impl Steps {
-    /// Points of one tooth and the space beside it, or a few more.
+    /// Points of one tooth and the space next to it, or a few more.
     pub fn points(&self) -> usize {
         let parts = [self.involute, self.fillet, self.tip, self.root];
         parts.iter().fold(4, |sum, part| sum.saturating_add(part.saturating_mul(2)))
@@ -95,7 +95,7 @@ impl Tooth {
         }
         points.extend((1..=steps.involute).map(|k| {
             // Equal steps of the roll angle's square, which is the arc length: the involute starts
-            // with a curvature beyond all bounds.
+            // with an infinite curvature.
             let t = k as f64 / steps.involute as f64;
             let roll = (form_roll * form_roll + t * (tip_roll - form_roll) * (tip_roll + form_roll)).max(0.0).sqrt();
             let meets = k == steps.involute && point.is_some();

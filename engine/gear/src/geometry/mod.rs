@@ -118,7 +118,8 @@ pub struct Geometry {
     /// z_n = z / (cos² β_b cos β), teeth of the spur gear that a helical gear resembles in its
     /// normal section.
     pub virtual_teeth: f64,
-    /// The smallest profile shift without undercut by the rack tool; absent if no rack cuts the root.
+    /// The smallest profile shift without undercut by the rack tool; absent if no rack cuts the
+    /// root.
     pub least_profile_shift_coefficient: Option<f64>,
     /// True if the tool cuts into the involute near the root.
     pub undercut: bool,
@@ -140,7 +141,7 @@ pub fn pointed_diameter(gear: &Gear) -> Option<f64> {
     (start >= 0.0).then(|| gear.diameter(gear.base_radius() * roll_of_inv(start)))
 }
 
-/// Thickness of a tooth on the cylinder of a roll length; 0 beyond a tooth's point.
+/// Thickness of a tooth on the cylinder of a roll length; 0 above a tooth's point.
 pub fn tooth_thickness(gear: &Gear, roll_length: f64) -> Arc {
     let half_angle = Flank::new(gear, Side::Left).half_angle(roll_length).max(0.0);
     let diameter = gear.diameter(roll_length);

@@ -56,7 +56,7 @@ pub enum Warning {
         /// 0.2 m_n.
         least_mm: f64,
     },
-    /// The involute would start beyond the tip: no flank is left.
+    /// The involute would start above the tip: no flank is left.
     #[error(
         "no involute is left: it would start on {} mm, beyond the tip diameter of {} mm", Shown(*.form_diameter_mm),
         Shown(*.tip_diameter_mm)

@@ -192,7 +192,7 @@ impl AnalyticLaw {
         faults.into_result(part)
     }
 
-    /// What depends on the roll length alone: relief and its slope.
+    /// Part that depends on the roll length alone: relief and its slope.
     pub(super) fn along_profile(&self, range: &Range, roll_length: f64) -> (f64, f64) {
         let (u, slope) = (range.u(roll_length), range.u_slope());
         match *self {
@@ -206,7 +206,7 @@ impl AnalyticLaw {
         }
     }
 
-    /// What depends on z alone: relief and its slope.
+    /// Part that depends on z alone: relief and its slope.
     pub(super) fn along_helix(&self, range: &Range, z: f64) -> (f64, f64) {
         let (v, slope) = (range.v(z), range.v_slope());
         match *self {

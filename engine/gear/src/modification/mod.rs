@@ -18,12 +18,12 @@
 //! | helix slope C_Hβ | C v/2: relief at the end of higher z less that at the end of lower z |
 //! | end relief C_βI, C_βII | from 0 at `length` inside the end of lower (I) or higher (II) z to C at that end, t or t² |
 //! | twist S | S u v/4: the profile slope at the end of higher z less that at the end of lower z |
-//! | topography | values on a grid, interpolated bilinearly or by a bicubic B-spline, constant beyond the grid's border |
+//! | topography | values on a grid, interpolated bilinearly or by a bicubic B-spline, constant outside the grid's border |
 //!
 //! Beyond the range the formulas go on (a relief keeps its law up to the nominal tip).
 //!
 //! **Normals.** A modified flank is the surface P − relief · n. Its normal is not n: [`Relief`]
-//! carries the slopes, and the node grid answers the true normal of the modified surface. Where a
+//! carries the slopes, and the node grid returns the true normal of the modified surface. Where a
 //! linear relief starts, the side of the relief counts.
 
 pub mod law;
@@ -43,8 +43,8 @@ use topography::{Columns, Contracted};
 
 /// Most modifications of one flank.
 pub const MOST: usize = 100;
-/// Shortest length on a flank, mm: a relief over less would be a step, its slopes beyond all
-/// numbers.
+/// Shortest length on a flank, mm: a relief over less would be a step with infinite
+/// slopes.
 pub const LEAST_LENGTH: f64 = 1e-6;
 
 /// Flanks of a modification. Default `both`.
@@ -77,7 +77,7 @@ impl Flanks {
 pub struct Modification {
     /// Flanks that it is meant for.
     pub flanks: Flanks,
-    /// What is removed, and where.
+    /// Law of the relief.
     pub law: Law,
 }
 
@@ -110,7 +110,7 @@ impl Modifications {
         faults.into_result(made)
     }
 
-    /// What the amounts refer to.
+    /// Range that the amounts refer to.
     pub fn range(&self) -> &Range {
         &self.range
     }
@@ -144,7 +144,7 @@ impl Modifications {
         self.row(side, roll_length).at(&self.column(side, z))
     }
 
-    /// What depends on the roll length alone, for many places of one profile.
+    /// Part that depends on the roll length alone, for many places of one profile.
     pub fn row(&self, side: Side, roll_length: f64) -> Row {
         let mut row = Row { u: self.range.u(roll_length), u_slope: self.range.u_slope(), ..Row::default() };
         for (_, part) in self.parts.iter().filter(|(flanks, _)| flanks.has(side)) {
@@ -157,7 +157,7 @@ impl Modifications {
         row
     }
 
-    /// What depends on z alone, for many places of one section.
+    /// Part that depends on z alone, for many places of one section.
     pub fn column(&self, side: Side, z: f64) -> Column {
         let mut column = Column { v: self.range.v(z), v_slope: self.range.v_slope(), ..Column::default() };
         for (_, part) in self.parts.iter().filter(|(flanks, _)| flanks.has(side)) {

@@ -103,8 +103,8 @@ impl Topography {
             .map_err(|found| Faults::one("", &found.list()[0].message))
     }
 
-    /// Where the surface along `axis` is asked for a place, with 0 or 1 for what a derivative there
-    /// counts.
+    /// Place at which the surface along `axis` is evaluated, with 0 or 1 for what a derivative
+    /// there counts.
     fn within(&self, axis: usize, x: f64) -> (f64, f64) {
         let (low, high) = self.surface.bases()[axis].domain();
         if x < low {

@@ -12,7 +12,7 @@
 //! axial shift would carry the points along the flank, and with them the modification. On spur
 //! gears the axial shift adds nothing at all.
 //!
-//! Only a modification that changes along z tells how far the part slid along its own helices: a
+//! Only a modification that changes along z shows how far the part slid along its own helices: a
 //! slide by c adds `c ∂relief/∂z`. Where that is significant it is a column of its own
 //! ([`Column::Slide`]).
 
@@ -60,7 +60,7 @@ pub struct Freedom {
 }
 
 impl Freedom {
-    /// Refuses none, a motion that stands twice, and what no point can tell.
+    /// Refuses none, a motion that is listed twice, and what no point can determine.
     pub fn new(gear: &Gear, asked: &[Motion]) -> Result<Self, Faults> {
         let mut faults = Faults::default();
         if asked.is_empty() {

@@ -14,13 +14,13 @@ use flankfit_numerics::quantiles::median;
 /// 11 of ISO 1328-1 allows.
 pub(crate) const MISFIT: f64 = 10.0;
 pub(crate) const MISFIT_PER_MODULE: f64 = 10.0;
-/// Multiples of the scale (1.4826 × median absolute deviation) beyond which a point belongs to no
+/// Multiples of the scale (1.4826 × median absolute deviation) above which a point belongs to no
 /// flank of the others.
 const THRESHOLD: f64 = 8.0;
-/// How far beyond tip or root circle a point of a flank may lie, modules.
+/// Distance outside the tip or root circle at which a point of a flank may lie, modules.
 const BEYOND: f64 = 0.02;
 
-/// What the beginning had to assume.
+/// Returns warnings about what the start had to assume.
 pub(super) fn of_start(gear: &Gear, start: &Start, after: &Deviations) -> Vec<Warning> {
     let mut warnings = Vec::new();
     if start.teeth_assumed {
@@ -42,7 +42,7 @@ pub(super) fn of_start(gear: &Gear, start: &Start, after: &Deviations) -> Vec<Wa
     warnings
 }
 
-/// Where rotation is not free, an axial shift of a helical part takes up its rotation.
+/// Returns a warning if an axial shift of a helical part takes up its rotation, which is not free.
 pub(super) fn of_axial_shift(gear: &Gear, freedom: &Freedom, pose: &Pose) -> Option<Warning> {
     let shift = pose.get(Motion::AxialShift);
     let alone = freedom.tells(Motion::AxialShift) && !freedom.motions.contains(&Motion::Rotation);
@@ -52,7 +52,7 @@ pub(super) fn of_axial_shift(gear: &Gear, freedom: &Freedom, pose: &Pose) -> Opt
     })
 }
 
-/// What the deviations that are left say.
+/// Returns warnings about the remaining deviations.
 pub(super) fn of_part(gear: &Gear, after: &Deviations, rows: &[usize]) -> Vec<Warning> {
     let mut warnings = Vec::new();
     let scale = after.direction.from_normal(gear);

@@ -32,7 +32,7 @@ use super::deviation::Deviations;
 use crate::warning::Warning;
 use flankfit_estimation::{FitResult, FitSpec};
 
-/// What is asked for.
+/// Specification of a registration.
 #[derive(Clone, Debug)]
 pub struct Registering<'a> {
     /// Which motions are free, in any order.
@@ -64,12 +64,13 @@ pub struct Moved {
     pub start: f64,
     /// `um` or `urad`.
     pub unit: &'static str,
-    /// Standard error by the scatter of the points, each by itself: it does not cover what moves all
-    /// points of a flank together, as a pitch deviation does (docs/reference/gears.md). Absent if
-    /// the points do not determine the motion. If a regularisation chose its λ* by these points it
-    /// is too small, as in any fit.
+    /// Standard error by the scatter of the points, each by itself: it does not cover what moves
+    /// all points of a flank together, as a pitch deviation does (docs/reference/gears.md). Absent
+    /// if the points do not determine the motion. If a regularisation chose its λ* by these points
+    /// it is too small, as in any fit.
     pub std_error: Option<f64>,
-    /// Sharp bound of the displacement by regularisation, given the limit of the coefficients' norm.
+    /// Sharp bound of the displacement by regularisation, given the limit of the coefficients'
+    /// norm.
     pub bias_bound: Option<f64>,
     /// True if these points distinguish it from the other free motions.
     pub determined: bool,
@@ -122,7 +123,7 @@ pub struct Registration {
     /// The deviations of the part carried back, in the order of the nodes.
     #[cfg_attr(feature = "contract", serde(skip))]
     pub deviations: Deviations,
-    /// What the fit does not say.
+    /// Warnings that the fit does not give.
     #[cfg_attr(feature = "contract", serde(skip))]
     pub warnings: Vec<Warning>,
 }

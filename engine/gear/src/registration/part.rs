@@ -111,7 +111,7 @@ impl<'a> Part<'a> {
     /// `None` where it is, or where there is none.
     pub(super) fn nearest(&self, i: usize, back: &Vector) -> Option<(u32, Side)> {
         let touch = self.start?.touches.get(i)?;
-        // normals were given to tell sides, and have told them
+        // normals were given to distinguish sides, and have done so
         let side = touch.side.or_else(|| touch.normal.map(|_| self.deviations.nodes[i].side));
         if side.is_some() && touch.tooth.is_some() {
             return None;

@@ -41,7 +41,7 @@ impl Motion {
     pub const ALL: [Motion; 6] =
         [Motion::XShift, Motion::YShift, Motion::AxialShift, Motion::XTilt, Motion::YTilt, Motion::Rotation];
 
-    /// As requests, answers and sentences call it.
+    /// Name in requests, responses and sentences.
     pub fn name(self) -> &'static str {
         match self {
             Motion::XShift => "x_shift",
@@ -92,7 +92,7 @@ impl Pose {
         self.get(motion) * if motion.is_angle() { 1e-6 } else { 1e-3 }
     }
 
-    /// Whether it is a motion that a registration can have.
+    /// Returns true for a motion that a registration can have.
     pub fn is_sane(&self) -> bool {
         self.values.iter().all(|x| x.is_finite()) && self.tilt().norm() <= Self::MOST_TILT
     }
@@ -105,7 +105,7 @@ impl Pose {
         Vector::new(self.plain(Motion::XShift), self.plain(Motion::YShift), 0.0)
     }
 
-    /// Where a point of the nominal part lies, mm.
+    /// Returns the place of a point of the nominal part, mm.
     pub fn apply(&self, point: &Vector) -> Vector {
         let about = Vector::new(0.0, 0.0, self.plain(Motion::AxialShift) - self.pivot);
         let own = turned(*point, self.plain(Motion::Rotation)) + about;
@@ -148,12 +148,12 @@ pub struct InversePose {
 }
 
 impl InversePose {
-    /// Where a measured point lies on the nominal part, mm.
+    /// Returns the place of a measured point on the nominal part, mm.
     pub fn point(&self, measured: &Vector) -> Vector {
         turned(self.beside_pivot(measured) + self.along * Vector::z(), -self.turn)
     }
 
-    /// What a direction of the measured part is on the nominal one.
+    /// Returns a direction of the measured part as one of the nominal part.
     pub fn direction(&self, measured: &Vector) -> Vector {
         turned(self.inverse * measured, -self.turn)
     }

@@ -49,7 +49,7 @@ impl Search<'_> {
     }
 
     /// The step of least squares in which far points count less (Huber at twice the scale); `None`
-    /// where no point tells one.
+    /// where no point determines one.
     fn step(&self, p: &[f64]) -> Option<Vec<f64>> {
         let (columns, undoing) = (&self.freedom.columns, self.pose(p).undoing());
         let (mut rows, mut distances) = (Vec::new(), Vec::new());

@@ -13,7 +13,7 @@ use crate::{
 
 /// Radius of the disc in which shifts are sought, modules.
 pub(crate) const SHIFTS: f64 = 2.0;
-/// Normal distances beyond count like this one, modules.
+/// Greater normal distances count like this one, modules.
 pub(super) const CAP: f64 = 0.3;
 
 /// A place of the search.

@@ -17,7 +17,7 @@ use flankfit_numerics::{cancel, check::Faults, dot};
 
 /// Most iterations; with motions of some hundred µm and µrad four to six are enough.
 pub(crate) const MOST_ITERATIONS: usize = 50;
-/// Where the iteration ended.
+/// End of the iteration.
 pub(super) struct Found {
     pub(super) pose: Pose,
     /// Coefficients of the columns where it began.

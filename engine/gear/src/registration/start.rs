@@ -43,14 +43,14 @@ const MOST_AGREE: f64 = 0.9;
 /// A place without given teeth is better than theirs where its cost is less than so many of it.
 const LESS_COST: f64 = 0.25;
 
-/// Where a registration begins.
+/// Start of a registration.
 #[derive(Clone, Debug)]
 pub struct Start {
     /// The motions that were found.
     pub pose: Pose,
     /// The points carried back by `pose`, in their order; what is not given of them stays open.
     pub touches: Vec<MeasuredPoint>,
-    /// Whether no point tells how many whole pitches the part is turned by, though it may be
+    /// True if no point determines how many whole pitches the part is turned by, though it may be
     /// turned.
     pub teeth_assumed: bool,
     /// How many points lie on another tooth than they are said to be of, when most lie where they
@@ -124,11 +124,11 @@ pub fn start(gear: &Gear, touches: &[MeasuredPoint], ball: f64, asked: &Register
     Ok(start)
 }
 
-/// Where the search ended.
+/// End of the search.
 struct Found {
     p: Vec<f64>,
     flanks_ambiguous: bool,
-    /// What the given teeth say there; `None` where none is given.
+    /// Agreement with the given teeth there; `None` where none is given.
     agreement: Option<Agreement>,
 }
 

@@ -29,7 +29,7 @@ pub(super) struct Agreement {
 }
 
 impl Agreement {
-    /// Teeth that are taken as they are told.
+    /// Teeth that are taken as given.
     pub(super) const ASSUMED: Agreement = Agreement { pitches: 0, share: 1.0, is_sure: false };
 
     /// Whether every tooth is where it is said to be.
@@ -46,7 +46,7 @@ impl Agreement {
 
 impl Search<'_> {
     /// Rotation with the least sum of distances from the angles of points whose flank and tooth are
-    /// told, over the full circle: a minority of wrong teeth does not move it, as it moves a mean.
+    /// given, over the full circle: a minority of wrong teeth does not move it, as it moves a mean.
     pub(super) fn usual_angle(&self) -> Vec<f64> {
         let told = self.points.iter().filter_map(|touch| Some((touch, touch.side?)));
         let angle = |(touch, side): (&MeasuredPoint, _)| phase(self.gear, side, touch.tooth, &touch.point, self.ball);
@@ -58,7 +58,7 @@ impl Search<'_> {
         self.with([0.0; 2], least.map_or(0.0, |(_, turn)| turn))
     }
 
-    /// What the given teeth say at a place; `None` where none is given.
+    /// Agreement with the given teeth at a place; `None` where none is given.
     pub(super) fn agreement(&self, p: &[f64]) -> Option<Agreement> {
         let undoing = self.pose(p).undoing();
         let teeth = self.gear.data().teeth;

@@ -6,10 +6,10 @@ use crate::correction::machine::Sensitivity;
 
 /// Nodes along the profile and along the helix.
 pub const GRID: [usize; 2] = [5, 9];
-/// What sets the sixth setting apart from its mixture, in µm at the ends of the helix; the
+/// Part of the sixth setting that is not in its mixture, in µm at the ends of the helix; the
 /// condition of JᵀJ is then about 1e11.
 const APART: f64 = 1.4e-5;
-/// What each setting is off by at first, µm at the ends.
+/// Initial error of each setting, µm at the ends.
 const OFF: f64 = 12.0;
 
 /// 5×9 nodes and six settings: angle errors and crownings of profile and helix, twist, and a tilt

@@ -80,7 +80,7 @@ pub struct Run {
     pub rounds: Vec<Round>,
 }
 
-/// What a correction is asked for in a round: the probe noise is known, the uncertainty of the
+/// Specification of the correction in a round: the probe noise is known, the uncertainty of the
 /// response is what the caller says it is.
 pub fn asked(
     simulation: &Simulation,

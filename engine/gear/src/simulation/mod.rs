@@ -1,7 +1,7 @@
 //! The closed loop simulated: a machine whose settings are off, a probe, and corrections until the
 //! flank is good.
 //!
-//! A machine answers to settings that are off by e with the deviations `G e`, where its true
+//! A machine responds to settings that are off by e with the deviations `G e`, where its true
 //! response G differs from the sensitivity J that the correction knows: `G_kj = J_kj (1 + ρ g_kj)`,
 //! g standard normal, drawn once. A measurement is `G e` plus probe noise, some nodes undefined. A
 //! correction Δ makes e + Δ of e.
@@ -84,7 +84,7 @@ impl Simulation {
         Ok(Simulation { asked, response, off, corrections: 0 })
     }
 
-    /// What it was made from.
+    /// Returns the specification.
     pub fn asked(&self) -> &MachineSpec {
         &self.asked
     }
@@ -99,7 +99,7 @@ impl Simulation {
         self.corrections
     }
 
-    /// What the settings are off by, which no correction sees.
+    /// Errors of the settings, which no correction sees.
     pub fn off(&self) -> &[f64] {
         &self.off
     }
@@ -127,7 +127,7 @@ impl Simulation {
         rms(&self.flank())
     }
 
-    /// What the probe measures, µm for each node, NaN where it missed.
+    /// Deviations that the probe measures, µm for each node, NaN where it missed.
     pub fn measure(&self) -> Vec<f64> {
         let mut noise = Normals::new(self.asked.seed, 2 + 2 * self.corrections);
         let mut measured: Vec<f64> = self.flank().iter().map(|d| d + self.asked.probe_noise * noise.draw()).collect();

@@ -132,7 +132,7 @@ fn nodes(count: usize) -> String {
     }
 }
 
-/// Where the rim ends.
+/// Returns the diameter at which the rim ends.
 fn rim_diameter(gear: &Gear, spec: &SolidSpec) -> Result<f64, Faults> {
     let (out, root) = (gear.outward(), Root::of(gear).root_radius(gear));
     let depth = (gear.tip_radius() - root).abs();

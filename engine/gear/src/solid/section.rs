@@ -2,7 +2,7 @@
 //!
 //! Everything is laid out in polar coordinates. The rim reaches from its free circle along radial
 //! lines to the root arc, to the lower part of the fillets and to a line across the tooth; the
-//! tooth stands on that line with rows of one radius each. The line begins where the fillet has
+//! tooth rests on that line with rows of one radius each. The line begins where the fillet has
 //! become steeper than 45°, so that no angle of an element is flat.
 
 use std::collections::HashMap;
@@ -17,7 +17,7 @@ use crate::{
 };
 use flankfit_numerics::{check::Faults, words::Shown};
 
-/// What an edge of a quadrilateral is a part of.
+/// Part of the outline that an edge of a quadrilateral belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Side {
     /// The involute on the viewer's left, by tooth, from 1.
@@ -172,7 +172,7 @@ impl Section {
         let (wide, deep, high) = (column.len() - 1, 2 * elements.rim, flank.points.len() - 1 - flank.base);
         let whole = spec.teeth == gear.data().teeth;
         let teeth = spec.teeth as usize;
-        // tooth 1 stands at the top, the others clockwise of it; places count from the right cut
+        // tooth 1 is at the top, the others clockwise of it; places count from the right cut
         let turn = |tooth: usize| pitch * (tooth as f64 - (teeth as f64 - 1.0));
         let place = |(tooth, a, b): Key| match tooth {
             None => {

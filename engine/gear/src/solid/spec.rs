@@ -5,7 +5,7 @@
 pub struct SolidSpec {
     /// Teeth side by side; all of the gear's make a ring without cuts.
     pub teeth: u32,
-    /// Where the rim ends, mm: the bore, of an internal gear the outer diameter. By default one and
+    /// End of the rim, mm: the bore, of an internal gear the outer diameter. By default one and
     /// a half tooth depths from the root circle.
     pub rim_diameter: Option<f64>,
     /// Whether edges have nodes in their middles, which lie on flank, fillet and helix too.

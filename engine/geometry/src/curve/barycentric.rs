@@ -22,10 +22,10 @@ use flankfit_numerics::{
 /// Weights outside of this range are scaled together by a power of two.
 const LARGEST_WEIGHT: f64 = 1e280;
 
-/// Where errors are amplified by more, values are summed in double-double.
+/// Amplification of errors above which values are summed in double-double.
 const TAME: f64 = 1e3;
 
-/// Where weights differ by more, derivatives are too.
+/// Ratio of weights above which derivatives are too.
 const EVEN: f64 = 1e4;
 
 /// A polynomial in the barycentric form.
@@ -115,7 +115,7 @@ impl Barycentric {
         let mut sums = [Dd::ZERO; 3];
         for (share, y) in self.cardinals(t).zip(&self.values) {
             for (sum, y) in sums.iter_mut().zip(y.iter()) {
-                // so that no share beyond the range of doubles meets a 0
+                // so that no share outside the range of doubles meets a 0
                 if *y != 0.0 {
                     *sum += share * *y;
                 }

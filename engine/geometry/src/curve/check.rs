@@ -6,7 +6,7 @@ use flankfit_numerics::{
     words::{Shown, are},
 };
 
-/// Differences below this have no room for the second half of a double-double, and their
+/// Differences below this have no digits for the second half of a double-double, and their
 /// reciprocals soon none for the first.
 const LEAST_STEP: f64 = 1e-290;
 
@@ -65,7 +65,7 @@ pub(crate) fn ascending(list: &str, values: &[f64]) -> Result<(), Faults> {
     Ok(())
 }
 
-/// A number that stands twice.
+/// A number that occurs twice.
 pub(crate) fn repeated(list: &str, index: usize, first: usize, value: f64) -> Faults {
     Faults::one(
         format_args!("{list}[{index}]"),
@@ -124,7 +124,7 @@ pub(crate) fn too_many_derivatives(node: usize, given: usize, most: usize) -> Fa
     )
 }
 
-/// A coefficient beyond the range of a double.
+/// A coefficient outside the range of a double.
 pub(crate) fn not_representable(index: usize) -> Faults {
     Faults::one("", format_args!("coefficient {index} of the curve is beyond the range of a double"))
 }

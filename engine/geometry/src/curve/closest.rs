@@ -32,7 +32,7 @@ const ROUNDING: f64 = 16.0 * f64::EPSILON;
 /// The closest point of a curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClosestPoint {
-    /// Where it lies on the curve.
+    /// Parameter of the place on the curve.
     pub parameter: f64,
     /// The point; (x, y, 0) for a graph.
     pub point: Vector,

@@ -13,7 +13,7 @@ use flankfit_numerics::{check::Faults, words::Shown};
 pub struct Constructed {
     /// The curve through the points.
     pub shape: CurveShape,
-    /// Where on the curve the points lie: x of a graph, else one parameter per point.
+    /// Parameters of the points on the curve: x of a graph, else one parameter per point.
     pub parameters: Vec<f64>,
     /// How far the curve can be trusted between the points.
     pub stability: Stability,
@@ -73,7 +73,7 @@ pub fn shape_through(points: &Points, method: &Method) -> Result<(CurveShape, Ve
     Ok((shape, nodes.parameters))
 }
 
-/// Places faults of nodes and values where the points have these.
+/// Places errors of nodes and values where the points have these.
 fn nodes_and_shape(points: &Points, method: &Method) -> Result<(Nodes, CurveShape), Faults> {
     let made = || {
         let nodes = nodes(points)?;
@@ -93,8 +93,8 @@ mod tests {
     use super::*;
     use crate::curve::{Ends, KnotChoice, Tangents};
 
-    /// Abscissae whose differences have no digits left: an error of 2 was told of this spline, and
-    /// no fault.
+    /// Abscissae whose differences have no digits left: this spline had an error of 2, and
+    /// no error was reported.
     #[test]
     fn abscissae_of_subnormal_steps() {
         let third = Method::BSpline { degree: 3, knots: KnotChoice::Averaging };

@@ -2,7 +2,7 @@
 
 use crate::space::Vector;
 
-/// What a spline is asked for at one end.
+/// Condition of a spline at one end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum End {
     /// This first derivative by the parameter.
@@ -14,7 +14,7 @@ pub enum End {
     NotAKnot,
 }
 
-/// What a spline is asked for at its ends.
+/// Conditions of a spline at its ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Ends {
     /// One condition each.

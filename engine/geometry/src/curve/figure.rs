@@ -18,7 +18,7 @@ pub enum Absence {
         /// Conditions up to which the figure is computed.
         most: usize,
     },
-    /// The figure is beyond the range of a double.
+    /// The figure is outside the range of a double.
     #[error("the figure is beyond the range of a double")]
     NotFinite,
 }

@@ -138,7 +138,7 @@ fn cardinals(
     })
 }
 
-/// The largest sum between the nodes. `sums` answers for many places at once.
+/// The largest sum between the nodes. `sums` returns those of many places at once.
 fn largest(parameters: &[f64], sums: impl Fn(&[f64]) -> Option<Vec<f64>>) -> Result<Lebesgue, Absence> {
     let sorted: Vec<f64> = ascending(parameters).into_iter().map(|i| parameters[i]).collect();
     let mut places = Vec::with_capacity(SAMPLES * sorted.len());

@@ -9,14 +9,14 @@ use std::collections::VecDeque;
 /// The relative error that an arc length is computed to, by default.
 pub const DEFAULT_TOLERANCE: f64 = 1e-12;
 
-/// Parts of one call at most, beyond the smooth pieces.
+/// Parts of one call at most, in addition to the smooth pieces.
 pub const MOST_PARTS: usize = 10_000;
 
 /// A derivative by the parameter is taken to be right to this part of the largest place over the
 /// width of the smooth piece: rounding of the places alone makes that much of it.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
-/// How a curve bends at one place. None where the curve stands still, so that it has no direction.
+/// Bending of a curve at one place. None where the derivative is 0, so that it has no direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bending {
     /// Per unit of length: of a graph or plane curve above 0 where it turns left, of a space curve
@@ -56,7 +56,7 @@ pub fn bending(curve: &(impl Curve + ?Sized), t: f64) -> Bending {
 pub struct ArcLength {
     /// Length of the arc.
     pub length: f64,
-    /// What quadrature may be off, and what rounding of the places leaves unknown.
+    /// Error of quadrature, and of the rounding of the places.
     pub error: f64,
     /// Whether the error is within the tolerance asked for. It is not where the curve is short
     /// against its distance from the origin, and where the parts that a call may make do not
@@ -87,7 +87,7 @@ pub fn arc_length(curve: &(impl Curve + ?Sized), from: f64, to: f64, tolerance: 
 
 /// The lengths from the start of the domain to each of `at`, in that order, and last the whole
 /// length; errors add up along the way. All of them together make no more than [`MOST_PARTS`] parts
-/// beyond one for each piece between the places.
+/// in addition to one for each piece between the places.
 pub fn arc_lengths(
     curve: &(impl Curve + ?Sized),
     at: &[f64],
@@ -133,7 +133,7 @@ impl Segment {
         Segment { ends, piece, estimate: estimate(curve, ends[0], ends[1]) }
     }
 
-    /// What rounding of the places makes of its length.
+    /// Effect of the rounding of the places on its length.
     fn noise(&self) -> f64 {
         let share = (self.ends[1] - self.ends[0]) / self.piece;
         ROUNDING * self.estimate.farthest * share + 8.0 * f64::EPSILON * self.estimate.value

@@ -7,7 +7,7 @@ use super::{
 use crate::space::{Dimension, Vector};
 use flankfit_numerics::check::Faults;
 
-/// What the curve has to pass through.
+/// Data that the curve has to pass through.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Points {
     /// (x, y(x)): as many y as x. Polynomials take the x in any order, everything else ascending;

@@ -2,7 +2,7 @@
 //! `c`.
 //!
 //! One node more costs O(n) and changes nothing of what is there, which is what the paper praises
-//! divided differences for. A node that stands m times carries the value and the derivatives below
+//! divided differences for. A node that occurs m times carries the value and the derivatives below
 //! order m (Hermite, Eqs. 3 and 4, with orders that may differ from node to node). Nodes keep the
 //! order they came in. Differences are held in double-double, and so is evaluation: in an unlucky
 //! order the terms are far larger than the sum.
@@ -14,7 +14,7 @@ use flankfit_numerics::{Dd, Real, cancel, check::Faults};
 /// The highest order of a derivative that can be given at a node.
 pub const HIGHEST_ORDER: usize = 20;
 
-/// Products of distances beyond this, or below its reciprocal, have lost digits of a double-double.
+/// Products of distances above this, or below its reciprocal, have lost digits of a double-double.
 const LARGEST_PRODUCT: f64 = 1e270;
 
 /// A polynomial in Newton's form.
@@ -61,7 +61,7 @@ impl Newton {
     }
 
     /// Adds a condition at `node` in O(n): its value where it is new, its m-th derivative where it
-    /// stands m times already.
+    /// occurs m times already.
     pub fn push(&mut self, node: f64, datum: Vector) -> Result<(), Faults> {
         cancel::checkpoint();
         let index = self.nodes.len();
@@ -97,7 +97,7 @@ impl Newton {
     }
 
     /// Coefficients of the polynomial in powers of `x − at`, from the lowest, as many as `out` has
-    /// room for.
+    /// entries.
     pub fn taylor<T: Real>(&self, at: f64, out: &mut [[T; 3]]) {
         out.fill([T::zero(); 3]);
         for (z, c) in self.nodes.iter().zip(&self.differences).rev() {

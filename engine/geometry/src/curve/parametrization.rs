@@ -2,7 +2,7 @@
 //!
 //! Parameters run from 0 to 1 and ascend. The choice shapes the curve: with uneven distances the
 //! uniform one makes loops, the chord length follows long chords too stiffly, the centripetal one
-//! (Lee 1989) stands between the two.
+//! (Lee 1989) lies between the two.
 
 use super::check;
 use crate::space::Vector;
@@ -32,8 +32,8 @@ pub enum Parametrization {
 impl Parametrization {
     /// One parameter per point, from 0 to 1, ascending.
     ///
-    /// Refused: fewer than two points, points not finite, a point that stands where the one before
-    /// it stands (or so near, in comparison with the whole, that their parameters are one double).
+    /// Refused: fewer than two points, points not finite, a point equal to the one before
+    /// it (or so near, in comparison with the whole, that their parameters are one double).
     ///
     /// ```
     /// use flankfit_geometry::{curve::Parametrization, space::Vector};
@@ -50,8 +50,8 @@ impl Parametrization {
         self.along(points).map_err(|index| check::repeated("", index, index - 1, points[index].x))
     }
 
-    /// The parameters of two or more finite points; refused with the index of a point that stands
-    /// where the one before it stands.
+    /// The parameters of two or more finite points; refused with the index of a point equal
+    /// to the one before it.
     pub(crate) fn along(self, points: &[Vector]) -> Result<Vec<f64>, usize> {
         let largest = points.iter().fold(0.0f64, |m, p| m.max(p.amax()));
         // a power of two, exact, so that the distance of huge and of tiny points is a double

@@ -50,7 +50,7 @@ impl PiecewisePolynomial {
         &self.coefficients
     }
 
-    /// Where one piece ends and the next begins, both ends included.
+    /// Places at which pieces begin and end, both ends included.
     pub fn places(&self) -> &[f64] {
         &self.breaks
     }

@@ -211,7 +211,7 @@ fn check(nodes: &[f64], list: &str, values: usize) -> Result<(), Faults> {
     check::finite("nodes", nodes)
 }
 
-/// Refuses a node that stands twice, in whatever order the nodes come.
+/// Refuses a node that occurs twice, in whatever order the nodes come.
 fn distinct(nodes: &[f64]) -> Result<(), Faults> {
     for (index, value) in nodes.iter().enumerate() {
         if let Some(first) = nodes[..index].iter().position(|x| x == value) {
@@ -298,7 +298,7 @@ mod tests {
         assert_eq!(fault, "method.derivatives[0]: 21 derivatives are given at node 0, more than 20");
     }
 
-    /// A hundred and fifty nodes in ascending order are beyond double-double, and said to be.
+    /// A hundred and fifty nodes in ascending order exceed double-double, and are said to.
     #[test]
     fn an_order_that_cannot_be_held_is_refused() {
         let x: Vec<f64> = (0..150).map(|i| f64::from(i) / 10.0).collect();

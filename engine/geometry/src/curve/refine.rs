@@ -77,7 +77,7 @@ impl BSplineCurve {
         self.refine(&vec![at; times.min(self.basis().degree() + 2)])
     }
 
-    /// Inserts several knots, in any order, each as often as it stands.
+    /// Inserts several knots, in any order, each as often as it is listed.
     pub fn refine(&self, inserted: &[f64]) -> Result<Self, Faults> {
         let (low, high) = self.basis().domain();
         if let Some(&value) = inserted.iter().find(|x| !(low <= **x && **x <= high)) {
@@ -167,7 +167,7 @@ impl BSplineCurve {
     }
 }
 
-/// Points and weights; a point of weight 0, which draws nothing, stands at the origin.
+/// Points and weights; a point of weight 0, which draws nothing, is put at the origin.
 fn project(controls: &[Homogeneous]) -> (Vec<Vector>, Vec<f64>) {
     let point = |c: &Homogeneous| {
         let w = c[3];

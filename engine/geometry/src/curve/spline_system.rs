@@ -3,7 +3,7 @@
 //!
 //! Row i says that the second derivative is continuous at node i; it is scaled to 2 on the
 //! diagonal. The rows of the ends depend on [`Ends`]. Of a periodic spline the slope at node 0
-//! stands apart, as a border around a band.
+//! is a border around a band.
 
 use super::ends::{End, Ends};
 use flankfit_numerics::{Banded, BandedLu, Dd, cancel::Asking, dot};
@@ -107,7 +107,7 @@ pub(super) fn inner_system(nodes: &[f64], secants: &[[Dd; 3]]) -> (Banded<Dd>, S
     (a, b, border)
 }
 
-/// What multiplies the unknown slopes: a vector by the matrix or its inverse, or by their
+/// Operator on the unknown slopes: a vector by the matrix or its inverse, or by their
 /// transposes, for its condition.
 pub(super) struct SlopeMatrix {
     matrix: Banded<f64>,

@@ -16,12 +16,12 @@ use super::{
     overshoot::{Overshoot, overshoot},
 };
 
-/// What is known about the stability of a curve through points.
+/// Stability of a curve through points.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stability {
     /// The largest amplification of errors of the values.
     pub lebesgue: Result<Lebesgue, Absence>,
-    /// The largest excursion beyond the range of neighbouring nodes; None where the curve never
+    /// The largest excursion outside the range of neighbouring nodes; None where the curve never
     /// leaves it.
     pub overshoot: Option<Overshoot>,
     /// The 2-norm condition number of the interpolation matrix.
@@ -108,7 +108,7 @@ mod tests {
         let squares = [0.5 * (5.0 - 17f64.sqrt()), 0.5 * (5.0 + 17f64.sqrt())];
         let exact = (squares[1] / squares[0]).sqrt();
         assert_near(of(&[-1.0, 0.0, 1.0], Method::Lagrange).condition.unwrap(), exact, 1e-12);
-        // far beyond what a double could tell
+        // far above what a double could show
         assert!(of(&equal(12, 30.0, 40.0), Method::Newton).condition.unwrap() > 1e25);
         // diagonally dominant equations are tame however many
         let spline = of(&equal(300, 0.0, 1.0), Method::CubicSpline(Ends::natural())).condition.unwrap();

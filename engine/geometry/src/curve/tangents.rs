@@ -6,7 +6,7 @@
 use crate::space::Vector;
 use flankfit_numerics::Dd;
 
-/// Where the tangents at the nodes come from.
+/// Source of the tangents at the nodes.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Tangents {
     /// One derivative by the parameter per node.

@@ -9,7 +9,7 @@ use std::collections::BinaryHeap;
 /// Points per axis of the rule that counts and of the one it is compared with.
 const FINE: usize = 9;
 const COARSE: usize = 6;
-/// Rectangles at most, beyond those that the breaks make.
+/// Rectangles at most, in addition to those that the breaks make.
 const MOST: usize = 4096;
 
 /// An area with what is known of its error.

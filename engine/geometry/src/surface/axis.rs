@@ -12,7 +12,7 @@ use flankfit_numerics::{Dd, fma};
 /// The finer the parts, the seldomer a place has to be looked for within its part.
 const PARTS_PER_SPAN: usize = 16;
 
-/// Functions of degree up to N − 1; those beyond the degree are 0.
+/// Functions of degree up to N − 1; those above the degree are 0.
 #[derive(Clone, Debug)]
 pub(super) struct Axis<const N: usize> {
     /// The distinct knots of the domain.

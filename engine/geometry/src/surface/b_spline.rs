@@ -1,7 +1,7 @@
 //! Tensor-product B-spline surfaces and their rational form, NURBS surfaces (Eqs. 6 and 9 over two
 //! parameters).
 //!
-//! Control point (i, j) belongs to function i along u and j along v, and stands at `i · (number
+//! Control point (i, j) belongs to function i along u and j along v, and has the index `i · (number
 //! along v) + j`.
 
 use super::{Surface, SurfaceJet};

@@ -141,7 +141,7 @@ fn over_span(surface: &BSplineSurface, nets: &[Net; 6], [i, j]: [usize; 2]) -> O
 }
 
 /// The same where nothing but places can be asked for: the largest of 25 of each rectangle, with
-/// room to spare.
+/// a margin.
 pub(crate) fn sampled(surface: &dyn Surface, u: [f64; 2], v: [f64; 2]) -> Bends {
     const SLACK: f64 = 3.0;
     let mut largest = [0.0f64; 3];

@@ -46,7 +46,7 @@ impl Border {
         }
     }
 
-    /// Whether it lies at the upper end of the other axis.
+    /// Index of its end of the other axis: 1 for the upper one.
     pub fn end(self) -> usize {
         self as usize % 2
     }

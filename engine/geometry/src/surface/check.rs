@@ -70,7 +70,7 @@ pub(super) fn spans(axis: usize, spans: usize, nodes: usize, degree: usize) -> F
     Faults::one(format_args!("spans[{axis}]"), message)
 }
 
-/// Places faults of a knot vector among those of both axes.
+/// Places errors of a knot vector among those of both axes.
 pub(super) fn knots(axis: usize) -> impl Fn(Faults) -> Faults {
     move |faults| {
         let told = faults
@@ -113,7 +113,7 @@ pub(super) fn undetermined(axis: usize, function: usize, support: [f64; 2]) -> F
     Faults::one(format_args!("knots[{axis}][{function}]"), message)
 }
 
-/// A control point beyond the range of a double; counted by rows.
+/// A control point outside the range of a double; counted by rows.
 pub(super) fn not_representable(index: usize) -> Faults {
     Faults::one("nodes.z", format_args!("control point {index} is beyond the range of a double"))
 }

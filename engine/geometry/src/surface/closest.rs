@@ -5,7 +5,7 @@
 //! searched and halved, until nothing is left that could be nearer than the best point found. What
 //! is left out is left out by a bound that holds in all of it: Taylor's formula with bounds of the
 //! second derivatives (`bends.rs`, `closest_cell.rs`). Of surfaces that are no B-splines those
-//! bounds come from samples, with room to spare.
+//! bounds come from samples, with a margin.
 //!
 //! Feet are found by going downhill (`descent.rs`), held within the surface's own smooth piece, so
 //! that edges and corners are found as such.
@@ -24,7 +24,7 @@ use std::{cmp::Ordering, collections::BinaryHeap};
 
 /// Rectangles along each parameter at least.
 const LEAST_LEAVES: usize = 16;
-/// What could be nearer by this part of the distance at most is left out, once so many rectangles
+/// Rectangles that could be nearer by this part of the distance at most are left out, once so many
 /// were halved. Only where a whole line or part of the surface is about as near as its foot, around
 /// the centre of a sphere, are there many; these places are then as good.
 const NEAR: [(usize, f64); 3] = [(0, 1e-9), (1000, 1e-6), (4000, 1e-4)];
@@ -75,7 +75,7 @@ enum Content {
     Balls(usize, usize),
 }
 
-/// What is still to be looked at: nothing in it is nearer than `bound`.
+/// A rectangle still to be examined: nothing in it is nearer than `bound`.
 struct Open {
     bound: f64,
     /// How many were there before.

@@ -1,4 +1,4 @@
-//! A rectangle of parameters, and what its middle tells of the distances to all of it.
+//! A rectangle of parameters, and bounds of the distances to all of it from its middle.
 //!
 //! With bounds of the second derivatives Taylor's formula encloses the part of the surface: it lies
 //! within `rest` of the parallelogram that the tangents at the middle span.

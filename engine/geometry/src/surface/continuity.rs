@@ -53,7 +53,7 @@ pub struct Joint {
     pub curvature: Option<Worst>,
 }
 
-/// What counts as continuous.
+/// Tolerances of continuity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContinuityTolerance {
     /// In units of the coordinates.
@@ -75,7 +75,7 @@ pub struct ContinuityTolerance {
     serde(rename_all = "snake_case")
 )]
 pub enum ContinuityClass {
-    /// There is a gap.
+    /// The patches have a gap.
     Apart,
     /// One point set, with an edge.
     C0,

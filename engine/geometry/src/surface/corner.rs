@@ -1,4 +1,4 @@
-//! What two incompatible twists at a corner add to a patch (Gregory 1974).
+//! Contribution of two incompatible twists at a corner to a patch (Gregory 1974).
 //!
 //! Cross-boundary derivatives given along two borders that meet may disagree about the mixed
 //! derivative at the corner. Gregory's remedy weighs both, `T = (s Tᵤ + t Tᵥ) / (s + t)`, with s
@@ -12,7 +12,7 @@ use super::jets::{NumberJet, product};
 ///
 /// With r = s/(s+t) and w = t/(s+t): φ_s = t (r − w + 2rw), φ_t = s (r − w − 2rw), φ_ss = 4w³, φ_tt
 /// = −4r³ and φ_st = (r − w)(1 + 2rw). The second derivatives are functions of direction alone and
-/// have no limit at the corner. There, what stands for them is φ_ss along t = 0, φ_tt along s = 0
+/// have no limit at the corner. There they are replaced by φ_ss along t = 0, φ_tt along s = 0
 /// and φ_st along the diagonal: 0, all three.
 pub(super) fn twist_share(s: f64, t: f64) -> NumberJet {
     let sum = s + t;

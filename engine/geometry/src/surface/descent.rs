@@ -100,7 +100,7 @@ fn step(
         }
         let jet = place_within(surface, room, next);
         let found = (jet.value - node).norm_squared();
-        // next to the foot the distance no longer tells places apart, but its gradient does
+        // next to the foot the distance no longer distinguishes places, but its gradient does
         let noise = NOISE * square.sqrt() * (jet.value.norm() + node.norm());
         let flatter = || steepness(node, &jet, pressed) < 0.99 * slope;
         if found < square - noise || found <= square + noise && flatter() {

@@ -16,7 +16,7 @@ const SINGULAR: f64 = 1e-10;
 /// digits of curvatures.
 pub(super) const BLUNT: f64 = 1e-4;
 
-/// What the derivatives at a point tell.
+/// Local geometry from the derivatives at a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Differential {
     /// The point S(u, v).

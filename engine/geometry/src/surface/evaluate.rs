@@ -149,7 +149,7 @@ struct Tensor<const N: usize> {
     is_rational: bool,
 }
 
-/// What the places of one line of a grid share: their numbers, and the sums over u for every
+/// Common values of the places of one line of a grid: their numbers, and the sums over u for every
 /// column.
 #[derive(Default)]
 struct Line {

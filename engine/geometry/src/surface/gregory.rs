@@ -5,7 +5,7 @@
 //! other corners. So on s = 0 and s = 1 only the b points act on the derivative across the border,
 //! on t = 0 and t = 1 only the a points: each border takes its own cross derivative, whether or not
 //! they agree about the twist at the corner. Where they do not, the second derivatives have no
-//! limit at the corner; what is told there is S_uu and S_vv along the borders and the mean of the
+//! limit at the corner; returned there are S_uu and S_vv along the borders and the mean of the
 //! two twists.
 
 use super::{
@@ -153,7 +153,7 @@ mod tests {
         GregoryNet { net, b }
     }
 
-    /// The formula as it stands in the books, away from corners.
+    /// The formula as printed in the books, away from corners.
     #[test]
     fn it_is_the_bezier_patch_of_its_mixed_points() {
         let patch = GregoryPatch::new([[0.0, 1.0]; 2], Dimension::Space, net()).unwrap();

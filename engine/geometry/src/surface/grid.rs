@@ -112,7 +112,7 @@ fn enough([rows, columns]: [usize; 2]) -> Result<(), Faults> {
 }
 
 fn finite(values: &[Vector], columns: usize) -> Result<(), Faults> {
-    // all of them without a branch: grids are large, and faults rare
+    // all of them without a branch: grids are large, and errors rare
     if values.iter().fold(true, |sound, p| sound & p.x.is_finite() & p.y.is_finite() & p.z.is_finite()) {
         return Ok(());
     }
@@ -128,7 +128,7 @@ fn finite(values: &[Vector], columns: usize) -> Result<(), Faults> {
     }
 }
 
-/// Refuses degrees beyond 1 to [`HIGHEST_DEGREE`] or that `nodes` cannot carry.
+/// Refuses degrees outside 1 to [`HIGHEST_DEGREE`] or that `nodes` cannot carry.
 pub(super) fn check_degree(axis: usize, degree: usize, nodes: usize) -> Result<(), Faults> {
     if !(1..=HIGHEST_DEGREE).contains(&degree) {
         return Err(check::degree(axis, degree, HIGHEST_DEGREE));

@@ -21,7 +21,7 @@ use flankfit_numerics::check::Faults;
 /// Grids of more nodes are fitted in plain double.
 pub const FINE: usize = 4096;
 
-/// Where the knots of an axis come from.
+/// Source of the knots of an axis.
 #[derive(Clone, Debug, PartialEq)]
 pub enum AxisKnots {
     /// The full vector.

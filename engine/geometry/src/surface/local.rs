@@ -1,4 +1,4 @@
-//! What the derivatives tell at a place of a surface, singular places by a limit
+//! Local geometry at a place of a surface, singular places by a limit
 //! ([`super::triangle`]) included.
 
 use super::{

@@ -49,7 +49,7 @@ pub struct CurveMesh {
     pub over_u: Vec<Option<CurveShape>>,
 }
 
-/// What the meshes are filled with.
+/// Kind of patches that fill the meshes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fill {
     /// Bilinearly blended Coons patches: the curves are kept, the surface has edges along them.
@@ -77,7 +77,7 @@ pub struct Filled {
     pub deviation: Worst,
 }
 
-/// Where curves stand, the curves, and the places along them.
+/// Parameters of the curves, the curves, and the places along them.
 type Family<'a> = (&'a [f64], &'a [Option<CurveShape>], &'a [f64]);
 
 impl CurveMesh {
@@ -263,7 +263,7 @@ fn missing_curve(family: usize, index: usize) -> Faults {
     Faults::one(curve_at(family, index), message)
 }
 
-/// Says faults of the borders of patch (i, j) of a mesh, whose curves these are.
+/// Names the borders of patch (i, j) of a mesh in errors, by the curves that they are.
 fn of_patch(i: usize, j: usize) -> impl Fn(Faults) -> Faults {
     move |faults| {
         faults.map(|Fault { path, message }| Fault {

@@ -1,4 +1,4 @@
-//! What a surface is made of, and how.
+//! Data and method of a surface.
 
 use super::{coons::Twists, least_squares::AxisKnots, mesh::CurveMesh};
 use crate::{
@@ -6,7 +6,7 @@ use crate::{
     space::{Dimension, Vector},
 };
 
-/// What a surface is made of.
+/// Data that a surface is made of.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Given {
     /// z(uᵢ, vⱼ) in rows, one for each u; u and v ascend.

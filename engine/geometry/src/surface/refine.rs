@@ -16,9 +16,9 @@ use flankfit_numerics::{Dd, cancel, check::Faults};
 type Homogeneous = [Dd; 4];
 
 impl BSplineSurface {
-    /// Inserts knots along an axis (0 for u), in any order, each as often as it stands; the surface
-    /// stays. Refused outside of the domain and where a knot would stand more than degree + 1
-    /// times.
+    /// Inserts knots along an axis (0 for u), in any order, each as often as it is listed; the
+    /// surface stays. Refused outside of the domain and where a knot would stand more than degree +
+    /// 1 times.
     pub fn refine(&self, axis: usize, inserted: &[f64]) -> Result<Self, Faults> {
         let (low, high) = self.bases()[axis].domain();
         if let Some((index, &value)) = inserted.iter().enumerate().find(|(_, x)| !(low <= **x && **x <= high)) {
@@ -110,7 +110,7 @@ impl BSplineSurface {
             let controls: Vec<Homogeneous> = (0..old.size()).map(lift).collect();
             for (k, [x, y, z, w]) in change(&old, &controls, &bases[axis]).into_iter().enumerate() {
                 let at = if axis == 0 { k * new_columns + line } else { line * new_columns + k };
-                // a point of weight 0 draws nothing and stands at the origin
+                // a point of weight 0 draws nothing and is put at the origin
                 let coordinate = |x: Dd| if w.hi == 0.0 { 0.0 } else { (x / w).to_f64() };
                 points[at] = Vector::new(coordinate(x), coordinate(y), coordinate(z));
                 if let Some(weights) = &mut weights {

@@ -20,12 +20,12 @@ use flankfit_numerics::cancel;
 const FIRST: usize = 8;
 const MOST: usize = 128;
 
-/// A B-spline surface that stands for a surface or a part of it.
+/// A B-spline surface that represents a surface or a part of it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Converted {
     /// The B-spline or NURBS surface.
     pub surface: BSplineSurface,
-    /// The largest distance found from what it stands for, at equal parameters; 0 where it is the
+    /// The largest distance from what it represents, at equal parameters; 0 where it is the
     /// same function.
     pub deviation: f64,
 }
@@ -201,7 +201,7 @@ fn common_knots(curves: &[BSplineCurve]) -> Vec<f64> {
     knots
 }
 
-/// What `wanted` has more often than `given`; both ascend.
+/// Entries that `wanted` has more often than `given`; both ascend.
 fn missing(wanted: &[f64], given: &[f64]) -> Vec<f64> {
     let mut given = given.iter().peekable();
     let mut more = Vec::new();

@@ -99,7 +99,7 @@ pub(super) fn limit(surface: &dyn Surface, u: f64, v: f64, error: f64) -> Option
     })
 }
 
-/// What the derivatives tell at a few places ever nearer to (u, v); `None` if these are singular
+/// Local geometry from a few places ever nearer to (u, v); `None` if these are singular
 /// too.
 fn approach(surface: &dyn Surface, u: f64, v: f64) -> Option<Vec<Differential>> {
     let [du, dv] = inward(surface, &surface.place(u, v), u, v);

@@ -17,14 +17,14 @@ pub enum Verdict {
     Weaker,
     /// More of the predicted change came.
     Stronger,
-    /// What came is no multiple of what was predicted.
+    /// The measured change is no multiple of the predicted one.
     Different,
     /// Noise or the uncertainty of the sensitivity are so great against the predicted change that
     /// an answer is not distinguishable from none.
     Undecided,
 }
 
-/// Predicted beside measured, over the nodes that are defined before, predicted and after and have
+/// Prediction and measurement, over the nodes that are defined before, predicted and after and have
 /// a weight above 0.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(
@@ -49,9 +49,9 @@ pub struct Answer {
     pub rms_difference_um: f64,
     /// Expected value of it by noise and the uncertainty of the sensitivity: √(mean (2σ²/w + u²)).
     pub rms_expected_difference_um: f64,
-    /// β̂, the share of the predicted change that came, without the part that the noise of the first
-    /// measurement puts into it through the correction; left out where it is not distinguishable
-    /// from none at all (standard error above 0.3).
+    /// β̂, the share of the predicted change that came, without the part that the noise of the
+    /// first measurement puts into it through the correction; left out where it is not
+    /// distinguishable from none at all (standard error above 0.3).
     pub response_ratio: Option<f64>,
     /// Standard error of the ratio by the noise of both measurements, and by errors of the
     /// sensitivity that its settings have as a whole.

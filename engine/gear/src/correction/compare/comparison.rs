@@ -1,4 +1,4 @@
-//! What is compared, and what is refused of it.
+//! Specification of a comparison, and its checks.
 
 use crate::correction::{
     gain::Gain,
@@ -11,7 +11,7 @@ use flankfit_numerics::{
     words::{Shown, entries},
 };
 
-/// What is compared. Lists have an entry for each node, µm, NaN where undefined.
+/// Specification of a comparison. Lists have an entry for each node, µm, NaN where undefined.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Comparison {
     /// d.
@@ -22,7 +22,7 @@ pub struct Comparison {
     pub weight: Option<Vec<f64>>,
     /// How many settings there are.
     pub settings: usize,
-    /// What each setting does to each node, J_kj Δ_j, row by row; their sum is the predicted change
+    /// Effect of each setting on each node, J_kj Δ_j, row by row; their sum is the predicted change
     /// c (about its mean, without a datum).
     pub contributions: Vec<f64>,
     /// −∂c_k/∂d_k, as [`crate::correction::Solution::leverage`] has it; none where c was not
@@ -57,8 +57,8 @@ impl Correction {
         Some(solution.leverage.iter().map(|h| part * h).collect())
     }
 
-    /// What is compared when the settings were changed by `change` and the flank then measured as
-    /// `measured`.
+    /// Returns the comparison when the settings were changed by `change` and the flank then
+    /// measured as `measured`.
     pub fn comparison(&self, change: &[f64], leverage: Vec<f64>, noise: Noise, measured: Vec<f64>) -> Comparison {
         let asked = self.asked();
         Comparison {

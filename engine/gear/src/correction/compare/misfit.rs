@@ -9,7 +9,7 @@ use flankfit_numerics::distribution::fisher;
 const ONE_SIDED: f64 = 3.090_232_306_167_813;
 /// The same, two-sided.
 pub(super) const TWO_SIDED: f64 = 3.290_526_731_491_894;
-/// What the quantile leaves.
+/// Probability above the quantile.
 pub(super) const TAIL: f64 = 0.001;
 
 /// S for errors of J of the size `eta`, by what Woodbury's identity needs of it: with N its

@@ -1,8 +1,8 @@
 //! Whether the machine answered as predicted.
 //!
 //! Before the correction d was measured, `p = d + JΔ` predicted, and afterwards d' is measured,
-//! with independent noise of both (σ at weight 1). A machine answers with β JΔ, and J itself is
-//! uncertain by η. Two questions are asked; docs/explanation/mathematics.md derives what stands
+//! with independent noise of both (σ at weight 1). A machine responds with β JΔ, and J itself is
+//! uncertain by η. Two questions are asked; docs/explanation/mathematics.md derives what follows
 //! here.
 //!
 //! **How much of it came?** With `c = JΔ` and sums over nodes weighted with w, `β̂ = (⟨c, d' − d⟩ −
@@ -86,7 +86,7 @@ pub fn compare(comparison: &Comparison) -> Result<Answer, FitError> {
     let within = chi_squared <= chi_squared_limit;
     let multiple = |scaled: &Scaled| {
         let rest = left(scaled.ratio);
-        // a machine that answers more strongly has greater errors too
+        // a machine that responds more strongly has greater errors too
         let greater = Covariance::of(&nodes, eta, eta * scaled.ratio.abs().max(1.0), of_scatter);
         greater.is_some_and(|greater| greater.square(&rest) <= quantile(free.max(2) - 1, freedom))
             || alone(&rest) <= (1.0 - EXPLAINED) * alone(&left(1.0))

@@ -65,7 +65,7 @@ impl Scaled {
         Some(Scaled { ratio, largest, std_error: (variance + scatter).sqrt(), quantile, freedom })
     }
 
-    /// Of the ratio, at 0.95.
+    /// Interval of the ratio, at 0.95.
     pub(super) fn interval(&self) -> [f64; 2] {
         let student = self.freedom.map_or(Student::NORMAL, Student::new);
         let half = student.upper_quantile(0.025) * self.std_error;
@@ -77,7 +77,7 @@ impl Scaled {
         self.quantile * self.std_error < 1.0
     }
 
-    /// Of a change that is a multiple of the predicted one.
+    /// Verdict on a change that is a multiple of the predicted one.
     pub(super) fn verdict(&self) -> Verdict {
         let most = self.quantile * self.std_error;
         match () {

@@ -1,9 +1,9 @@
 //! The named figures of a flank by themselves, as far as its nodes tell them.
 //!
 //! Nodes over the whole flank tell the second-order surface with all of them. Crossed profiles and
-//! leads tell it without the mixed term, that is all but the twist; a single trace tells nothing of
-//! the kind. What is told has a condition below Belsley's limit, of columns over [-1, 1] as they
-//! are: scaled to one length, a column that hardly is there would look as good as any other.
+//! leads determine it without the mixed term, that is all but the twist; a single trace determines
+//! none of it. What is determined has a condition below Belsley's limit, of columns over [-1, 1] as
+//! they are: scaled to one length, a column that hardly is there would look as good as any other.
 
 use super::{Figure, FlankNodes, Slopes, SurfaceSettings, Trimmed, flank_surface};
 use crate::Gear;
@@ -29,14 +29,14 @@ pub struct FlankFigures<T = f64> {
     /// f_Hβ, 2 c_v: by DIN positive where the helix deviates towards the right hand.
     #[cfg_attr(feature = "contract", serde(rename = "helix_slope_um"))]
     pub helix_slope: Option<T>,
-    /// C_α, −c_uu: positive where material stands out half-way between root and tip.
+    /// C_α, −c_uu: positive where material protrudes half-way between root and tip.
     #[cfg_attr(feature = "contract", serde(rename = "profile_crowning_um"))]
     pub profile_crowning: Option<T>,
-    /// C_β, −c_vv: positive where material stands out half-way between the ends.
+    /// C_β, −c_vv: positive where material protrudes half-way between the ends.
     #[cfg_attr(feature = "contract", serde(rename = "helix_crowning_um"))]
     pub helix_crowning: Option<T>,
-    /// Twist, 4 c_uv: profile slope at the end of great z minus that at the end of small z, with the
-    /// sign of helix slopes.
+    /// Twist, 4 c_uv: profile slope at the end of great z minus that at the end of small z, with
+    /// the sign of helix slopes.
     #[cfg_attr(feature = "contract", serde(rename = "twist_um"))]
     pub twist: Option<T>,
 }
@@ -55,7 +55,7 @@ impl<T> Default for FlankFigures<T> {
 }
 
 impl<T> FlankFigures<T> {
-    /// What `f` makes of each figure.
+    /// Applies `f` to each figure.
     pub fn map<U>(self, f: impl Fn(T) -> U) -> FlankFigures<U> {
         FlankFigures {
             profile_slope: self.profile_slope.map(&f),
@@ -139,8 +139,8 @@ pub struct EstimatedFigure {
     /// In µm; left out without degrees of freedom.
     #[cfg_attr(feature = "contract", serde(rename = "std_error_um"))]
     pub std_error: Option<f64>,
-    /// `[low, high]` of the true figure in µm, Student's, at 0.95 where it is of the nodes; left out
-    /// without degrees of freedom.
+    /// `[low, high]` of the true figure in µm, Student's, at 0.95 where it is of the nodes; left
+    /// out without degrees of freedom.
     #[cfg_attr(feature = "contract", serde(rename = "interval_um"), schema(min_items = 2, max_items = 2))]
     pub interval: Option<[f64; 2]>,
     /// The estimate that its conformity is judged by; `None` without degrees of freedom.
@@ -189,7 +189,7 @@ impl EstimatedFigure {
     }
 }
 
-/// What intervals of figures miss.
+/// Probability with which intervals miss figures.
 const MISS: f64 = 0.05;
 
 /// The figures by plain least squares: how `settings` would regularise and scale is not looked at.
@@ -208,7 +208,7 @@ pub fn estimated_figures(
         FitSpec { regularization: Regularization::None, scaling: Scaling::None, errors: None, ..settings.spec.clone() };
     let spec = FitSpec { variance: Variance::Constant, ..spec };
     let settings = SurfaceSettings { spec, ..settings.clone() };
-    // what cannot be fitted is not told
+    // what cannot be fitted is left out
     if let Ok(surface) = flank_surface(gear, nodes, &settings)
         && told(&surface.result)
     {

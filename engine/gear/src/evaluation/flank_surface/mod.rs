@@ -7,15 +7,15 @@
 //!
 //! | figure | is | positive where material |
 //! |---|---|---|
-//! | mean | c₁ | stands out in the middle of the flank |
+//! | mean | c₁ | protrudes in the middle of the flank |
 //! | profile slope | 2 c_u | grows from root to tip |
 //! | helix slope | 2 c_v | grows with z (by the sign asked for) |
-//! | profile crowning | −c_uu | stands out half-way between root and tip |
-//! | lengthwise crowning | −c_vv | stands out half-way between the ends |
+//! | profile crowning | −c_uu | protrudes half-way between root and tip |
+//! | lengthwise crowning | −c_vv | protrudes half-way between the ends |
 //! | twist | 4 c_uv | grows more with z at the tip than at the root (by the sign asked for) |
 //!
 //! all in µm over the trimmed range, with standard errors and with the bounds of their bias that
-//! the fit answers (for the use of such a surface see Litvin et al., ASME J. Mech. Des. 115(4),
+//! the fit returns (for the use of such a surface see Litvin et al., ASME J. Mech. Des. 115(4),
 //! 1993, p. 995). Slopes are extended linearly to their reference lengths, and all figures count
 //! along the normal, unless [`FigureTerms`] say otherwise. Crownings and twist are never extended.
 
@@ -108,15 +108,15 @@ pub struct FlankSurface {
     /// Helix slope, 2 c_v, over the width, by the sign asked for.
     #[cfg_attr(feature = "contract", serde(rename = "helix_slope_um"))]
     pub helix_slope: Figure,
-    /// Profile crowning, −c_uu; positive where material stands out half-way between root and tip.
+    /// Profile crowning, −c_uu; positive where material protrudes half-way between root and tip.
     #[cfg_attr(feature = "contract", serde(rename = "profile_crowning_um"))]
     pub profile_crowning: Figure,
-    /// Helix crowning, −c_vv; positive where material stands out half-way between the ends.
+    /// Helix crowning, −c_vv; positive where material protrudes half-way between the ends.
     #[cfg_attr(feature = "contract", serde(rename = "helix_crowning_um"))]
     pub helix_crowning: Figure,
-    /// Twist, 4 c_uv: profile slope at the end of great z minus that at the end of small z, over the
-    /// whole evaluation ranges, by the sign asked for. On traces `twists` hold another figure of
-    /// that name, between the sections that were measured.
+    /// Twist, 4 c_uv: profile slope at the end of great z minus that at the end of small z, over
+    /// the whole evaluation ranges, by the sign asked for. On traces `twists` hold another figure
+    /// of that name, between the sections that were measured.
     #[cfg_attr(feature = "contract", serde(rename = "twist_um"))]
     pub twist: Figure,
     /// Direction in which figures and form count.

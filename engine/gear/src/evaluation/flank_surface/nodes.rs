@@ -26,7 +26,7 @@ pub struct FlankNodes<'a> {
     pub profile: &'a [f64],
     /// Columns of a grid, or one number per node, mm.
     pub z: &'a [f64],
-    /// Of a grid row by row: `deviation[i * z.len() + j]` at `(profile[i], z[j])`.
+    /// Deviations of a grid row by row: `deviation[i * z.len() + j]` at `(profile[i], z[j])`.
     pub deviation: &'a [f64],
     /// Whether each deviation is defined; all are by default.
     pub valid: Option<&'a [bool]>,
@@ -60,7 +60,7 @@ pub(super) struct Trimmed {
     pub evaluated: [f64; 2],
     /// Whether nodes cover enough of the roll lengths, and of z, to hold figures against limits.
     pub covered: [bool; 2],
-    /// What is to be known of the nodes.
+    /// Warnings about the nodes.
     pub warnings: Vec<SurfaceWarning>,
     /// The node given that each node of the fit is.
     pub kept: Vec<usize>,
@@ -69,7 +69,7 @@ pub(super) struct Trimmed {
 }
 
 impl Trimmed {
-    /// What is left, how many nodes that are, and the nodes of the fit.
+    /// Returns the remaining range, the number of its nodes, and the nodes of the fit.
     pub(crate) fn new(
         gear: &Gear,
         nodes: &FlankNodes,
@@ -188,7 +188,7 @@ fn extent_of(places: impl Iterator<Item = f64>) -> [f64; 2] {
     places.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], x| [least.min(x), most.max(x)])
 }
 
-/// How much longer than the face nodes may reach: a probe begins and ends beside it.
+/// Length outside the face that nodes may reach: a probe begins and ends next to it.
 const OVERRUN: f64 = 0.05;
 
 /// Whether nodes reach farther than the face of the gear.

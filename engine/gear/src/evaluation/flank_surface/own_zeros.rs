@@ -6,9 +6,9 @@
 //! trace (Frisch, Waugh and Lovell), which gives the same estimates and errors as a column for each
 //! a_t. Samples count by the length that they stand for.
 //!
-//! *What is told.* All columns run over [-1, 1], so a direction of the coefficients whose singular
-//! value is below 1/30 of the greatest (Belsley) is one that the samples do not tell. The term of
-//! highest order with the greatest share in such directions is left out, until none is left. A
+//! *Determination.* All columns run over [-1, 1], so a direction of the coefficients whose singular
+//! value is below 1/30 of the greatest (Belsley) is one that the samples do not determine. The term
+//! of highest order with the greatest share in such directions is left out, until none is left. A
 //! slope whose twist is left out is that in the section of its trace.
 
 use nalgebra::{DMatrix, DVector};
@@ -27,21 +27,21 @@ pub(crate) struct Sample {
     pub v: f64,
     /// µm.
     pub deviation: f64,
-    /// The length that it stands for.
+    /// The length that it represents.
     pub weight: f64,
 }
 
 /// Terms of second order: 1, u, v, u², uv, v².
 pub(crate) const TERMS: usize = 6;
 const ORDER: [usize; TERMS] = [0, 1, 1, 2, 2, 2];
-/// Share in the directions that are not told from which on a term belongs to them.
+/// Share in the undetermined directions from which on a term belongs to them.
 const SHARE: f64 = 0.1;
 
 /// The surface, as far as the traces tell it.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Through {
-    /// Of 1, u, v, u², uv and v²; `None` where the traces do not tell it. Of 1 only where all
-    /// traces share one zero.
+    /// Coefficients of 1, u, v, u², uv and v²; `None` where the traces do not determine it. Of 1
+    /// only where all traces share one zero.
     pub coefficients: [Option<f64>; TERMS],
     /// a_t of each trace; the constant of the surface where all share one zero.
     pub zeros: Vec<f64>,
@@ -144,7 +144,7 @@ pub(crate) fn through(traces: &[Vec<Sample>], share_zero: bool) -> Option<Throug
 }
 
 impl Through {
-    /// What the surface leaves of a sample of trace `t`.
+    /// Residual of a sample of trace `t` about the surface.
     pub(crate) fn left(&self, t: usize, sample: &Sample) -> f64 {
         let x = row(sample);
         let shape: f64 = (1..TERMS).map(|j| self.coefficients[j].unwrap_or(0.0) * x[j]).sum();

@@ -42,7 +42,7 @@ pub struct FittedFlank<'a> {
     pub side: Side,
     /// Factor from u to the roll length in mm.
     pub u: f64,
-    /// What v is multiplied with to be z in mm.
+    /// Factor by which v is multiplied to be z in mm.
     pub v: f64,
     /// Factor from heights to µm of material along the normal.
     pub height: f64,
@@ -55,7 +55,7 @@ pub struct FittedFlank<'a> {
 }
 
 impl FittedFlank<'_> {
-    /// What is to be asked of the fit.
+    /// Sums that the fit has to return.
     pub fn sums(&self) -> WeightedSums {
         let rule: Vec<[f64; 2]> = gauss_legendre(POINTS).iter().map(|(x, w)| [x.to_f64(), w.to_f64()]).collect();
         let along = |[low, high]: [f64; 2], x: f64| 0.5 * (low + high) + 0.5 * (high - low) * x;
@@ -74,7 +74,7 @@ impl FittedFlank<'_> {
         }
     }
 
-    /// The figures, slopes by DIN, of what the fit answers to [`FittedFlank::sums`], held against
+    /// The figures, slopes by DIN, of the results for [`FittedFlank::sums`], compared with
     /// limits.
     pub fn figures(&self, sums: &[Option<WeightedSum>], limits: FlankFigures<[f64; 2]>) -> FlankFigures<Figure> {
         let [profile, helix] = [Kind::Profile, Kind::Helix]

@@ -107,8 +107,8 @@ pub fn covers(reached: [f64; 2], range: [f64; 2]) -> bool {
     share(reached, range) >= LEAST_COVERED
 }
 
-/// Shares of the evaluation range that are cut off at each edge, in percent: 0 to below 100 together
-/// on each axis. Default 0.
+/// Shares of the evaluation range that are cut off at each edge, in percent: 0 to below 100
+/// together on each axis. Default 0.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 #[cfg_attr(
     feature = "contract",
@@ -128,7 +128,7 @@ pub struct Border {
     pub heel: f64,
 }
 
-/// What is asked for beside the nodes.
+/// Specification in addition to the nodes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SurfaceSettings {
     /// Flank that the nodes are on.
@@ -156,7 +156,7 @@ pub struct SurfaceSettings {
 }
 
 impl SurfaceSettings {
-    /// What slopes of profile and helix are multiplied with.
+    /// Factors by which slopes of profile and helix are multiplied.
     pub(super) fn signs(&self) -> [f64; 2] {
         // one topography counts in one way, as its profiles do
         let given = match self.given {

@@ -1,4 +1,4 @@
-//! Burrs: material that stands out at an end of one trace, and not of most others of its flank.
+//! Burrs: material that protrudes at an end of one trace, and not of most others of its flank.
 //!
 //! With four neighbouring blocks of samples, counted from an end inwards, the mean of the first is
 //! compared with the line through the second and third, and with that through the third and fourth,
@@ -26,7 +26,7 @@ pub(in crate::evaluation) const FEWEST_TRACES: usize = 3;
 /// A burr ends where it is lower than this share of its height.
 const FOOT: f64 = 0.02;
 
-/// How far an end stands out, for one length of blocks.
+/// Height of an end over its neighbours, for one length of blocks.
 #[derive(Clone, Copy)]
 pub(in crate::evaluation) struct Excess {
     greatest: f64,

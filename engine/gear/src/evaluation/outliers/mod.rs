@@ -9,7 +9,7 @@
 //! than [`THRESHOLD`] times the scale (1.4826 × median absolute deviation) of the whole trace *and*
 //! of its own neighbourhood, about the neighbourhood's median (Hampel's rule with a window), and
 //! where the trace comes back behind it. At an end it cannot come back: there a place is suspected
-//! where material stands out and begins abruptly. What falls off to the end is a relief or a break
+//! where material protrudes and begins abruptly. What falls off to the end is a relief or a break
 //! of the edge, and what rises slowly is the flank. The standard counts such samples, and so does
 //! the evaluation unless they are asked to be left out; but it says so.
 
@@ -34,11 +34,11 @@ const ABRUPT_AT_ENDS: usize = 60;
 /// Over one in so many samples there the trace rises by this share of the height more than before.
 const STEP_AT_ENDS: usize = 120;
 const LEAST_STEP: f64 = 0.5;
-/// One in so many samples of a trace lies beside a border, and so many at least.
+/// One in so many samples of a trace lies next to a border, and so many at least.
 const BESIDE: usize = 12;
 const FEWEST_BESIDE: usize = 8;
 /// At a border the trace jumps by this share of the height, and by so many scatters about the curve
-/// beside it.
+/// next to it.
 const LEAST_JUMP: f64 = 0.5;
 const JUMP_OVER_RMS: f64 = 4.0;
 /// Normal standard deviation over median absolute deviation.
@@ -52,7 +52,7 @@ pub(crate) struct Run {
     pub to: usize,
     /// Greatest residual, with its sign, in the unit of the deviations.
     pub height: f64,
-    /// Whether it stands out at an end where most other traces of the flank do not.
+    /// True if it protrudes at an end where most other traces of the flank do not.
     pub burr: bool,
 }
 
@@ -78,7 +78,7 @@ fn parts(at: &[f64]) -> Vec<[usize; 2]> {
     ends.windows(2).map(|pair| [pair[0], pair[1]]).collect()
 }
 
-/// Of a trace without missing samples, or what is left of one that `is_cut`.
+/// Returns the runs of a trace without missing samples, or of what is left of one that `is_cut`.
 fn of_part(at: &[f64], deviation: &[f64], is_cut: bool) -> Vec<Run> {
     let n = deviation.len();
     if n < FEWEST || !(at[n - 1] > at[0]) {
@@ -88,7 +88,7 @@ fn of_part(at: &[f64], deviation: &[f64], is_cut: bool) -> Vec<Run> {
     if long.is_empty() {
         return short(at, deviation, is_cut);
     }
-    // long places would hide short ones, and medians beside them would not be the trace's
+    // long places would hide short ones, and medians next to them would not be the trace's
     let rest: Vec<usize> = (0..n).filter(|i| !long.iter().any(|run| (run.from..run.to).contains(i))).collect();
     let of_rest = |values: &[f64]| rest.iter().map(|&i| values[i]).collect::<Vec<f64>>();
     let short = if rest.len() < FEWEST { Vec::new() } else { short(&of_rest(at), &of_rest(deviation), is_cut) };
@@ -111,7 +111,7 @@ fn spread(values: &[f64]) -> [f64; 2] {
 }
 
 /// Whether a place begins abruptly: its residuals, from its border on, grow from a quarter to three
-/// quarters of their greatest within so many samples, and the trace beside it (`beside`, from the
+/// quarters of their greatest within so many samples, and the trace next to it (`beside`, from the
 /// border away) does not lead there.
 fn is_abrupt(
     inside: impl Iterator<Item = [f64; 2]>,
@@ -133,8 +133,8 @@ fn is_abrupt(
         })
 }
 
-/// Whether material stands out at an end of a trace, of whose samples residuals and deviations are
-/// given: it begins abruptly there, with a step.
+/// Returns true if material protrudes at an end of a trace, of whose samples residuals and
+/// deviations are given: it begins abruptly there, with a step.
 fn stands_at_end(both: &[[f64; 2]], run: &Run) -> bool {
     let n = both.len();
     let (within, beside) = ((n / ABRUPT_AT_ENDS).max(2), (n / BESIDE).max(FEWEST_BESIDE));
@@ -169,8 +169,8 @@ fn steps(towards: &[[f64; 2]], border: usize, lag: usize) -> f64 {
     each.fold(f64::NEG_INFINITY, f64::max)
 }
 
-/// Where the least-squares parabola through the samples beside a border leads so many samples
-/// beyond it, and what it leaves; `None` of too few.
+/// Extrapolates the least-squares parabola through the samples next to a border by so many samples,
+/// and returns it with what it leaves; `None` of too few.
 fn lead(beside: impl Iterator<Item = [f64; 2]>, beyond: usize) -> Option<[f64; 2]> {
     let deviation: Vec<f64> = beside.map(|[_, deviation]| deviation).collect();
     let n = deviation.len();
@@ -228,7 +228,7 @@ fn short(at: &[f64], deviation: &[f64], is_cut: bool) -> Vec<Run> {
             // a relief that falls off into a hole leaves a sample before it
             (true, _) => !(is_cut && ends) || run.height > 0.0,
             (false, true) => length <= most && stands_at_end(&both, run),
-            // the knee of a relief stands out of the few medians of a part
+            // the knee of a relief deviates from the few medians of a part
             (false, false) => length <= most && (!is_cut || jumps(&both, run)),
         }
     });

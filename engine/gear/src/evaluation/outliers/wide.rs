@@ -2,8 +2,8 @@
 //! rides on.
 //!
 //! A polynomial of order 4, fitted so that far samples do not count (Tukey's weights after some
-//! steps of least absolute values), leaves residuals. A run of them beyond [`super::THRESHOLD`]
-//! scales is suspected where it begins and ends abruptly, and where the trace beside it is back
+//! steps of least absolute values), leaves residuals. A run of them above [`super::THRESHOLD`]
+//! scales is suspected where it begins and ends abruptly, and where the trace next to it is back
 //! near the polynomial: waves and reliefs do neither.
 
 use nalgebra::{SMatrix, SVector};
@@ -70,7 +70,7 @@ pub(super) fn outliers(at: &[f64], deviation: &[f64]) -> Vec<Run> {
 }
 
 /// Whether a run of residuals, each with its deviation, begins and ends abruptly, with the trace
-/// back beside it.
+/// back next to it.
 fn stands_alone(both: &[[f64; 2]], run: &Run) -> bool {
     let n = both.len();
     let (from, to, within) = (run.from, run.to, (n / ABRUPT).max(3));

@@ -1,4 +1,4 @@
-//! What the reader of an evaluation must know: as data, with a stable code and a sentence.
+//! Warnings about an evaluation: data with a stable code and a sentence.
 
 mod samples;
 mod surface;
@@ -30,9 +30,9 @@ pub enum Warning {
         Shown(*.reference_mm), Shown(*.longest_mm)
     )]
     ForeignReferenceLength {
-        /// Of the slopes.
+        /// Kind of the slopes.
         kind: Kind,
-        /// What they are extended to.
+        /// Length that they are extended to.
         reference_mm: f64,
         /// The longest that the gear has.
         longest_mm: f64,
@@ -50,9 +50,9 @@ pub enum Warning {
     /// Something about one trace.
     #[error("{warning}")]
     Trace {
-        /// Of the traces, from 0.
+        /// Number of the trace, from 0.
         trace: usize,
-        /// What it is.
+        /// The warning.
         #[cfg_attr(feature = "contract", serde(flatten))]
         warning: TraceWarning,
     },
@@ -63,7 +63,7 @@ pub enum Warning {
         figures: Vec<SurfaceFigure>,
         /// Whether all traces share one zero.
         traces_share_zero: bool,
-        /// Of which flanks.
+        /// Names of the flanks.
         flanks: Vec<FlankName>,
     },
     /// Traces that contradict any surface of second order, rms in µm.
@@ -73,11 +73,11 @@ pub enum Warning {
          before its figures are used"
     )]
     SurfaceMisfit {
-        /// Of these traces.
+        /// Flank of these traces.
         flank: FlankName,
-        /// What they leave together.
+        /// Rms that they leave together.
         rms_together_um: f64,
-        /// What each leaves of a parabola of its own.
+        /// Rms that each leaves of a parabola of its own.
         rms_own_um: f64,
     },
     /// Traces that contradict each other less with the helices turned, rms in µm.
@@ -86,7 +86,7 @@ pub enum Warning {
          `deviation_sign`, which says what a positive deviation of a helix means"
     )]
     HelixSignDoubtful {
-        /// Of these traces.
+        /// Flank of these traces.
         flank: FlankName,
         /// The contradiction as they are.
         rms_um: f64,

@@ -1,4 +1,4 @@
-//! What must be known of the samples of one trace.
+//! Warnings about the samples of one trace.
 
 use std::fmt;
 
@@ -145,7 +145,7 @@ impl TraceWarning {
     }
 }
 
-/// What becomes of figures and classes where samples are missing.
+/// Consequences of missing samples for figures and classes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "contract", derive(serde::Serialize), serde(tag = "effect", rename_all = "snake_case"))]
 pub enum Effect {
@@ -158,7 +158,7 @@ pub enum Effect {
     },
     /// Neither is given: an end is too far from the samples.
     TooFarToExtend,
-    /// There are figures, but no class.
+    /// Figures exist, but no class.
     NoClass,
     /// Slope and crowning go on to the ends of the range, and there is no class.
     Extended,

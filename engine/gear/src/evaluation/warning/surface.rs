@@ -1,4 +1,4 @@
-//! What must be known of the nodes over a whole flank.
+//! Warnings about the nodes over a whole flank.
 
 use super::{super::spacing::LEAST_COVERED, samples::percent};
 use flankfit_numerics::words::Shown;

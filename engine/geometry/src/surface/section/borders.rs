@@ -13,7 +13,7 @@ const STEPS: usize = 32;
 /// Every so many of these places are enough to begin the line with.
 const COARSE: usize = 4;
 
-/// What counts as beside a side, in widths of the rectangle.
+/// Distance that counts as next to a side, in widths of the rectangle.
 const BESIDE: f64 = 1e-3;
 
 /// The four sides, each as the parameter that is fixed on it and at which end.

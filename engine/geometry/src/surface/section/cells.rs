@@ -40,7 +40,7 @@ pub(super) struct Rectangle<'a> {
     pub left: &'a Cell<usize>,
 }
 
-/// What was found on the finest grid.
+/// Result on the finest grid.
 #[derive(Default)]
 pub(super) struct Found {
     pub level: u32,

@@ -10,13 +10,13 @@ pub(super) struct Chain {
     pub closed: bool,
 }
 
-/// What a rectangle of parameters holds of the section.
+/// Parts of the section in a rectangle of parameters.
 #[derive(Default)]
 pub(super) struct Pieces {
     pub chains: Vec<Chain>,
-    /// Where branches cross.
+    /// Places at which branches cross.
     pub branches: Vec<[f64; 2]>,
-    /// Where the plane touches in a point.
+    /// Places at which the plane touches in a point.
     pub contacts: Vec<[f64; 2]>,
     pub coincident: bool,
     /// Parts too small to distinguish.

@@ -9,7 +9,7 @@ use crate::{
 const STEPS: usize = 40;
 /// The same for places without slope: where it has not settled by then, the height is too flat.
 const NEAREST: usize = 16;
-/// The part of the way to a side that a step beyond it goes.
+/// The part of the way to a side that a step across it goes.
 const STAY: f64 = 0.9;
 /// The shortest part of a step that is tried.
 const SHORTEST: f64 = 1e-3;
@@ -77,7 +77,7 @@ impl Local {
         }
     }
 
-    /// Where `uu a² + 2 uv a b + vv b²` is 0, or nearest to it.
+    /// Directions in which `uu a² + 2 uv a b + vv b²` is 0, or nearest to it.
     fn flat_directions(&self) -> Vec<[f64; 2]> {
         let [e, g] = self.metric;
         let [a, b, c] = [self.bend[0] / e, self.bend[1] / (e * g).sqrt(), self.bend[2] / g];
@@ -261,7 +261,7 @@ impl Field<'_> {
         None
     }
 
-    /// Where the height, or for `axis` its derivative along that parameter, changes its sign
+    /// Place where the height, or for `axis` its derivative along that parameter, changes its sign
     /// between `from` and `to`.
     pub(super) fn crossing(&self, from: [f64; 2], to: [f64; 2], axis: Option<usize>) -> [f64; 2] {
         let value = |at: [f64; 2]| match axis {
@@ -293,7 +293,7 @@ impl Field<'_> {
     }
 }
 
-/// What the section is at a place.
+/// Kind of the section at a place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     /// The surface passes through the plane.

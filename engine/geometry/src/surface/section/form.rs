@@ -4,7 +4,7 @@
 //! A polynomial lies within the hull of its coefficients, ascends where they ascend, and has along
 //! a side no more zeros than they change their sign. Halved, the coefficients come near to the
 //! values as the square of the width: so what is said of a cell is certain, and small cells can be
-//! told.
+//! judged.
 
 use crate::{
     BSplineBasis,
@@ -124,7 +124,8 @@ impl Form {
         self.coefficients.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| [a.min(*x), b.max(*x)])
     }
 
-    /// Whether it ascends, or descends, everywhere along a parameter, by steps above `least`.
+    /// Returns true if it ascends, or descends, everywhere along a parameter, by steps above
+    /// `least`.
     pub(super) fn is_monotone(&self, axis: usize, least: f64) -> bool {
         let [rows, columns] = self.counts;
         let step = if axis == 0 { columns } else { 1 };

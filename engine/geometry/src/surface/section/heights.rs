@@ -1,4 +1,4 @@
-//! What is known of the height over a rectangle or a cell of it: its Bernstein form, or for
+//! Height over a rectangle or a cell of it: its Bernstein form, or for
 //! surfaces that are no splines the sizes of its second derivatives among some places.
 
 use super::{field::Field, form::Form};
@@ -8,7 +8,7 @@ const LOOKS: u32 = 8;
 /// Room for what lies between sampled places.
 const SLACK: f64 = 2.0;
 
-/// What is known of the height over a rectangle.
+/// Height over a rectangle.
 #[derive(Clone, Debug)]
 pub(super) enum Heights {
     /// The height times the weight, and what weights and rounding do to it.
@@ -26,7 +26,7 @@ pub(super) struct Margins {
     pub rounding: f64,
 }
 
-/// What is said of a cell.
+/// Judgement of a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Judged {
     /// The height is 0 nowhere.
@@ -79,7 +79,7 @@ impl Heights {
         }
     }
 
-    /// What they say of their cell from `low` to `high`, where heights up to `contact` count as 0.
+    /// Judges their cell from `low` to `high`, where heights up to `contact` count as 0.
     pub(super) fn judge(&self, field: &Field<'_>, [low, high]: [[f64; 2]; 2], contact: f64) -> Judged {
         match self {
             Heights::Exact(form, Margins { weights: [light, heavy], rounding }) => {

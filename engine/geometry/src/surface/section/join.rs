@@ -94,7 +94,7 @@ pub(super) fn joined(lines: Vec<Line>, branches: &[Vector], near: f64) -> Vec<Li
     all
 }
 
-/// Where the ends of a line stand among those of all lines.
+/// Index of an end of a line among those of all lines.
 fn slot((line, start): End) -> usize {
     2 * line + usize::from(!start)
 }

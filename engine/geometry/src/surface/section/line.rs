@@ -58,11 +58,11 @@ pub(super) struct Line {
     pub error: f64,
 }
 
-/// What a chain of places turns out to be.
+/// Result of tracing a chain of places.
 pub(super) enum Traced {
     Line(Line),
     OnePlace,
-    /// At one of its places no tangent can be told.
+    /// At one of its places the tangent is undetermined.
     Unclear,
 }
 
@@ -172,9 +172,9 @@ fn between(field: &Field<'_>, a: &SectionPoint, b: &SectionPoint, share: f64, le
     (kind == Kind::Touching || ahead(&a.point, &found.point) && ahead(&found.point, &b.point)).then_some(found)
 }
 
-/// Where the section passes the plane across the chord at a share of a piece. In space the section
-/// is smooth where parameters are not: beside a pole they turn by a quarter within next to nothing.
-/// So what counts is the distance in space from where the cubic expects it.
+/// Place where the section passes the plane across the chord at a share of a piece. In space the
+/// section is smooth where parameters are not: near a pole they turn by a quarter within next to
+/// nothing. So what counts is the distance in space from where the cubic expects it.
 fn passed(field: &Field<'_>, [a, b]: [&SectionPoint; 2], share: f64, guess: [f64; 2], length: f64) -> Option<[f64; 2]> {
     let array = |v: &Vector| [v.x, v.y, v.z];
     let ends = [array(&a.point), array(&b.point)];

@@ -117,7 +117,7 @@ fn in_plane(field: &Field<'_>, [u, v]: [[f64; 2]; 2]) -> [f64; 2] {
     found.min_by(|a, b| height(a).total_cmp(&height(b))).unwrap_or(middle)
 }
 
-/// Where the height changes its sign on the edges of simple cells, joined cell by cell.
+/// Sign changes of the height on the edges of simple cells, joined cell by cell.
 fn lines(
     rectangle: &Rectangle<'_>,
     level: u32,

@@ -9,7 +9,7 @@
 //!
 //! Coons patches of rational curves and Gregory patches with two twists at a corner are no splines:
 //! there the second derivatives are sampled instead, and a loop much smaller than a cell may be
-//! missed. A point in which the plane meets nothing but a border is not told.
+//! missed. A point in which the plane meets nothing but a border is not reported.
 //!
 //! Ref.: Patrikalakis and Maekawa, Shape Interrogation for Computer Aided Design and Manufacturing,
 //! ch. 4 and 5.

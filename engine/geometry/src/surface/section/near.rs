@@ -1,4 +1,4 @@
-//! What lies within a distance of a place, without asking everything.
+//! Places within a distance of a place, without examining every one.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! What the section of a surface by a plane is.
+//! Section of a surface by a plane.
 
 use super::line::SectionPoint;
 use crate::{
@@ -12,9 +12,9 @@ use flankfit_numerics::check::Faults;
 pub struct Section {
     /// Its curves, each smooth.
     pub curves: Vec<SectionCurve>,
-    /// Where branches cross: curves end there.
+    /// Places at which branches cross: curves end there.
     pub branch_points: Vec<Vector>,
-    /// Where the plane touches the surface in a point.
+    /// Places at which the plane touches the surface in a point.
     pub contacts: Vec<Vector>,
     /// Whether a part of the surface lies in the plane; it is no part of the curves.
     pub coincident: bool,
@@ -28,7 +28,7 @@ pub struct Section {
 pub struct SectionCurve {
     /// Places on surface and plane; of a closed curve the first one again at the end.
     pub points: Vec<SectionPoint>,
-    /// Whether it ends where it begins, smoothly.
+    /// True if it ends where it begins, smoothly.
     pub closed: bool,
     /// Whether the plane touches the surface along it.
     pub tangential: bool,

@@ -28,7 +28,7 @@ const CONTACT: f64 = 1e-11;
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
 /// Ends nearer to each other than this part of the extent may be one place.
 const NEAR: f64 = 1e-7;
-/// Where rounding moves the section by more than this part of the extent there is none to be told.
+/// Movement by rounding, relative to the extent, above which there is no section.
 const FLAT: f64 = 1e-9;
 /// Cells about places without slope that are looked at, at most.
 const MOST_CELLS: usize = 50_000;
@@ -67,8 +67,8 @@ impl<'a> Sections<'a> {
         Self::on(Patch::of_shape(surface))
     }
 
-    /// Of surfaces of any kind that make one: their lines are joined where they go on. Bounds of
-    /// their heights are sampled.
+    /// Returns sections of surfaces of any kind that make one: their lines are joined where they go
+    /// on. Bounds of their heights are sampled.
     pub fn of_surfaces(surfaces: &[&'a dyn Surface]) -> Self {
         Self::on(surfaces.iter().map(|surface| Patch::plain(*surface)).collect())
     }
@@ -135,7 +135,7 @@ fn ascending(points: Vec<SectionPoint>) -> Vec<SectionPoint> {
     kept
 }
 
-/// What a smooth rectangle holds of the section.
+/// Parts of the section in a smooth rectangle.
 fn smooth(field: &Field<'_>, heights: Heights, [contact, rounding]: [f64; 2]) -> Pieces {
     let left = Cell::new(MOST_CELLS);
     let rectangle = Rectangle { field, range: field.smooth, heights, depth: 0, contact, rounding, left: &left };

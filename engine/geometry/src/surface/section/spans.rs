@@ -69,7 +69,7 @@ impl<'a> Patch<'a> {
     /// Hands each smooth rectangle that the plane may pass to `take`, with what is known of the
     /// height there; heights up to `contact` count as 0. Answers whether a rectangle lies so flat
     /// about the plane that rounding moves the section by more than `blur`: there is no line to be
-    /// told there.
+    /// returned there.
     pub(super) fn each(
         &self,
         (index, plane, contact, blur): (usize, &Plane, f64, f64),
@@ -144,7 +144,8 @@ impl<'a> Net<'a> {
         (i..=i + p).flat_map(move |row| (j..=j + q).map(move |column| row * columns + column))
     }
 
-    /// What the ground under a rectangle adds to the heights of a graph: the least and the most.
+    /// Contribution of the ground under a rectangle to the heights of a graph: the least and the
+    /// most.
     fn ground(&self, [u, v]: [[f64; 2]; 2]) -> [f64; 2] {
         if self.spline.dimension().is_parametric() {
             return [0.0; 2];
