@@ -120,7 +120,7 @@ fn slopes_are_those_that_the_instrument_printed() {
         }
         assert!(values.slope_um.abs() < 60.0 && values.form_um > 0.0 && values.total_um > 0.0, "{trace:?}");
         assert!(values.slope_std_error_um.is_some_and(|e| e > 0.0 && e < 3.0), "{trace:?}");
-        // 36 of 40 samples lie in the range, and samples reach over it on both sides
+        // 36 of 40 samples lie in the range, and samples reach outside it on both sides
         assert_eq!(trace.samples.used, 36);
         assert!(trace.classes.is_some());
     }

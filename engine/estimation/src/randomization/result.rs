@@ -98,7 +98,7 @@ pub struct LevelResult {
 }
 
 /// The regularising matrix of one level, on the same heights: first order, as many eigenvalues as
-/// lie above the usual condition limit.
+/// are above the usual condition limit.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(
     feature = "contract",
