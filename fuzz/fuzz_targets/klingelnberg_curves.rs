@@ -8,11 +8,10 @@ fuzz_target!(|bytes: &[u8]| {
     // beginning with the first line, the mutations reach what is behind it
     let Ok(file) = read_curves(&[b"HEADER KS.MK.FILE\n", bytes].concat()) else { return };
     let facts = file.header.gear(&mut Default::default());
-    let _ = (file.header.profile_setup(), file.header.helix_setup(), file.header.rules(), file.header.probe());
+    let _ = (file.header.profile_setup(), file.header.helix_setup(), file.header.rules());
     assert!(file.curves.iter().map(|curve| curve.values.len()).sum::<usize>() <= bytes.len());
     if let Ok(gear) = facts.gear_data().map_err(drop).and_then(|data| Gear::new(data).map_err(drop)) {
         let placed = file.place(&gear).with_sense(file.signs(), Sense::Material);
         assert_eq!(placed.traces.len() + placed.unplaced.len(), file.curves.len());
-        let _ = placed.topographies(&gear);
     }
 });

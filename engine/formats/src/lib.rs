@@ -51,7 +51,6 @@ pub use note::{Note, NoteCode, Notes, Remark};
 pub use obj::{NamedLine, NamedMesh};
 pub use pieces::Pieces;
 pub use quad_mesh::{Face, QuadMesh};
-pub use sampling::SurfaceSample;
 pub use source::MOST_BYTES;
 pub use table::Table;
 pub use topography::Topography;

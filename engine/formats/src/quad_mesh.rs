@@ -5,7 +5,7 @@
 
 use std::collections::HashMap;
 
-use super::sampling::{self, SurfaceSample, no_place, no_tolerance};
+use super::sampling::{self, no_place, no_tolerance};
 use flankfit_geometry::{
     space::Vector,
     surface::{LocalGeometry, Surface},
@@ -29,11 +29,6 @@ pub struct Face {
 }
 
 impl Face {
-    /// A face of four corners, in order around it.
-    pub fn quad(corners: [u32; 4]) -> Self {
-        Face { corners }
-    }
-
     /// A face of three corners, in order around it.
     pub fn triangle([a, b, c]: [u32; 3]) -> Self {
         Face { corners: [a, b, c, c] }
@@ -73,16 +68,6 @@ struct Apart {
 }
 
 impl Apart {
-    fn of(samples: &[SurfaceSample]) -> Self {
-        let mut apart = Apart::default();
-        for sample in samples {
-            apart.sizes.push(sample.size());
-            apart.nodes.extend(sample.nodes());
-            apart.normals.extend(sample.normals().iter().map(|normal| normal.unwrap_or_else(Vector::zeros)));
-        }
-        apart
-    }
-
     /// The nodes of each surface where `intervals` parts of each of its patches meet.
     fn of_each(surfaces: &[&dyn Surface], intervals: [usize; 2], with_normals: bool) -> Result<Self, Faults> {
         let count = sampling::counted(surfaces, intervals)?;
@@ -151,27 +136,14 @@ impl Apart {
 }
 
 impl QuadMesh {
-    /// The quadrilaterals of all samples, as they are: neighbours keep nodes and normals of their
-    /// own.
-    pub fn of(samples: &[SurfaceSample]) -> Self {
-        let Apart { sizes, nodes, normals } = Apart::of(samples);
-        let faces = Apart::quads(&sizes).asking(20).map(|corners| Face::quad(corners.map(|i| i as u32))).collect();
-        QuadMesh { nodes, normals, faces }
-    }
-
-    /// Makes the mesh of [`QuadMesh::of`] with nodes joined that lie on borders of patches no
-    /// farther apart than `tolerance` (mm, ≥ 0).
+    /// Makes the mesh of surfaces of which each is sampled at so many intervals between its breaks,
+    /// with nodes joined that lie on borders of patches no farther apart than `tolerance` (mm, ≥
+    /// 0).
     ///
     /// A node joins the first one in the order of nodes that is near enough and has not itself
     /// joined another. A quadrilateral on a side without length so becomes a triangle; a face
     /// without area is left out. Neighbours must be sampled alike along their common border, else
     /// nodes of one lie between those of the other.
-    pub fn joined(samples: &[SurfaceSample], tolerance: f64) -> Result<Self, Faults> {
-        check_tolerance(tolerance)?;
-        Ok(Self::join(Apart::of(samples), tolerance))
-    }
-
-    /// The same for surfaces of which each is sampled at so many intervals between its breaks.
     pub fn of_surfaces(
         surfaces: &[&dyn Surface],
         intervals: [usize; 2],
@@ -284,22 +256,30 @@ mod tests {
     fn neighbours_share_their_border() {
         let left = patch([[0., 0., 0.], [0., 1., 0.], [1., 0., 0.], [1., 1., 0.]]);
         let right = patch([[1. + 1e-9, 0., 0.], [1., 1., 1e-9], [2., 0., 0.], [2., 1., 1.]]);
-        let samples = [left, right].map(|s| SurfaceSample::by_patches(&s, [2, 3]).unwrap());
-        let apart = QuadMesh::of(&samples);
-        assert_eq!((apart.nodes().len(), apart.faces().len()), (24, 12));
-        let mesh = QuadMesh::joined(&samples, 1e-6).unwrap();
+        let surfaces: [&dyn Surface; 2] = [&left, &right];
+        let joined = |tolerance| QuadMesh::of_surfaces(&surfaces, [2, 3], tolerance, true);
+        let mesh = joined(1e-6).unwrap();
         assert_eq!((mesh.nodes().len(), mesh.faces().len()), (20, 12));
-        assert_eq!(mesh.faces()[6], Face::quad([8, 12, 13, 9]));
+        assert_eq!(mesh.faces()[6].corners(), [8, 12, 13, 9]);
         assert!(mesh.normals().all(|n| (n.unwrap().norm() - 1.0).abs() < 1e-15));
         // too tight, nothing is joined
-        assert_eq!(QuadMesh::joined(&samples, 1e-12).unwrap().nodes().len(), 24);
-        assert!(QuadMesh::joined(&samples, f64::NAN).is_err() && QuadMesh::joined(&samples, -1.0).is_err());
+        assert_eq!(joined(1e-12).unwrap().nodes().len(), 24);
+        assert!(joined(f64::NAN).is_err() && joined(-1.0).is_err());
+        let bare = QuadMesh::of_surfaces(&surfaces, [2, 3], 1e-6, false).unwrap();
+        assert_eq!((bare.nodes(), bare.faces()), (mesh.nodes(), mesh.faces()));
+        assert!(bare.normals().all(|normal| normal.is_none()));
+        assert!(QuadMesh::bytes(&surfaces, [2, 3], true).unwrap() >= 36 * 24 + 18 * 12);
+        // more than MOST_NODES are refused before any list of that length is made
+        for intervals in [[10_000_000_000, 1], [1 << 62, 2], [usize::MAX; 2], [sampling::MOST_NODES, 1]] {
+            let refused = QuadMesh::of_surfaces(&surfaces, intervals, 1e-6, false).unwrap_err();
+            assert_eq!(refused.list()[0].path, "samples[0]", "{refused}");
+        }
     }
 
     #[test]
     fn a_side_without_length_makes_triangles() {
         let wedge = patch([[0., 0., 1.], [1., 0., 0.], [0., 0., 1.], [0., 1., 0.]]);
-        let mesh = QuadMesh::joined(&[SurfaceSample::by_patches(&wedge, [3, 2]).unwrap()], 0.0).unwrap();
+        let mesh = QuadMesh::of_surfaces(&[&wedge], [3, 2], 0.0, true).unwrap();
         assert_eq!(mesh.nodes().len(), 1 + 4 * 2);
         let triangles = mesh.faces().iter().filter(|f| f.corners().len() == 3).count();
         assert_eq!((triangles, mesh.faces().len()), (3, 6));
@@ -327,29 +307,11 @@ mod tests {
                 left.pop();
             }
             let expected = match left[..] {
-                [a, b, c, d] if a != c && b != d => Some(Face::quad([a, b, c, d])),
+                [a, b, c, d] if a != c && b != d => Some(Face { corners: [a, b, c, d] }),
                 [a, b, c] if a != c => Some(Face::triangle([a, b, c])),
                 _ => None,
             };
             assert_eq!(Face::of(corners), expected, "{corners:?}");
         }
-    }
-
-    #[test]
-    fn sampled_at_once_or_one_by_one_it_is_the_same_mesh() {
-        let patches = [
-            patch([[0., 0., 0.], [0., 1., 0.], [1., 0., 0.], [1., 1., 0.]]),
-            patch([[1. + 1e-9, 0., 0.], [1., 1., 1e-9], [2., 0., 0.], [2., 1., 1.]]),
-            patch([[0., 0., 1.], [1., 0., 0.], [0., 0., 1.], [0., 1., 0.]]),
-        ];
-        let surfaces: Vec<&dyn Surface> = patches.iter().map(|patch| patch as &dyn Surface).collect();
-        let one_by_one = patches.each_ref().map(|patch| SurfaceSample::by_patches(patch, [3, 2]).unwrap());
-        let one_by_one = QuadMesh::joined(&one_by_one, 1e-6).unwrap();
-        let at_once = QuadMesh::of_surfaces(&surfaces, [3, 2], 1e-6, true).unwrap();
-        assert_eq!(at_once, one_by_one);
-        assert!(QuadMesh::bytes(&surfaces, [3, 2], true).unwrap() >= 36 * (24 + 24) + 18 * 16);
-        let bare = QuadMesh::of_surfaces(&surfaces, [3, 2], 1e-6, false).unwrap();
-        assert_eq!((bare.nodes(), bare.faces()), (at_once.nodes(), at_once.faces()));
-        assert!(bare.normals().all(|normal| normal.is_none()));
     }
 }

@@ -2,105 +2,14 @@
 
 use std::{cmp::Ordering, collections::BinaryHeap};
 
-use flankfit_geometry::{
-    curve::Curve,
-    space::Vector,
-    surface::{LocalGeometry, Surface},
-};
-use flankfit_numerics::{
-    cancel::{self, Asking},
-    check::Faults,
-    words::Shown,
-};
+use flankfit_geometry::{curve::Curve, space::Vector, surface::Surface};
+use flankfit_numerics::{cancel, check::Faults, words::Shown};
 
 /// More nodes than this are refused for one surface.
 pub const MOST_NODES: usize = 4_000_000;
 
 /// Chords of one curve at most.
 const MOST_CHORDS: usize = 1 << 20;
-
-/// A surface at the nodes of a grid of parameters, v running fastest.
-#[derive(Clone, Debug, PartialEq)]
-pub struct SurfaceSample {
-    parameters: [Vec<f64>; 2],
-    nodes: Vec<Vector>,
-    normals: Vec<Option<Vector>>,
-    curvatures: Vec<Option<[f64; 2]>>,
-}
-
-impl SurfaceSample {
-    /// Places and unit normals at all pairs of `us` and `vs`, each ascending with at least two
-    /// values.
-    pub fn new(surface: &dyn Surface, us: &[f64], vs: &[f64]) -> Result<Self, Faults> {
-        check(us, vs)?;
-        let wanted = us.len().saturating_mul(vs.len());
-        if wanted > MOST_NODES {
-            return Err(too_many(wanted));
-        }
-        let mut sample = SurfaceSample {
-            parameters: [us.to_vec(), vs.to_vec()],
-            nodes: Vec::with_capacity(wanted),
-            normals: Vec::with_capacity(wanted),
-            curvatures: Vec::with_capacity(wanted),
-        };
-        for (u, v) in us.iter().flat_map(|u| vs.iter().map(move |v| (*u, *v))).asking(1000) {
-            let LocalGeometry { point, normal, differential } = LocalGeometry::at(surface, u, v);
-            if !point.iter().all(|x| x.is_finite()) {
-                return Err(no_place([u, v]));
-            }
-            sample.nodes.push(point);
-            sample.normals.push(normal);
-            let curvature = differential.map(|d| [d.mean, d.gaussian]);
-            sample.curvatures.push(curvature.filter(|c| c.iter().all(|x| x.is_finite())));
-        }
-        Ok(sample)
-    }
-
-    /// `intervals` along u and v for every patch between the surface's breaks.
-    pub fn by_patches(surface: &dyn Surface, intervals: [usize; 2]) -> Result<Self, Faults> {
-        counted(&[surface], intervals)?;
-        Self::of_counted(surface, intervals)
-    }
-
-    /// The same for surfaces that make one mesh, one sample each; all of their nodes together are
-    /// counted before the first is made.
-    pub fn of_each(surfaces: &[&dyn Surface], intervals: [usize; 2]) -> Result<Vec<Self>, Faults> {
-        counted(surfaces, intervals)?;
-        surfaces.iter().map(|surface| Self::of_counted(*surface, intervals)).collect()
-    }
-
-    fn of_counted(surface: &dyn Surface, intervals: [usize; 2]) -> Result<Self, Faults> {
-        let [us, vs] = surface.breaks();
-        Self::new(surface, &between(&us, intervals[0]), &between(&vs, intervals[1]))
-    }
-
-    /// The values of u and of v.
-    pub fn parameters(&self) -> &[Vec<f64>; 2] {
-        &self.parameters
-    }
-
-    /// Number of nodes along u and along v.
-    pub fn size(&self) -> [usize; 2] {
-        self.parameters.each_ref().map(Vec::len)
-    }
-
-    /// Places of the nodes in rows, v running fastest; mm.
-    pub fn nodes(&self) -> &[Vector] {
-        &self.nodes
-    }
-
-    /// Unit vectors along ∂S/∂u × ∂S/∂v. Where that vanishes, its limit from inside; `None` where
-    /// there is none either.
-    pub fn normals(&self) -> &[Option<Vector>] {
-        &self.normals
-    }
-
-    /// Mean (1/mm) and Gaussian curvature (1/mm²), above 0 where the surface bends towards its
-    /// normal; `None` as with normals.
-    pub fn curvatures(&self) -> &[Option<[f64; 2]>] {
-        &self.curvatures
-    }
-}
 
 /// Refuses parameters that do not ascend, or are fewer than two.
 pub(super) fn check(us: &[f64], vs: &[f64]) -> Result<(), Faults> {
@@ -264,47 +173,7 @@ pub fn curve_nodes(curve: &dyn Curve, parameters: &[f64]) -> Result<Vec<Vector>,
 #[cfg(test)]
 mod tests {
     use super::*;
-    use flankfit_geometry::{BSplineBasis, curve::BSplineCurve, space::Dimension, surface::BSplineSurface};
-
-    /// Rulings from the apex (0, 0, 1), at v = 0, to the points (1, 0, 0) and (0, 1, 0).
-    fn wedge() -> BSplineSurface {
-        let line = || BSplineBasis::new(1, vec![0., 0., 1., 1.]).unwrap();
-        let points = [[0., 0., 1.], [1., 0., 0.], [0., 0., 1.], [0., 1., 0.]];
-        let points = points.map(|[x, y, z]| Vector::new(x, y, z)).to_vec();
-        BSplineSurface::new([line(), line()], Dimension::Space, points, None).unwrap()
-    }
-
-    #[test]
-    fn normals_also_where_a_side_has_no_length() {
-        let sample = SurfaceSample::by_patches(&wedge(), [2, 4]).unwrap();
-        assert_eq!(sample.size(), [3, 5]);
-        let expected = -Vector::new(1.0, 1.0, 1.0).normalize();
-        for normal in sample.normals() {
-            assert!((normal.unwrap() - expected).norm() < 1e-15 || (normal.unwrap() + expected).norm() < 1e-15);
-            assert_eq!(normal.unwrap().x.signum(), sample.normals()[1].unwrap().x.signum());
-        }
-    }
-
-    #[test]
-    fn refusals_carry_numbers() {
-        let surface = wedge();
-        let refused = |us: &[f64]| SurfaceSample::new(&surface, us, &[0.0, 1.0]).unwrap_err().to_string();
-        assert!(refused(&[0.0]).starts_with("1 parameters along one direction make no faces"));
-        assert_eq!(refused(&[0.0, 0.5, 0.5]), "parameter 2 (0.5) does not lie above the one before it (0.5)");
-        assert_eq!(SurfaceSample::by_patches(&surface, [MOST_NODES, 1]), Err(too_many(2 * (MOST_NODES + 1))));
-        // refused before any list of that length is made
-        for intervals in [[10_000_000_000, 1], [1 << 62, 2], [usize::MAX; 2]] {
-            let refused = SurfaceSample::by_patches(&surface, intervals);
-            let refused = refused.unwrap_err();
-            assert_eq!(refused.list()[0].path, "samples[0]", "{refused}");
-        }
-        // all patches of a mesh count together
-        let patches: [&dyn Surface; 5] = [&surface; 5];
-        let wanted = 5 * 1001 * 1001;
-        let refused = SurfaceSample::of_each(&patches, [1000, 1000]);
-        assert_eq!(refused, Err(too_many(wanted)));
-        assert_eq!(SurfaceSample::of_each(&patches, [2, 3]).unwrap().len(), 5);
-    }
+    use flankfit_geometry::{BSplineBasis, curve::BSplineCurve, space::Dimension};
 
     #[test]
     fn chords_of_a_circle() {

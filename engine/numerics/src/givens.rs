@@ -31,11 +31,6 @@ impl<T: Real> Triangle<T> {
         (rows.len() == n * (n + 1) / 2 && qty.len() == n).then_some(Triangle { n, rows, qty, rss })
     }
 
-    /// n.
-    pub fn size(&self) -> usize {
-        self.n
-    }
-
     /// The entries of `R` by rows, each from its diagonal on.
     pub fn rows(&self) -> &[T] {
         &self.rows

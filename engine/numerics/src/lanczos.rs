@@ -31,7 +31,7 @@ pub fn largest_eigenvalue(size: usize, apply: impl Fn(&[f64]) -> Vec<f64>) -> Op
     let norm = length(&start);
     start.iter_mut().for_each(|x| *x /= norm);
     let mut basis = vec![start];
-    let (mut diagonal, mut beside) = (Vec::new(), Vec::new());
+    let (mut diagonal, mut off_diagonal) = (Vec::new(), Vec::new());
     for step in 1..=MOST.min(size) {
         cancel::checkpoint();
         let here = &basis[step - 1];
@@ -47,7 +47,7 @@ pub fn largest_eigenvalue(size: usize, apply: impl Fn(&[f64]) -> Vec<f64>) -> Op
         let scale = diagonal.iter().fold(0.0f64, |a: f64, d: &f64| a.max(d.abs()));
         let ended = step == size || !(rest > 1e-14 * scale);
         if ended || step % STRIDE == 0 {
-            let (value, last) = top(&diagonal, &beside);
+            let (value, last) = top(&diagonal, &off_diagonal);
             if !value.is_finite() {
                 return None;
             }
@@ -56,7 +56,7 @@ pub fn largest_eigenvalue(size: usize, apply: impl Fn(&[f64]) -> Vec<f64>) -> Op
             }
         }
         next.iter_mut().for_each(|x| *x /= rest);
-        beside.push(rest);
+        off_diagonal.push(rest);
         basis.push(next);
     }
     None
@@ -65,9 +65,9 @@ pub fn largest_eigenvalue(size: usize, apply: impl Fn(&[f64]) -> Vec<f64>) -> Op
 /// The largest eigenvalue of a symmetric tridiagonal matrix and the last entry of its eigenvector:
 /// implicit QL steps, of whose rotations only the last row is gathered (Golub and Welsch, Math.
 /// Comp. 23, 1969), so that the work is of the second order in the size.
-fn top(diagonal: &[f64], beside: &[f64]) -> (f64, f64) {
+fn top(diagonal: &[f64], off_diagonal: &[f64]) -> (f64, f64) {
     let k = diagonal.len();
-    let (mut d, mut e, mut last) = (diagonal.to_vec(), beside.to_vec(), vec![0.0; k]);
+    let (mut d, mut e, mut last) = (diagonal.to_vec(), off_diagonal.to_vec(), vec![0.0; k]);
     e.truncate(k - 1);
     e.push(0.0);
     last[k - 1] = 1.0;
@@ -96,15 +96,15 @@ mod tests {
     #[test]
     fn the_top_of_a_tridiagonal_matrix_is_that_of_the_full_one() {
         for k in [1, 2, 3, 12, 60, 150] {
-            let (diagonal, beside) = tridiagonal(k);
+            let (diagonal, off_diagonal) = tridiagonal(k);
             let full = DMatrix::from_fn(k, k, |i, j| match i.abs_diff(j) {
                 0 => diagonal[i],
-                1 => beside[i.min(j)],
+                1 => off_diagonal[i.min(j)],
                 _ => 0.0,
             });
             let eigen = SymmetricEigen::new(full);
             let best = eigen.eigenvalues.imax();
-            let (value, last) = top(&diagonal, &beside);
+            let (value, last) = top(&diagonal, &off_diagonal);
             assert!((value - eigen.eigenvalues[best]).abs() < 1e-13, "{k}: {value}");
             assert!((last.abs() - eigen.eigenvectors[(k - 1, best)].abs()).abs() < 1e-12, "{k}: {last}");
         }
@@ -114,8 +114,8 @@ mod tests {
 
     #[test]
     fn the_small_problem_can_be_given_up() {
-        let (diagonal, beside) = tridiagonal(3000);
-        let part = Handle::with_checkpoints(1000).run(|| top(&diagonal, &beside));
+        let (diagonal, off_diagonal) = tridiagonal(3000);
+        let part = Handle::with_checkpoints(1000).run(|| top(&diagonal, &off_diagonal));
         assert_eq!(part, Err(Cancelled));
     }
 

@@ -4,8 +4,8 @@
 //! to keep them: an orthogonal triangularisation ([`qr`]) instead of the normal equations,
 //! one-sided Jacobi ([`jacobi`]) for singular values with high relative accuracy, and the same
 //! algorithms once more in double-double ([`dd`]) for data whose digits a double cannot hold.
-//! [`Real`] is the number type the algorithms are generic over, [`lanes`] four of them side by side;
-//! [`columns`] holds its inner loops over columns.
+//! [`Real`] is the number type the algorithms are generic over, [`lanes`] four of them side by
+//! side; [`columns`] holds its inner loops over columns.
 //!
 //! Conventions: matrices are column-major `nalgebra::DMatrix`; triangular factors are upper;
 //! singular values ascend. Every result is a fixed sequence of operations: equal input gives equal
@@ -61,4 +61,4 @@ pub use jacobi_dd::svd_dd;
 pub use qr::{Qr, qr_with_rhs};
 pub use real::Real;
 pub use rows::Rows;
-pub use sums::{dot2, sum2};
+pub use sums::sum2;

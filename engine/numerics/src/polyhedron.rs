@@ -74,11 +74,6 @@ impl NearestPoint {
         &self.active
     }
 
-    /// Orthonormal vectors that span the active normals.
-    pub fn directions(&self) -> &[Vec<f64>] {
-        &self.q
-    }
-
     /// Moves into `normal · x ≥ bound`, within the half-spaces that are active.
     pub fn enter(&mut self, normal: Vec<f64>, bound: f64, tag: usize) -> Result<(), Empty> {
         let length = dot(&normal, &normal).sqrt();

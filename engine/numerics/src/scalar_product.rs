@@ -1,5 +1,4 @@
-//! The scalar product and the length in plain doubles; [`dot2`](super::dot2) is the scalar product
-//! in twice the precision.
+//! The scalar product and the length in plain doubles.
 
 /// `Σ xᵢyᵢ` in the order of the entries, over the shorter of the two.
 pub fn dot(x: &[f64], y: &[f64]) -> f64 {

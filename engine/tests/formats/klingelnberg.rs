@@ -90,7 +90,8 @@ fn every_shape_holds_the_same_traces() {
                 .unwrap_or_else(|e| panic!("{style:?}: {e}"));
             check_traces(&file, &wanted);
             assert_eq!(file.notes.list(), [], "{style:?}");
-            assert_eq!(file.undefined(), 8 * 5);
+            let undefined = |values: &[f64]| values.iter().filter(|value| value.is_nan()).count();
+            assert_eq!(file.curves.iter().map(|curve| undefined(&curve.values)).sum::<usize>(), 8 * 5);
             let blocks: Vec<&Block> = file.curves.iter().map(|curve| &curve.block).collect();
             match style.layout {
                 Layout::Blocks => {
@@ -134,7 +135,6 @@ fn the_header_describes_gear_and_measurement() {
         let (measured, evaluated) = (helix.measured.right.unwrap(), helix.evaluated.left.unwrap());
         assert_eq!([measured.start, evaluated.start, evaluated.end, measured.end], [0.0, 0.75, 14.25, 15.0]);
         assert_eq!([helix.middle.left, helix.inner.left, helix.outer.right], [Some(51.898), Some(51.0), Some(53.0)]);
-        assert_eq!(file.header.probe().profile_and_helix, Some(0.5));
         let rules = file.header.rules();
         assert_eq!(
             (rules.helix_slope_reference, rules.helix_sign, rules.section),
@@ -206,14 +206,6 @@ fn samples_are_equidistant_in_roll_length_and_face_width() {
     }
     let sections: Vec<_> = placed.traces.iter().map(|placed| placed.trace.section.unwrap()).collect();
     assert_eq!(sections, [51.898, 51.898, 7.5, 7.5, 53.0, 51.0, 1.0, 14.0]);
-    // traces of tooth 1: three leads and three profiles on the left flank
-    let grids = placed.topographies(&gear);
-    let shapes: Vec<_> =
-        grids.iter().map(|grid| (grid.tooth.as_deref(), grid.side, grid.diameter.len(), grid.z.len())).collect();
-    assert_eq!(shapes, [(Some("1"), Side::Left, 480, 3), (Some("1"), Side::Left, 2, 480)]);
-    assert_eq!(grids[0].z, [1.0, 7.5, 14.0]);
-    assert_eq!(grids[0].deviation[3 * 5 + 2].to_bits(), file.curves[7].values[5].to_bits());
-    assert_eq!(grids[1].deviation[480 + 17].to_bits(), file.curves[4].values[17].to_bits());
     // signs of DIN: leads and left profiles turn
     let turned = placed.clone().with_sense(file.signs(), SignConvention::Din);
     for (before, after) in placed.traces.iter().zip(&turned.traces) {

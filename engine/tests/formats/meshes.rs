@@ -5,25 +5,27 @@ use std::{f64::consts::PI, sync::Arc};
 
 use flankfit_engine::{
     formats::{
-        Pieces, QuadMesh, SurfaceSample, fe_mesh,
+        Pieces, QuadMesh, fe_mesh,
         obj::{self, NamedLine, NamedMesh},
         sampling::{curve_nodes, curve_parameters},
-        stl,
-        vtk::{self, PointField},
+        stl, vtk,
     },
-    geometry::space::Vector,
+    geometry::{
+        space::Vector,
+        surface::{BSplineSurface, Surface},
+    },
     numerics::check::Faults,
 };
 
 use super::shapes::{bilinear, label, quarter_cone};
 
-/// Two patches side by side, and a cone; the cone's nodes at the apex coincide.
-fn samples() -> Vec<SurfaceSample> {
-    let left = bilinear([[0., 0., 0.], [0., 2., 0.], [1., 0., 0.], [1., 2., 0.]]);
-    let right = bilinear([[1., 0., 0.], [1., 2., 0.], [3., 0., 0.], [3., 2., 1.]]);
-    [(left, [2, 4]), (right, [3, 4]), (quarter_cone(), [24, 5])]
-        .map(|(s, n)| SurfaceSample::by_patches(&s, n).expect("a sample"))
-        .to_vec()
+fn left() -> BSplineSurface {
+    bilinear([[0., 0., 0.], [0., 2., 0.], [1., 0., 0.], [1., 2., 0.]])
+}
+
+/// The mesh of a cone, whose nodes at the apex coincide.
+fn cone() -> QuadMesh {
+    QuadMesh::of_surfaces(&[&quarter_cone()], [24, 5], 1e-9, true).expect("a mesh")
 }
 
 /// Area of a quarter of the cone of that radius and height.
@@ -54,8 +56,8 @@ fn area_vectors(nodes: &[Vector], faces: &[Vec<usize>]) -> Vec<Vector> {
 
 #[test]
 fn obj_has_faces_that_turn_with_their_normals() {
-    let mesh = Arc::new(QuadMesh::of(&samples()[2..]));
-    let other = Arc::new(QuadMesh::of(&samples()[..1]));
+    let mesh = Arc::new(cone());
+    let other = Arc::new(QuadMesh::of_surfaces(&[&left()], [2, 4], 1e-9, true).expect("a mesh"));
     let line = [Vector::new(0., 0., 0.), Vector::new(0., 0.1 + 0.2, 1e-7)];
     let meshes =
         [NamedMesh { name: "der Kegel", mesh: Arc::clone(&mesh) }, NamedMesh { name: "", mesh: Arc::clone(&other) }];
@@ -85,7 +87,7 @@ fn obj_has_faces_that_turn_with_their_normals() {
 
 #[test]
 fn stl_leaves_out_what_has_no_area() {
-    let mesh = Arc::new(QuadMesh::of(&samples()[2..]));
+    let mesh = Arc::new(cone());
     let text = text(stl::ascii_file(Arc::clone(&mesh), &label()));
     // of 24 × 5 quadrilaterals the 24 at the apex are triangles
     let expected = 24 * 5 * 2 - 24;
@@ -116,47 +118,15 @@ fn stl_leaves_out_what_has_no_area() {
 #[test]
 fn numbers_beyond_single_precision_are_refused() {
     let far = bilinear([[0., 0., 0.], [0., 1e39, 0.], [1., 0., 0.], [1., 1e39, 0.]]);
-    let mesh = Arc::new(QuadMesh::of(&[SurfaceSample::by_patches(&far, [1, 1]).expect("a sample")]));
+    let mesh = Arc::new(QuadMesh::of_surfaces(&[&far], [1, 1], 1e-9, true).expect("a mesh"));
     let refused = stl::binary_file(Arc::clone(&mesh), &label()).unwrap_err();
     assert_eq!(refused.to_string(), "node 1 leaves the range of the file's numbers");
     assert!(stl::ascii_file(Arc::clone(&mesh), &label()).is_ok());
 }
 
 #[test]
-fn vtk_runs_along_u_first() {
-    let sample = &samples()[1];
-    let height: Vec<f64> = sample.nodes().iter().map(|p| p.z * 2.0).collect();
-    let field = PointField { name: "twice z", values: &height };
-    let text = text(vtk::structured_grid(sample, &[field], &label()));
-    let lines: Vec<&str> = text.lines().collect();
-    assert_eq!(lines[0], "# vtk DataFile Version 3.0");
-    assert_eq!(lines[2..6], ["ASCII", "DATASET STRUCTURED_GRID", "DIMENSIONS 4 5 1", "POINTS 20 double"]);
-    let points = vectors(lines[6..26].iter().copied());
-    assert_eq!(lines[26..28], ["POINT_DATA 20", "NORMALS normals double"]);
-    let normals = vectors(lines[28..48].iter().copied());
-    let heads = ["mean_curvature", "gaussian_curvature", "twice_z"].map(|name| format!("SCALARS {name} double 1"));
-    for (k, head) in heads.iter().enumerate() {
-        assert_eq!(lines[48 + 22 * k..50 + 22 * k], [head.as_str(), "LOOKUP_TABLE default"]);
-    }
-    // z = u v over x = 1 + 2 u, y = 2 v is a saddle
-    assert!(lines[72..92].iter().all(|line| numbers(line)[0] < 0.0));
-    for (k, point) in points.iter().enumerate() {
-        let at = (k % 4) * 5 + k / 4;
-        assert_eq!((*point, Some(normals[k])), (sample.nodes()[at], sample.normals()[at]));
-        assert_eq!(numbers(lines[94 + k]), [height[at]]);
-    }
-    assert_eq!(lines.len(), 114);
-    let short = PointField { name: "h", values: &height[1..] };
-    let refused = |field: PointField| vtk::structured_grid(sample, &[field], &label()).unwrap_err().to_string();
-    assert_eq!(refused(short), "fields: the field h has 19 values for 20 nodes");
-    let broken = [height[..19].to_vec(), vec![f64::NAN]].concat();
-    let field = PointField { name: "h", values: &broken };
-    assert_eq!(refused(field), "fields: value 19 of the field h is not finite");
-}
-
-#[test]
 fn vtk_poly_data_counts_its_cells() {
-    let mesh = Arc::new(QuadMesh::joined(&samples()[2..], 1e-9).expect("a mesh"));
+    let mesh = Arc::new(cone());
     let line = [Vector::zeros(), Vector::new(1., 2., 3.)];
     let meshes = [NamedMesh { name: "", mesh: Arc::clone(&mesh) }];
     let text = text(vtk::poly_data(&meshes, &[NamedLine { name: "", points: line.to_vec().into() }], &label()));
@@ -181,11 +151,13 @@ fn integers(line: &str) -> Vec<usize> {
 
 #[test]
 fn listings_for_finite_elements_tell_the_same_mesh() {
-    let mesh = Arc::new(QuadMesh::joined(&samples(), 1e-9).expect("a mesh"));
-    // 3×5 + 4×5 with 5 in common; the cone has one apex instead of 25, and one foot on a corner of
+    let right = bilinear([[1., 0., 0.], [1., 2., 0.], [3., 0., 0.], [3., 2., 1.]]);
+    let surfaces: [&dyn Surface; 3] = [&left(), &right, &quarter_cone()];
+    let mesh = Arc::new(QuadMesh::of_surfaces(&surfaces, [24, 5], 1e-9, true).expect("a mesh"));
+    // 25×6 twice with 6 in common; the cone has one apex instead of 25, and one foot on a corner of
     // the second patch
-    assert_eq!(mesh.nodes().len(), 30 + 25 * 5 + 1 - 1);
-    assert_eq!(mesh.faces().len(), 8 + 12 + 120);
+    assert_eq!(mesh.nodes().len(), 294 + 25 * 5 + 1 - 1);
+    assert_eq!(mesh.faces().len(), 3 * 120);
 
     let nodes = text(Ok(fe_mesh::nodes_csv(Arc::clone(&mesh))));
     let elements = text(Ok(fe_mesh::elements_csv(Arc::clone(&mesh))));
@@ -197,7 +169,7 @@ fn listings_for_finite_elements_tell_the_same_mesh() {
     let faces: Vec<Vec<usize>> = rows.iter().map(|row| row[1..].iter().map(|i| i - 1).collect()).collect();
     let areas = area_vectors(&places, &faces);
     assert!(areas.iter().all(|a| a.norm() > 1e-3));
-    let cone: f64 = areas[20..].iter().map(Vector::norm).sum();
+    let cone: f64 = areas[240..].iter().map(Vector::norm).sum();
     assert!((cone - cone_area()).abs() < 0.01, "{cone}");
 
     let inp = text(fe_mesh::abaqus(Arc::clone(&mesh), &label()));

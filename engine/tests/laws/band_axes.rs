@@ -4,7 +4,7 @@ use flankfit_engine::gear::{
     Gear, GearData, Kind, ProfileAxis, Side, Trace,
     evaluation::{
         Against, Posted,
-        band::{Band, Found},
+        band::{Band, BandPosition},
         evaluate,
         settings::{DeviationSign, ProfileSettings, Settings},
     },
@@ -13,7 +13,7 @@ use flankfit_engine::gear::{
 const DIAMETERS: [f64; 2] = [49.5, 54.0];
 
 /// A profile that rises by 10 µm for each mm of diameter.
-fn found(gear: &Gear, band: Band) -> Found {
+fn found(gear: &Gear, band: Band) -> BandPosition {
     let diameter = |k: u32| DIAMETERS[0] + 0.045 * f64::from(k);
     let roll = |d: f64| (0.25 * d * d - gear.base_radius().powi(2)).sqrt();
     let trace = Trace {

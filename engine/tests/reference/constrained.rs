@@ -15,10 +15,14 @@ fn range(value: &Value) -> Option<[f64; 2]> {
 }
 
 fn constraint(value: &Value) -> Constraint {
-    let kinds =
-        [ConstraintKind::Increasing, ConstraintKind::Decreasing, ConstraintKind::Convex, ConstraintKind::Concave];
     Constraint {
-        kind: *kinds.iter().find(|kind| value["kind"] == kind.name()).unwrap(),
+        kind: match value["kind"].as_str().unwrap() {
+            "increasing" => ConstraintKind::Increasing,
+            "decreasing" => ConstraintKind::Decreasing,
+            "convex" => ConstraintKind::Convex,
+            "concave" => ConstraintKind::Concave,
+            other => panic!("{other}"),
+        },
         along: value["along"].as_str().map(|name| if name == "u" { FilterAxis::U } else { FilterAxis::V }),
         domain: range(&value["domain"]).map(|u| Domain { u: Some(u), v: None }),
     }

@@ -27,13 +27,10 @@ use flankfit_engine::{
     gear::{
         correction as gear_correction,
         correction::{Correction, DEFAULT_RESPONSE_UNCERTAINTY, Damping},
-        simulation::{MachineSpec, Simulation, Strategy, closed_loop},
+        simulation::{MOST_CORRECTIONS, MachineSpec, Simulation, Strategy, closed_loop},
     },
     numerics::{cancel, check},
 };
-
-/// Most corrections of a run.
-const MOST_CORRECTIONS: usize = 20;
 
 /// A run, and the job that stores it where that was requested.
 pub struct SimulatedRun {

@@ -10,7 +10,7 @@ use rand_chacha::{
 };
 
 use super::system::{Penalty, Solved, System};
-use crate::smoothing::choice::{Figures, Found, Problem, Smoothing, find, unsolved};
+use crate::smoothing::choice::{ChosenLambda, Figures, Problem, Smoothing, find, unsolved};
 use flankfit_numerics::{band_cholesky::SymmetricBand, check::Faults};
 
 /// From how many operations (n · bandwidth²) on the trace is estimated.
@@ -53,7 +53,7 @@ pub(crate) fn choose(
     matrix: &SymmetricBand<f64>,
     asked: Smoothing,
     variance: Option<f64>,
-) -> Result<Found, Faults> {
+) -> Result<ChosenLambda, Faults> {
     if let Smoothing::Parameter(crate::spec::Parameter::Fixed(_)) = asked {
         let problem = Problem { count: 1, coordinates: 1, variance, range: [0.0, 1.0] };
         return find(asked, &problem, |_| None);

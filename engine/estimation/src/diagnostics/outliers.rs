@@ -156,7 +156,7 @@ impl Test<'_> {
             }
         }
         deleted.truncate(found);
-        (found > 0).then(|| self.told(nodes, &deleted))
+        (found > 0).then(|| self.to_result(nodes, &deleted))
     }
 
     /// Returns the residuals of the fit without the deleted nodes.
@@ -256,7 +256,7 @@ impl Test<'_> {
     }
 
     /// Returns the deleted nodes that deviate significantly from the fit of the others.
-    fn told(&self, nodes: &Nodes, deleted: &[Deleted]) -> Outliers {
+    fn to_result(&self, nodes: &Nodes, deleted: &[Deleted]) -> Outliers {
         let left = self.left(deleted);
         let sigma = (left.rss / left.freedom).sqrt().max(self.floor);
         let quantile = Student::new(left.freedom).upper_quantile(0.5 * RATE / (left.count + 1) as f64);

@@ -152,7 +152,7 @@ fn fit_selected(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<FitResul
             false => choose(&steps::apply(nodes, &spec.filters)?.nodes, spec, asked)?,
         };
         let result = fit_model(chosen.nodes.as_ref().unwrap_or(nodes), &chosen.spec, plans)?;
-        return chosen.told(result);
+        return chosen.into_result(result);
     }
     fit_model(nodes, spec, plans)
 }

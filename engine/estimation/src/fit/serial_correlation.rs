@@ -26,7 +26,7 @@ const ROUNDING: f64 = 1e-10;
 const MANY: usize = 5_000;
 
 /// Correlation along one family of lines.
-struct Found {
+struct Correlation {
     c: f64,
     p: f64,
     strength: Strength,
@@ -61,7 +61,7 @@ impl Solved<'_> {
             .into_iter()
             .filter_map(|(along, found)| Some((along, found?)))
             .max_by(|(_, a), (_, b)| a.strength.factor.total_cmp(&b.strength.factor));
-        strongest.map(|(along, Found { c, p, strength })| Warning::CorrelatedResiduals {
+        strongest.map(|(along, Correlation { c, p, strength })| Warning::CorrelatedResiduals {
             along,
             correlation: c,
             p,
@@ -76,7 +76,7 @@ impl Solved<'_> {
         courses: &[Along],
         rss: f64,
         level: f64,
-    ) -> Vec<(Along, Option<Found>)> {
+    ) -> Vec<(Along, Option<Correlation>)> {
         if courses.is_empty() {
             return Vec::new();
         }
@@ -92,7 +92,7 @@ impl Solved<'_> {
             let c = pairs.map(|(pair, _)| residuals[pair[0]] * residuals[pair[1]]).sum::<f64>() / rss;
             if residuals.len() >= MANY {
                 let p = normal::upper_tail(c * residuals.len() as f64 / (lines.pairs() as f64).sqrt());
-                return (p < level).then(|| Found { c, p, strength: Strength::of_many(c) });
+                return (p < level).then(|| Correlation { c, p, strength: Strength::of_many(c) });
             }
             // what projections do to c is to make it less
             if c <= 0.0 {
@@ -111,7 +111,7 @@ impl Solved<'_> {
 }
 
 /// On a full grid, whose lines are all alike.
-fn of_axes(separable: &Separable, along: Along, rss: f64, level: f64) -> Option<Found> {
+fn of_axes(separable: &Separable, along: Along, rss: f64, level: f64) -> Option<Correlation> {
     let axes = &separable.axes;
     let (axis, other, sum) = match along {
         Along::U => (&axes.u, &axes.v, separable.neighbours[0]),
@@ -125,11 +125,11 @@ fn of_axes(separable: &Separable, along: Along, rss: f64, level: f64) -> Option<
     tested(c, &LineBasis::of_axis(axis.orthonormal(), lines, columns), level)
 }
 
-fn tested(c: f64, basis: &LineBasis, level: f64) -> Option<Found> {
+fn tested(c: f64, basis: &LineBasis, level: f64) -> Option<Correlation> {
     let (mean, variance) = basis.mean_and_variance()?;
     if c < mean + SUSPICIOUS * variance.sqrt() {
         return None;
     }
     let p = pearson::upper_tail(c, &basis.moments()?);
-    (p < level).then(|| Found { c, p, strength: Strength::of(c, basis) })
+    (p < level).then(|| Correlation { c, p, strength: Strength::of(c, basis) })
 }

@@ -38,7 +38,7 @@ impl Solved<'_> {
                 conditional_std_error: forms.conditional_std_error(&found),
                 bias_bound: found.bias_bound,
                 least_squares: forms.least_squares(&found.form),
-                interval: forms.told(&found, unlimited),
+                interval: forms.interval_of(&found, unlimited),
             };
             Some(sum).filter(WeightedSum::is_finite)
         };
@@ -49,7 +49,7 @@ impl Solved<'_> {
 impl Forms<'_> {
     /// The interval of a form with what it is made of; `unlimited` is its kind where nothing limits
     /// the coefficients.
-    fn told(&self, one: &Estimated, unlimited: IntervalKind) -> Option<Interval> {
+    fn interval_of(&self, one: &Estimated, unlimited: IntervalKind) -> Option<Interval> {
         let (ends, noise) = (self.interval(one, 0.0)?, self.noise_of(&one.form)?);
         let of = |kind, about| Some(Interval { ends, kind, about, least_squares: None, gain: None });
         let plain = |value, std_error| Inferred { value, std_error, bias_bound: 0.0, student: noise.student };

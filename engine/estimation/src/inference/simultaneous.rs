@@ -39,16 +39,7 @@ pub enum SimultaneousMethod {
     Bonferroni,
 }
 
-impl SimultaneousMethod {
-    /// Name in the interface.
-    pub fn name(self) -> &'static str {
-        match self {
-            SimultaneousMethod::Scheffe => "scheffe",
-            SimultaneousMethod::Tube => "tube",
-            SimultaneousMethod::Bonferroni => "bonferroni",
-        }
-    }
-}
+impl SimultaneousMethod {}
 
 /// Size of the path or sheet that the unit vectors run over.
 #[derive(Clone, Copy, Debug, PartialEq)]

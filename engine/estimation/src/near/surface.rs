@@ -27,7 +27,7 @@ use crate::{
     design::{Axis, splines},
     error::{FitError, Unconverged},
     fit::asked_models,
-    smoothing::choice::{Found, Smoothing},
+    smoothing::choice::{ChosenLambda, Smoothing},
     spec::{Degree, Domain, Estimator, FitSpec, HIGHEST_ORDER, Model, Regularization, Scaling},
 };
 use flankfit_geometry::BSplineBasis;
@@ -122,7 +122,7 @@ pub fn surface(points: &SurfacePoints, spec: &FitSpec, include: SurfaceInclude) 
     }
     .map(|(matrix, parameter)| {
         let found = choose(&system, matrix, Smoothing::Parameter(parameter), variance).map_err(of_parameter)?;
-        Ok::<(Found, &SymmetricBand<f64>), FitError>((found, matrix))
+        Ok::<(ChosenLambda, &SymmetricBand<f64>), FitError>((found, matrix))
     })
     .transpose()?;
     let penalty = found.map(|(found, matrix)| Penalty { lambda: found.lambda, matrix });

@@ -114,9 +114,9 @@ impl FormIntervals {
 
     /// Prediction of a form of length 1 before its own least squares.
     fn prediction(&self, unit: &[f64]) -> Prediction {
-        let (parts, ln_beside): (Vec<Moments>, Vec<f64>) = self.moved.iter().map(|one| one.beside(unit)).unzip();
-        let ln_of_all: Vec<f64> = self.ln_of_all.iter().zip(&ln_beside).map(|(ln, beside)| ln + beside).collect();
-        let ln_beside = sum(&ln_of_all) - sum(&self.ln_of_all);
+        let (parts, ln_without): (Vec<Moments>, Vec<f64>) = self.moved.iter().map(|one| one.without(unit)).unzip();
+        let ln_of_all: Vec<f64> = self.ln_of_all.iter().zip(&ln_without).map(|(ln, without)| ln + without).collect();
+        let ln_without = sum(&ln_of_all) - sum(&self.ln_of_all);
         let all = weights(ln_of_all.iter().copied()).into_iter().zip(parts);
         let parts = match self.by_itself(unit) {
             None => all.collect(),
@@ -128,8 +128,8 @@ impl FormIntervals {
                 both.flat_map(|((w, all), (v, own))| [((1.0 - share) * w, all), (share * v, own)]).collect()
             }
         };
-        let stepped = self.stepped.iter().map(|one| one.beside(unit));
-        Prediction::new(parts, stepped.map(|(part, ln)| (ln - ln_beside, part)).collect())
+        let stepped = self.stepped.iter().map(|one| one.without(unit));
+        Prediction::new(parts, stepped.map(|(part, ln)| (ln - ln_without, part)).collect())
     }
 
     /// The probability that the form moves by a size of its own, by the earlier iterations.
@@ -256,7 +256,7 @@ impl Outlook {
     /// Moments of the form of length 1 by all but its own least squares, and the logarithm of the
     /// likelihood of the part orthogonal to it. With its posterior mean p and variance v they
     /// follow from how least squares, 0 with variance 1, was combined with them.
-    fn beside(&self, unit: &[f64]) -> (Moments, f64) {
+    fn without(&self, unit: &[f64]) -> (Moments, f64) {
         /// Rounding error of 1 − v, relative to v.
         const ROUNDING: f64 = 1e-12;
         let posterior = self.posterior.of(unit);

@@ -27,7 +27,7 @@ pub(super) fn largest(matrix: &DMatrix<f64>, d: &DVector<f64>) -> (f64, DVector<
     let mut x = DVector::from_fn(n, |i, _| 1.0 + (1.7 * i as f64 + 0.3).sin());
     x /= x.norm();
     let mut basis: Vec<DVector<f64>> = Vec::new();
-    let (mut diagonal, mut beside): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
+    let (mut diagonal, mut off_diagonal): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
     let (mut value, mut ritz) = (0.0, vec![1.0]);
     for step in 0..STEPS.min(n) {
         let mut next = apply(&x);
@@ -41,11 +41,11 @@ pub(super) fn largest(matrix: &DMatrix<f64>, d: &DVector<f64>) -> (f64, DVector<
             }
         }
         let length = next.norm();
-        (value, ritz) = top(&diagonal, &beside);
+        (value, ritz) = top(&diagonal, &off_diagonal);
         if length * ritz[step].abs() <= SETTLED * value.abs() || length == 0.0 {
             break;
         }
-        beside.push(length);
+        off_diagonal.push(length);
         x = next / length;
     }
     let mut vector = DVector::zeros(n);
@@ -85,7 +85,7 @@ pub(super) fn largest_of_blocks(blocks: &Blocks, d: &[f64]) -> (f64, Vec<f64>) {
     let mut x: Vec<f64> = (0..rows).map(|i| 1.0 + (1.7 * i as f64 + 0.3).sin()).collect();
     scale(&mut x);
     let mut basis: Vec<Vec<f64>> = Vec::new();
-    let (mut diagonal, mut beside): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
+    let (mut diagonal, mut off_diagonal): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
     let (mut value, mut ritz) = (0.0, vec![1.0]);
     let most = STEPS.min(rows);
     for step in 0..most {
@@ -101,12 +101,12 @@ pub(super) fn largest_of_blocks(blocks: &Blocks, d: &[f64]) -> (f64, Vec<f64>) {
         }
         let length = scale(&mut next);
         if step % STRIDE == STRIDE - 1 || step + 1 == most || length == 0.0 {
-            (value, ritz) = top(&diagonal, &beside);
+            (value, ritz) = top(&diagonal, &off_diagonal);
             if length * ritz[step].abs() <= SETTLED * value.abs() || length == 0.0 {
                 break;
             }
         }
-        beside.push(length);
+        off_diagonal.push(length);
         x = next;
     }
     let mut vector = vec![0.0; rows];
@@ -128,9 +128,9 @@ fn scale(x: &mut [f64]) -> f64 {
 
 /// The largest eigenvalue of a symmetric tridiagonal matrix and its vector of length 1: bisection
 /// on whether `xI − T` has pivots all positive, then inverse iteration with the first x that has.
-fn top(diagonal: &[f64], beside: &[f64]) -> (f64, Vec<f64>) {
+fn top(diagonal: &[f64], off_diagonal: &[f64]) -> (f64, Vec<f64>) {
     let n = diagonal.len();
-    let off = |i: usize| beside.get(i).map_or(0.0, |b| b.abs());
+    let off = |i: usize| off_diagonal.get(i).map_or(0.0, |b| b.abs());
     let reach = (0..n).map(|i| diagonal[i] + off(i) + if i > 0 { off(i - 1) } else { 0.0 });
     let mut above = reach.fold(f64::NEG_INFINITY, f64::max);
     above += above.abs() * 1e-15 + f64::MIN_POSITIVE;
@@ -139,7 +139,7 @@ fn top(diagonal: &[f64], beside: &[f64]) -> (f64, Vec<f64>) {
     let positive = |x: f64, pivots: &mut Vec<f64>| {
         let mut last = 1.0;
         for i in 0..n {
-            let carried = if i > 0 { beside[i - 1] * (beside[i - 1] / last) } else { 0.0 };
+            let carried = if i > 0 { off_diagonal[i - 1] * (off_diagonal[i - 1] / last) } else { 0.0 };
             last = x - diagonal[i] - carried;
             pivots[i] = last;
             if !(last > 0.0) {
@@ -153,10 +153,10 @@ fn top(diagonal: &[f64], beside: &[f64]) -> (f64, Vec<f64>) {
     if positive(above, &mut pivots) {
         for _ in 0..INVERSE_STEPS {
             for i in 1..n {
-                vector[i] += beside[i - 1] / pivots[i - 1] * vector[i - 1];
+                vector[i] += off_diagonal[i - 1] / pivots[i - 1] * vector[i - 1];
             }
             for i in (0..n).rev() {
-                vector[i] = (vector[i] + if i + 1 < n { beside[i] * vector[i + 1] } else { 0.0 }) / pivots[i];
+                vector[i] = (vector[i] + if i + 1 < n { off_diagonal[i] * vector[i + 1] } else { 0.0 }) / pivots[i];
             }
             let length = vector.iter().map(|x| x * x).sum::<f64>().sqrt();
             vector.iter_mut().for_each(|x| *x /= length);

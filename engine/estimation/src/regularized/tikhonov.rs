@@ -98,7 +98,7 @@ pub(super) fn apply(context: &Context, asked: &Tikhonov, warnings: &mut Vec<Warn
         Some(lambda) => oblique.eigenvalues(lambda).ok_or(NOT_CONVERGED)?,
         None => spectrum.lambda.clone(),
     };
-    let found = Found { oblique, images, selection, figures, working, residuals, eigenvalues };
+    let found = Solved { oblique, images, selection, figures, working, residuals, eigenvalues };
     Ok(found.concluded(context, warnings))
 }
 
@@ -123,7 +123,7 @@ fn in_double(
     multiply_upper_vector(&linear.factor.r, &mut image);
     let residuals = linear.of_image(&image, context.spec.include.residuals);
     let DoublePair { oblique, images, .. } = pair;
-    let found = Found { oblique, images, selection, figures, working, residuals, eigenvalues };
+    let found = Solved { oblique, images, selection, figures, working, residuals, eigenvalues };
     Ok(Some(found.concluded(context, warnings)))
 }
 
@@ -139,7 +139,7 @@ fn selected(
 }
 
 /// A decomposition with what was chosen and found in it.
-struct Found {
+struct Solved {
     oblique: Oblique,
     /// Directions in Q's coordinates.
     images: DMatrix<f64>,
@@ -152,9 +152,9 @@ struct Found {
     eigenvalues: Vec<f64>,
 }
 
-impl Found {
+impl Solved {
     fn concluded(self, context: &Context, warnings: &mut Vec<Warning>) -> Applied {
-        let Found { oblique, images, selection, figures, working, residuals, eigenvalues } = self;
+        let Solved { oblique, images, selection, figures, working, residuals, eigenvalues } = self;
         let Context { spec, spectrum, least_squares, .. } = *context;
         let chosen = selection.answer.map(|lambda| lambda.value);
         let removed = |i: usize| chosen.map_or(0.0, |lambda| oblique.removed(i, lambda));

@@ -29,17 +29,7 @@ pub enum IntervalKind {
     Posterior,
 }
 
-impl IntervalKind {
-    /// Name in the interface.
-    pub fn name(self) -> &'static str {
-        match self {
-            IntervalKind::Student => "student",
-            IntervalKind::LeastSquares => "least_squares",
-            IntervalKind::BiasAware => "bias_aware",
-            IntervalKind::Posterior => "posterior",
-        }
-    }
-}
+impl IntervalKind {}
 
 impl Interval {
     /// True if every number is finite.

@@ -156,18 +156,7 @@ pub enum NormLimitSource {
     Prior,
 }
 
-impl NormLimitSource {
-    /// Stable name.
-    pub fn name(self) -> &'static str {
-        match self {
-            NormLimitSource::Request => "request",
-            NormLimitSource::Estimate => "estimate",
-            NormLimitSource::Heights => "heights",
-            NormLimitSource::Limits => "limits",
-            NormLimitSource::Prior => "prior",
-        }
-    }
-}
+impl NormLimitSource {}
 
 /// Bias of the regularised estimate; norms are in the scaled columns.
 #[derive(Clone, Debug, PartialEq)]

@@ -139,13 +139,13 @@ fn rows_of(measured: &Measured) -> Result<Rows, FitError> {
 }
 
 /// The best subset found.
-struct Found {
+struct Subset {
     kept: Vec<bool>,
     steps: usize,
     exhaustive: bool,
 }
 
-fn search(rows: &Rows, h: usize, seed: u64) -> Found {
+fn search(rows: &Rows, h: usize, seed: u64) -> Subset {
     let m = rows.count();
     match subsets(m, h) {
         Some(count) if count <= ALL => exhaustive(rows, h),
@@ -181,7 +181,7 @@ fn fitted(rows: &Rows, subset: &[usize]) -> Option<(f64, Vec<f64>)> {
     Some((sum, x))
 }
 
-fn exhaustive(rows: &Rows, h: usize) -> Found {
+fn exhaustive(rows: &Rows, h: usize) -> Subset {
     let m = rows.count();
     let mut subset: Vec<usize> = (0..h).collect();
     let mut best: (f64, Vec<usize>) = (f64::INFINITY, subset.clone());
@@ -203,7 +203,7 @@ fn exhaustive(rows: &Rows, h: usize) -> Found {
     }
     let mut kept = vec![false; m];
     best.1.iter().for_each(|&k| kept[k] = true);
-    Found { kept, steps, exhaustive: true }
+    Subset { kept, steps, exhaustive: true }
 }
 
 /// Keeps the `h` of `among` with the smallest squares at `x`, in the order posted.
@@ -279,7 +279,7 @@ fn descend(rows: &Rows, all: &[usize], mut here: Local, steps: &mut usize) -> Lo
     here
 }
 
-fn fast(rows: &Rows, h: usize, seed: u64) -> Found {
+fn fast(rows: &Rows, h: usize, seed: u64) -> Subset {
     let (m, n) = (rows.count(), rows.n);
     let mut random = SplitMix::new(seed);
     let all: Vec<usize> = (0..m).collect();
@@ -324,5 +324,5 @@ fn fast(rows: &Rows, h: usize, seed: u64) -> Found {
     let subset = best.map_or_else(|| smallest(rows, &all, h, &vec![0.0; n]), |(_, kept)| kept);
     let mut kept = vec![false; m];
     subset.iter().for_each(|&k| kept[k] = true);
-    Found { kept, steps, exhaustive: false }
+    Subset { kept, steps, exhaustive: false }
 }

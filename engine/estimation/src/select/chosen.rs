@@ -83,7 +83,7 @@ pub(crate) fn choose(nodes: &Nodes, spec: &FitSpec, asked: &Select) -> Result<Ch
 
 impl Chosen {
     /// The fit of the chosen model with the comparison of the candidates.
-    pub(crate) fn told(self, mut result: FitResult) -> Result<FitResult, FitError> {
+    pub(crate) fn into_result(self, mut result: FitResult) -> Result<FitResult, FitError> {
         if self.nodes.is_some() {
             for Coefficient { key, .. } in &mut result.coefficients {
                 if let TermKey::Column(column) = key {

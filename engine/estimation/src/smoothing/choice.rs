@@ -57,7 +57,7 @@ pub struct Problem {
 
 /// λ and how it was found.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Found {
+pub struct ChosenLambda {
     /// λ.
     pub lambda: f64,
     /// The criterion that chose it; `None` for a given λ or given degrees of freedom.
@@ -81,7 +81,11 @@ const SHARP: f64 = 1e-12;
 
 /// Finds λ; errors are placed at `noise_sigma`, `parameter` and `degrees_of_freedom`. `at(λ)` is
 /// `None` where the equations cannot be solved in double precision.
-pub fn find(asked: Smoothing, problem: &Problem, at: impl Fn(f64) -> Option<Figures> + Sync) -> Result<Found, Faults> {
+pub fn find(
+    asked: Smoothing,
+    problem: &Problem,
+    at: impl Fn(f64) -> Option<Figures> + Sync,
+) -> Result<ChosenLambda, Faults> {
     let penalised = Penalised { problem, at };
     match asked {
         Smoothing::Parameter(parameter) => penalised.answer(parameter),
@@ -96,20 +100,21 @@ struct Penalised<'a, F> {
 }
 
 impl<F: Fn(f64) -> Option<Figures> + Sync> ParameterProblem for Penalised<'_, F> {
-    type Answer = Found;
+    type Answer = ChosenLambda;
     type Refusal = Faults;
 
-    fn fixed(&self, lambda: f64) -> Result<Found, Faults> {
+    fn fixed(&self, lambda: f64) -> Result<ChosenLambda, Faults> {
         if lambda >= 0.0 && lambda.is_finite() {
-            Ok(Found { lambda, criterion: None, reached: true })
+            Ok(ChosenLambda { lambda, criterion: None, reached: true })
         } else {
             Err(Faults::one("parameter", format_args!("{} is not a finite number ≥ 0", Shown(lambda))))
         }
     }
 
-    fn choose(&self, criterion: Criterion) -> Result<Found, Faults> {
+    fn choose(&self, criterion: Criterion) -> Result<ChosenLambda, Faults> {
         let Penalised { problem, at } = self;
-        let found = |(x, reached): (f64, bool)| Ok(Found { lambda: x.exp(), criterion: Some(criterion), reached });
+        let found =
+            |(x, reached): (f64, bool)| Ok(ChosenLambda { lambda: x.exp(), criterion: Some(criterion), reached });
         let no_sigma = || {
             let name = criterion.name();
             let message = format_args!("`{name}` needs `noise_sigma`, the standard deviation of a height of weight 1");
@@ -151,7 +156,7 @@ impl<F: Fn(f64) -> Option<Figures> + Sync> Penalised<'_, F> {
     }
 
     /// λ by the effective degrees of freedom of one coordinate.
-    fn with_degrees(&self, asked: f64) -> Result<Found, Faults> {
+    fn with_degrees(&self, asked: f64) -> Result<ChosenLambda, Faults> {
         let grid = self.grid()?;
         let (most, least) = (grid[0].1.effective, grid[grid.len() - 1].1.effective);
         if !(asked > least && asked < most) {
@@ -160,7 +165,7 @@ impl<F: Fn(f64) -> Option<Figures> + Sync> Penalised<'_, F> {
             return Err(Faults::one("degrees_of_freedom", message));
         }
         let (x, reached) = root(&grid, &self.at, |f| (asked / f.effective).ln());
-        Ok(Found { lambda: x.exp(), criterion: None, reached })
+        Ok(ChosenLambda { lambda: x.exp(), criterion: None, reached })
     }
 }
 
@@ -253,7 +258,7 @@ mod tests {
         Problem { count: 10, coordinates: 1, variance, range: [-12.0, 12.0] }
     }
 
-    fn by(criterion: Criterion, variance: Option<f64>) -> Result<Found, Faults> {
+    fn by(criterion: Criterion, variance: Option<f64>) -> Result<ChosenLambda, Faults> {
         find(Smoothing::Parameter(Parameter::Criterion(criterion)), &problem(variance), one)
     }
 
@@ -308,7 +313,7 @@ mod tests {
 
     #[test]
     fn what_is_missing_is_said() {
-        let path = |found: Result<Found, Faults>| found.unwrap_err().list()[0].path.clone();
+        let path = |found: Result<ChosenLambda, Faults>| found.unwrap_err().list()[0].path.clone();
         assert_eq!(path(by(Criterion::Discrepancy, None)), "noise_sigma");
         assert_eq!(path(by(Criterion::Hkb, None)), "parameter.criterion");
         let of = |asked| find(asked, &problem(None), one);

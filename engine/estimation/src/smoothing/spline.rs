@@ -14,7 +14,7 @@
 //! coordinates share λ.
 
 use super::{
-    choice::{self, Found, Problem, Smoothing},
+    choice::{self, ChosenLambda, Problem, Smoothing},
     reinsch::{Equations, Solution},
 };
 use flankfit_geometry::{
@@ -54,7 +54,7 @@ pub struct SmoothingSpline {
     /// λ.
     pub lambda: f64,
     /// λ and how it was found.
-    pub found: Found,
+    pub found: ChosenLambda,
     /// Trace of the matrix that makes fitted values of heights; between 2 and the number of
     /// abscissae.
     pub effective_degrees_of_freedom: f64,
@@ -144,7 +144,7 @@ pub fn smoothing_spline(points: &Points, asked: &SmoothingSpec) -> Result<Smooth
         } else {
             0.0
         };
-        (Found { lambda, criterion: None, reached: true }, line(&merged))
+        (ChosenLambda { lambda, criterion: None, reached: true }, line(&merged))
     } else {
         let equations = Equations::new(&merged.x, &merged.weight);
         let problem = Problem {
@@ -260,7 +260,7 @@ fn report(
     points: &Points,
     asked: &SmoothingSpec,
     merged: &Merged,
-    found: Found,
+    found: ChosenLambda,
     solution: &Solution,
 ) -> Result<SmoothingSpline, Faults> {
     let (m, dimension) = (merged.x.len(), merged.heights.len());

@@ -100,14 +100,4 @@ impl ConstraintKind {
             ConstraintKind::Decreasing | ConstraintKind::Concave => -1.0,
         }
     }
-
-    /// Name in the interface.
-    pub fn name(self) -> &'static str {
-        match self {
-            ConstraintKind::Increasing => "increasing",
-            ConstraintKind::Decreasing => "decreasing",
-            ConstraintKind::Convex => "convex",
-            ConstraintKind::Concave => "concave",
-        }
-    }
 }

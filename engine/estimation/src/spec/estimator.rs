@@ -144,9 +144,6 @@ impl MEstimator {
     pub const TOLERANCE: f64 = 1e-13;
     /// Iterations allowed unless asked otherwise.
     pub const ITERATIONS: usize = 1000;
-    /// Greatest number that can be requested.
-    pub const MOST_ITERATIONS: usize = 10_000;
-
     /// `loss` with MAD/0.6745, from least squares.
     pub fn new(loss: Loss) -> Self {
         MEstimator {

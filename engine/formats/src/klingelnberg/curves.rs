@@ -118,11 +118,6 @@ impl Curves {
         body.end_unknown();
         Ok(body.file)
     }
-
-    /// Number of undefined points in all traces.
-    pub fn undefined(&self) -> usize {
-        self.curves.iter().map(|curve| curve.undefined).sum()
-    }
 }
 
 /// The number that marks an undefined point. Large ones are recognised to the digits with which

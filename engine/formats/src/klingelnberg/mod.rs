@@ -28,9 +28,7 @@ pub use curves::{Block, Curve, Curves, Section};
 pub use header::{FileKind, Header, HeaderLine, Setting};
 pub use position::{PositionedTrace, PositionedTraces, UnpositionedTrace};
 pub use results::{Characteristic, MeasuringPosition, Statistic};
-pub use settings::{
-    Circle, HelixSetup, Length, PlusMaterial, Probe, ProfileAxis, ProfileSetup, Range, Rules, SectionPlane, Sides,
-};
+pub use settings::{HelixSetup, Length, PlusMaterial, ProfileAxis, ProfileSetup, Range, Rules, SectionPlane, Sides};
 pub use sign::{SignConvention, Signs};
 pub use tables::{Contact, Diameters, PitchRow, PitchTable, WhichDiameter};
 pub use thickness::{Spread, Thickness};

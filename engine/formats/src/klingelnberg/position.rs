@@ -1,9 +1,6 @@
 //! Traces with positions: what the evaluation takes.
 
-use super::{
-    super::topography::{Topography, ascending},
-    Block, Curve, Curves, HelixSetup, ProfileAxis, ProfileSetup, Section, Sides, SignConvention, Signs,
-};
+use super::{Block, Curve, Curves, HelixSetup, ProfileAxis, ProfileSetup, Section, Sides, SignConvention, Signs};
 use flankfit_gear::{Gear, Kind, Side, Trace};
 use flankfit_numerics::words::Shown;
 
@@ -89,49 +86,6 @@ impl PositionedTraces {
         }
         self
     }
-
-    /// Grids: the traces of one kind on one flank of a tooth at two or more sections, letters of
-    /// the tooth aside. Traces of a tooth whose numbers of samples or ranges differ make no grid;
-    /// they stay among the traces. A surface needs [`SignConvention::Material`].
-    pub fn topographies(&self, gear: &Gear) -> Vec<Topography> {
-        let mut groups: Vec<(&str, Side, Kind, Vec<&Trace>)> = Vec::new();
-        let mut index = std::collections::HashMap::new();
-        for Trace { tooth, side, kind, .. } in self.traces.iter().map(|placed| &placed.trace) {
-            index.entry((number_of(tooth), *side, *kind)).or_insert_with(|| {
-                groups.push((number_of(tooth), *side, *kind, Vec::new()));
-                groups.len() - 1
-            });
-        }
-        for placed in &self.traces {
-            let trace = &placed.trace;
-            if let Some(at) = index.get(&(number_of(&trace.tooth), trace.side, trace.kind)) {
-                groups[*at].3.push(trace);
-            }
-        }
-        groups.into_iter().filter_map(|(tooth, side, kind, traces)| grid(gear, tooth, side, kind, &traces)).collect()
-    }
-}
-
-/// A grid of traces that run over the same places.
-fn grid(gear: &Gear, tooth: &str, side: Side, kind: Kind, traces: &[&Trace]) -> Option<Topography> {
-    let first = traces.first().filter(|trace| traces.len() >= 2 && !trace.at.is_empty())?;
-    if traces.iter().any(|trace| trace.at != first.at) {
-        return None;
-    }
-    let sections: Vec<f64> = traces.iter().map(|trace| trace.section).collect::<Option<_>>()?;
-    let (diameter, z, deviation) = match kind {
-        Kind::Profile => {
-            let diameters: Vec<f64> = first.at.iter().map(|roll| gear.diameter(*roll)).collect();
-            ascending(&diameters, &sections, |i, j| traces[j].deviation[i])?
-        }
-        Kind::Helix => ascending(&sections, &first.at, |i, j| traces[i].deviation[j])?,
-    };
-    Some(Topography { tooth: Some(tooth.into()), side, diameter, z, deviation })
-}
-
-/// A tooth without its letters.
-fn number_of(tooth: &str) -> &str {
-    tooth.trim_end_matches(|c: char| c.is_ascii_alphabetic())
 }
 
 struct Site<'a> {

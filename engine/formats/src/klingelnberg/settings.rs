@@ -92,26 +92,6 @@ pub struct HelixSetup {
     pub outer: Sides<Option<f64>>,
 }
 
-/// Circle on which a lead was measured.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Circle {
-    /// In the middle of the profile.
-    Middle,
-    /// Nearer to the root, `f`.
-    Inner,
-    /// Nearer to the tip, `k`.
-    Outer,
-}
-
-/// Probe diameters, mm (codes 101 and 102).
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Probe {
-    /// For profiles and leads.
-    pub profile_and_helix: Option<f64>,
-    /// For pitch.
-    pub pitch: Option<f64>,
-}
-
 /// A reference length: the instrument's choice, its word for it, and the length to which the
 /// tolerances refer.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -297,11 +277,6 @@ impl Header {
             inner: self.pair(48),
             outer: self.pair(49),
         }
-    }
-
-    /// Diameters of the probe's balls.
-    pub fn probe(&self) -> Probe {
-        Probe { profile_and_helix: self.number(101), pitch: self.number(102) }
     }
 
     /// Rules of the evaluation: reference lengths, plus material, section.

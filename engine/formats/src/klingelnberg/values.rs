@@ -92,11 +92,6 @@ impl Values {
         }
         Ok(Values { header, results, notes })
     }
-
-    /// The first result of a code.
-    pub fn get(&self, code: u32) -> Option<&ResultLine> {
-        self.results.iter().find(|result| result.code == code)
-    }
 }
 
 /// `10111 : fHb links 1 : -2.9`; `None` for a line that does not begin with a code.

@@ -34,7 +34,7 @@ impl Correction {
         let centred: Vec<f64> = told.flat_map(about).collect();
         let constant = |j: &usize| {
             let left = groups.sums(&self, |k| centred[k * columns + j].powi(2));
-            let whole = groups.sums(&self, |k| self.told_row(k)[*j].powi(2));
+            let whole = groups.sums(&self, |k| self.given_row(k)[*j].powi(2));
             let greatest = whole.iter().fold(0.0f64, |most, square| most.max(*square));
             let of_trace = |(left, whole): (&f64, &f64)| {
                 *whole > NOTHING * NOTHING * greatest && *left > CONSTANT * CONSTANT * whole

@@ -131,7 +131,7 @@ impl<'a> Gain<'a> {
         let eta = asked.response_uncertainty;
         let of = |&k: &usize| {
             let u: f64 =
-                self.correction.told_row(k).iter().zip(change).map(|(j, c)| (eta * j * c) * (eta * j * c)).sum();
+                self.correction.given_row(k).iter().zip(change).map(|(j, c)| (eta * j * c) * (eta * j * c)).sum();
             (1.0 - leverage[k]) * self.correction.weight(k) * u
         };
         self.correction.counted().iter().map(of).sum()
@@ -168,7 +168,7 @@ impl<'a> Gain<'a> {
         let mut whole = vec![0.0; n * all];
         for &k in self.correction.counted().iter().asking(n * (n + all)) {
             let (w, jacobian, row) = (self.correction.weight(k), self.correction.row(k), self.row(k));
-            let told = self.correction.told_row(k);
+            let told = self.correction.given_row(k);
             let root = w.sqrt();
             let gain = self.back(&self.along(&row));
             let left = root * misfit.sqrt() * self.correction.left_at(k, change);

@@ -337,7 +337,7 @@ impl Correction {
     }
 
     /// Row k of J as given, of which errors are shares.
-    pub(super) fn told_row(&self, k: usize) -> &[f64] {
+    pub(super) fn given_row(&self, k: usize) -> &[f64] {
         let columns = self.asked.settings.len();
         &self.asked.sensitivity[k * columns..(k + 1) * columns]
     }

@@ -329,7 +329,7 @@ impl Correction {
         let (mut deviation_um, mut uncertainty_um) = (Vec::new(), Vec::new());
         for (k, d) in asked.deviation.iter().enumerate().asking(2 * change.len()) {
             let (mut moved, mut square) = (0.0, 0.0);
-            for ((j, told), c) in self.row(k).iter().zip(self.told_row(k)).zip(change) {
+            for ((j, told), c) in self.row(k).iter().zip(self.given_row(k)).zip(change) {
                 moved += j * c;
                 square += (told * c) * (told * c);
             }

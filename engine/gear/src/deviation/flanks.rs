@@ -4,8 +4,7 @@ use std::collections::BTreeMap;
 
 use super::Deviations;
 use crate::Side;
-use flankfit_estimation::Nodes;
-use flankfit_numerics::{cancel::Asking, check::Faults};
+use flankfit_numerics::cancel::Asking;
 
 /// The nodes of one flank that take part, in the order given.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,13 +23,7 @@ pub struct FlankDeviations {
     pub deviation: Vec<f64>,
 }
 
-impl FlankDeviations {
-    /// Scattered nodes, by which errors are placed: u is the roll length, v the axial position, the
-    /// height is the deviation.
-    pub fn nodes(&self) -> Result<Nodes, Faults> {
-        Nodes::scattered(self.roll_length.clone(), self.z.clone(), self.deviation.clone(), None)
-    }
-}
+impl FlankDeviations {}
 
 impl Deviations {
     /// Every flank on which a node takes part, by tooth, the left one first.

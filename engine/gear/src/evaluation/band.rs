@@ -39,7 +39,7 @@ pub struct Band {
     derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
     schema(as = KBandFinding)
 )]
-pub struct Found {
+pub struct BandPosition {
     /// Number of the band in `evaluation`, from 0.
     pub band: usize,
     /// True if some shift of the whole trace takes all its samples into the band; absent if one
@@ -59,7 +59,12 @@ pub struct Found {
 impl Band {
     /// Returns the position of samples (roll length or z, µm), in any order, in this band, which
     /// has the number `band`.
-    pub(super) fn found(&self, band: usize, gear: &Gear, samples: impl Iterator<Item = [f64; 2]>) -> Option<Found> {
+    pub(super) fn found(
+        &self,
+        band: usize,
+        gear: &Gear,
+        samples: impl Iterator<Item = [f64; 2]>,
+    ) -> Option<BandPosition> {
         let (mut most, mut least) = ([f64::INFINITY, f64::NAN], [f64::NEG_INFINITY, f64::NAN]);
         let mut places = Vec::new();
         for [at, deviation] in samples {
@@ -79,7 +84,7 @@ impl Band {
         if !room.is_finite() {
             return None;
         }
-        Some(Found {
+        Some(BandPosition {
             band,
             room_um: room,
             shift_um: 0.5 * (most[0] + least[0]) + 0.0,

@@ -1,7 +1,7 @@
 //! A trace's samples against the bands that are its.
 
 use super::{
-    band::{Band, Found},
+    band::{Band, BandPosition},
     settings::Outliers,
     subject::Subject,
     values::Suspects,
@@ -9,12 +9,12 @@ use super::{
 use flankfit_numerics::cancel::Asking;
 
 /// Returns the positions in the bands of the trace that a sample lies in.
-pub(super) fn all(subject: &Subject, suspects: Option<&Suspects>) -> Vec<Found> {
+pub(super) fn all(subject: &Subject, suspects: Option<&Suspects>) -> Vec<BandPosition> {
     let bands = subject.settings.bands.iter().enumerate();
     bands.filter_map(|(k, band)| hold(k, band, subject, suspects)).collect()
 }
 
-fn hold(number: usize, band: &Band, subject: &Subject, suspects: Option<&Suspects>) -> Option<Found> {
+fn hold(number: usize, band: &Band, subject: &Subject, suspects: Option<&Suspects>) -> Option<BandPosition> {
     let trace = subject.trace;
     if band.kind != trace.kind || band.side.is_some_and(|side| side != trace.side) {
         return None;

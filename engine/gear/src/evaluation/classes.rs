@@ -49,20 +49,20 @@ pub(super) struct Classified<'a> {
 }
 
 /// The classes of a trace, and why its slope has none though it might.
-pub(super) struct Found {
+pub(super) struct ClassesFound {
     pub classes: Option<Classes>,
     pub open: Option<TraceWarning>,
 }
 
 impl Classified<'_> {
-    pub(super) fn classes(&self, told: Assessable) -> Found {
+    pub(super) fn classes(&self, told: Assessable) -> ClassesFound {
         let [slope, form, total] = match self.kind {
             Kind::Profile => [Characteristic::ProfileSlope, Characteristic::ProfileForm, Characteristic::ProfileTotal],
             Kind::Helix => [Characteristic::HelixSlope, Characteristic::HelixForm, Characteristic::HelixTotal],
         };
         let (values, whole) = (self.values, told == Assessable::Everything);
         let (of_slope, open) = match told {
-            Assessable::Nothing | Assessable::Figures => return Found { classes: None, open: None },
+            Assessable::Nothing | Assessable::Figures => return ClassesFound { classes: None, open: None },
             Assessable::Everything => (self.class(slope, values.slope_um), None),
             Assessable::Slope => match self.of_uncertain(slope) {
                 Ok(class) => (class, None),
@@ -73,7 +73,7 @@ impl Classified<'_> {
         let total = self.class(total, values.total_um).filter(|_| whole);
         let any = of_slope.is_some() || form.is_some() || total.is_some();
         let ([slope, form, total], beyond) = numbered([("slope", of_slope), ("form", form), ("total", total)]);
-        Found { classes: any.then_some(Classes { slope, form, total, beyond }), open }
+        ClassesFound { classes: any.then_some(Classes { slope, form, total, beyond }), open }
     }
 
     fn class(&self, characteristic: Characteristic, value: f64) -> Option<Class> {

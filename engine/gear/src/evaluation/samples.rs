@@ -97,7 +97,7 @@ impl Taken {
         let u: Vec<f64> = within().map(|sample| sample.u).collect();
         let below = counted().take_while(|sample| !sample.within && sample.u < 0.0).last();
         let above = counted().rev().take_while(|sample| !sample.within && sample.u > 0.0).last();
-        let spacing = Spacing::beside(&u, [below, above].map(|sample| sample.map(|sample| sample.u)));
+        let spacing = Spacing::with_neighbours(&u, [below, above].map(|sample| sample.map(|sample| sample.u)));
         Taken {
             u,
             deviation: within().map(|sample| sample.deviation).collect(),

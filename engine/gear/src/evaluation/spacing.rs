@@ -50,12 +50,12 @@ pub(crate) struct Spacing {
 impl Spacing {
     /// Returns the spacing of ascending places.
     pub(crate) fn of(u: &[f64]) -> Self {
-        Self::beside(u, [None; 2])
+        Self::with_neighbours(u, [None; 2])
     }
 
     /// Returns the spacing of ascending places within the range, with the nearest samples outside
     /// it.
-    pub(crate) fn beside(u: &[f64], beyond: [Option<f64>; 2]) -> Self {
+    pub(crate) fn with_neighbours(u: &[f64], beyond: [Option<f64>; 2]) -> Self {
         // first sample of each place, and its end
         let mut groups: Vec<[usize; 2]> = Vec::with_capacity(u.len());
         for (i, x) in u.iter().enumerate().asking(5) {

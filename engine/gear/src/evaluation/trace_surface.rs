@@ -221,14 +221,14 @@ fn samples(flank: &FlankTraces, frame: &Frame) -> Vec<Vec<Sample>> {
 }
 
 /// A flank's surface with what its residuals say.
-struct Found {
+struct FittedTraces {
     surface: TraceSurface,
     contradiction: Option<Contradiction>,
 }
 
 impl FlankTraces {
     /// `None` where a single trace is all there is: what it shows is its own.
-    fn surface(&self, gear: &Gear, settings: &Settings, slopes: &SlopeLimits) -> Option<Found> {
+    fn surface(&self, gear: &Gear, settings: &Settings, slopes: &SlopeLimits) -> Option<FittedTraces> {
         if self.each.len() < 2 {
             return None;
         }
@@ -284,7 +284,7 @@ impl FlankTraces {
             peak_to_valley_um: highest - lowest,
         };
         let contradiction = contradiction(&traces, &kinds, &found, settings.traces_share_zero);
-        Some(Found { surface, contradiction })
+        Some(FittedTraces { surface, contradiction })
     }
 
     /// Variance of the noise over the traces that tell it, µm².
@@ -370,7 +370,8 @@ pub(super) fn surfaces(
     slopes: &SlopeLimits,
 ) -> (Vec<TraceSurface>, Vec<Warning>) {
     let flanks = flank_traces(gear, posted, settings);
-    let mut found: Vec<Found> = flanks.iter().filter_map(|flank| flank.surface(gear, settings, slopes)).collect();
+    let mut found: Vec<FittedTraces> =
+        flanks.iter().filter_map(|flank| flank.surface(gear, settings, slopes)).collect();
     let number = |tooth: &str| Position::number(tooth).unwrap_or(u64::MAX);
     found.sort_by(|a, b| {
         let (a, b) = (&a.surface, &b.surface);
@@ -380,7 +381,7 @@ pub(super) fn surfaces(
     (found.into_iter().map(|found| found.surface).collect(), warnings)
 }
 
-fn warnings(found: &[Found], settings: &Settings) -> Vec<Warning> {
+fn warnings(found: &[FittedTraces], settings: &Settings) -> Vec<Warning> {
     let name = |surface: &TraceSurface| FlankName { tooth: surface.tooth.clone(), side: surface.flank };
     let share_zero = settings.traces_share_zero;
     let mut missing: BTreeMap<Vec<SurfaceFigure>, Vec<FlankName>> = BTreeMap::new();
@@ -396,7 +397,7 @@ fn warnings(found: &[Found], settings: &Settings) -> Vec<Warning> {
         flanks,
     });
     let mut warnings: Vec<Warning> = undetermined.collect();
-    for Found { surface, contradiction } in found {
+    for FittedTraces { surface, contradiction } in found {
         let Some(Contradiction { apart, own, turned }) = *contradiction else { continue };
         warnings.push(Warning::SurfaceMisfit { flank: name(surface), rms_together_um: apart, rms_own_um: own });
         let turned = turned.map(|turned| Warning::HelixSignDoubtful {

@@ -267,12 +267,6 @@ impl RackFillet {
         self.form_angle
     }
 
-    /// Roll length that the lowest point of the straight flank generates, mm; negative with
-    /// undercut.
-    pub fn straight_roll(&self) -> f64 {
-        self.straight_roll
-    }
-
     /// Whether the straight flank reaches below the base tangent point, so that the tip cuts into
     /// the involute.
     pub fn undercut(&self) -> bool {

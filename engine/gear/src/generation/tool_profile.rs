@@ -115,21 +115,6 @@ impl ToolProfile {
         Ok(ToolProfile { points: made.collect() })
     }
 
-    /// Points with normals of the caller's own.
-    pub fn with_normals(points: Vec<ToolPoint>) -> Result<Self, Faults> {
-        let mut faults = Faults::default();
-        if points.len() > MOST_POINTS {
-            faults.push("", format_args!("{} points; at most {MOST_POINTS} are taken", points.len()));
-        }
-        for (index, tool) in points.iter().enumerate() {
-            let finite = tool.point.iter().chain(&tool.normal).all(|x| x.abs() <= 1e6);
-            if !finite || tool.normal == [0.0; 2] {
-                faults.push(format_args!("[{index}]"), "a point and a direction other than 0 are needed, in mm");
-            }
-        }
-        faults.into_result(ToolProfile { points })
-    }
-
     /// Points that the profile consists of.
     pub fn points(&self) -> &[ToolPoint] {
         &self.points

@@ -63,13 +63,13 @@ impl Balls {
             let [a, b] = usable.roll_lengths_mm;
             a.min(b) <= contact && contact <= a.max(b)
         });
-        let stands_out = out * (centre + out * ball - 2.0 * gear.tip_radius()) > 0.0;
+        let protrudes = out * (centre + out * ball - 2.0 * gear.tip_radius()) > 0.0;
         Some(Balls {
             ball_diameter_mm: ball,
             dimension_mm: centre * apart + out * ball,
             centre_diameter_mm: centre,
             contact_diameter_mm: contact_diameter,
-            feasible: touches && stands_out,
+            feasible: touches && protrudes,
         })
     }
 

@@ -110,11 +110,6 @@ impl Modifications {
         faults.into_result(made)
     }
 
-    /// Range that the amounts refer to.
-    pub fn range(&self) -> &Range {
-        &self.range
-    }
-
     /// Whether `side` is left as it is.
     pub fn is_none_on(&self, side: Side) -> bool {
         !self.parts.iter().any(|(flanks, _)| flanks.has(side))

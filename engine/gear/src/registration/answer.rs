@@ -7,7 +7,7 @@ use super::{
     misfit,
     part::{Part, State},
     pose::{Motion, Pose},
-    solve::Found,
+    solve::Iterated,
 };
 use crate::{
     deviation::{Deviations, Node},
@@ -27,7 +27,7 @@ fn motion_of(term: &str) -> Option<Motion> {
 impl Part<'_> {
     pub(super) fn answer(
         &self,
-        Found { pose, begun, iterations, converged }: Found,
+        Iterated { pose, begun, iterations, converged }: Iterated,
         last: FitResult,
         asked: &Registering,
     ) -> Result<Registration, FitError> {

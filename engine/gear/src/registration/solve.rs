@@ -18,7 +18,7 @@ use flankfit_numerics::{cancel, check::Faults, dot};
 /// Most iterations; with motions of some hundred µm and µrad four to six are enough.
 pub(crate) const MOST_ITERATIONS: usize = 50;
 /// End of the iteration.
-pub(super) struct Found {
+pub(super) struct Iterated {
     pub(super) pose: Pose,
     /// Coefficients of the columns where it began.
     pub(super) begun: Vec<f64>,
@@ -110,7 +110,7 @@ fn registered(
 
 /// The same with the slide along the helices, where the modifications tell it; `None`, and the part
 /// as it was, where they do not.
-fn slid(part: &mut Part, alone: &Found, asked: &Registering) -> Result<Option<(Found, FitResult)>, FitError> {
+fn slid(part: &mut Part, alone: &Iterated, asked: &Registering) -> Result<Option<(Iterated, FitResult)>, FitError> {
     if part.freedom.is_whole() || part.reference.relief.is_none() || !part.tells_slide(&alone.pose, asked.spec)? {
         return Ok(None);
     }
@@ -161,7 +161,7 @@ impl Part<'_> {
         mut pose: Pose,
         begun: Vec<f64>,
         asked: &Registering,
-    ) -> Result<(Found, FitResult), FitError> {
+    ) -> Result<(Iterated, FitResult), FitError> {
         let mut p = self.freedom.coefficients(&pose);
         let (mut iterations, mut converged) = (0, false);
         let last = loop {
@@ -189,6 +189,6 @@ impl Part<'_> {
                 break result;
             }
         };
-        Ok((Found { pose, begun, iterations, converged }, last))
+        Ok((Iterated { pose, begun, iterations, converged }, last))
     }
 }

@@ -104,7 +104,7 @@ pub fn start(gear: &Gear, touches: &[MeasuredPoint], ball: f64, asked: &Register
     if search.points.len() < search.freedom.columns.len() {
         return Ok(open(still));
     }
-    let Found { p, flanks_ambiguous, agreement } = begun(&search)?;
+    let SearchEnd { p, flanks_ambiguous, agreement } = begun(&search)?;
     let pose = if search.motion(&p) < AT_HOME * search.module() { still } else { search.pose(&p) };
     let mut start = open(if pose.is_sane() { pose } else { still });
     start.teeth_assumed = search.freedom.screw(gear).is_some() && agreement.is_none();
@@ -125,7 +125,7 @@ pub fn start(gear: &Gear, touches: &[MeasuredPoint], ball: f64, asked: &Register
 }
 
 /// End of the search.
-struct Found {
+struct SearchEnd {
     p: Vec<f64>,
     flanks_ambiguous: bool,
     /// Agreement with the given teeth there; `None` where none is given.
@@ -134,7 +134,7 @@ struct Found {
 
 /// The place by the given teeth where these agree, else by the flanks that are nearest, turned by
 /// what most teeth say.
-fn begun(search: &Search) -> Result<Found, Faults> {
+fn begun(search: &Search) -> Result<SearchEnd, Faults> {
     let open = search.open();
     // tilts and shifts may bring a wrong name's points within half a pitch of its tooth, but not
     // onto its flanks
@@ -146,7 +146,7 @@ fn begun(search: &Search) -> Result<Found, Faults> {
         && said.is_whole()
         && open.lies_on_flanks(place)
     {
-        return Ok(Found { p: place.p.clone(), flanks_ambiguous: false, agreement: Some(*said) });
+        return Ok(SearchEnd { p: place.p.clone(), flanks_ambiguous: false, agreement: Some(*said) });
     }
     let (best, flanks_ambiguous) = match (open.best(), by_names) {
         ((best, _), Some((place, _))) if best.cost >= LESS_COST * place.cost => (place, false),
@@ -155,7 +155,7 @@ fn begun(search: &Search) -> Result<Found, Faults> {
     let sure = open.lies_on_flanks(&best) && !flanks_ambiguous;
     if search.named && !sure {
         // the part fits badly, whatever its teeth are called
-        return Ok(Found { p: best.p, flanks_ambiguous: false, agreement: Some(Agreement::ASSUMED) });
+        return Ok(SearchEnd { p: best.p, flanks_ambiguous: false, agreement: Some(Agreement::ASSUMED) });
     }
     let agreement = search.agreement(&best.p).map(|said| Agreement { is_sure: sure, ..said });
     match agreement.filter(|said| said.is_sure) {
@@ -182,7 +182,7 @@ fn begun(search: &Search) -> Result<Found, Faults> {
         }
         _ => {}
     }
-    Ok(Found { p: search.counted(best.p, agreement), flanks_ambiguous, agreement })
+    Ok(SearchEnd { p: search.counted(best.p, agreement), flanks_ambiguous, agreement })
 }
 
 fn carried(undoing: &InversePose, touches: &[MeasuredPoint]) -> Vec<MeasuredPoint> {

@@ -89,16 +89,6 @@ impl Simulation {
         &self.asked
     }
 
-    /// Nodes of the flank.
-    pub fn nodes(&self) -> usize {
-        self.asked.sensitivity.len() / self.asked.settings.len()
-    }
-
-    /// Corrections so far.
-    pub fn corrections(&self) -> u64 {
-        self.corrections
-    }
-
     /// Errors of the settings, which no correction sees.
     pub fn off(&self) -> &[f64] {
         &self.off

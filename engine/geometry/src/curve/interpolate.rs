@@ -120,11 +120,6 @@ impl Collocation {
         &self.matrix
     }
 
-    /// Its factors.
-    pub fn factors(&self) -> &BandedLu<Dd> {
-        &self.lu
-    }
-
     /// Coefficients of the points `values`, each coordinate for itself.
     pub fn control_points(&self, values: &[Vector]) -> Result<Vec<Vector>, Faults> {
         let mut points = vec![Vector::zeros(); values.len()];

@@ -116,40 +116,6 @@ impl Polynomial {
         Ok(Polynomial { dimension, domain, form: Form::Newton(Newton::of_differences(nodes, differences)) })
     }
 
-    /// Adds a node in O(n), for Newton's form: its value, or the next derivative where the node is
-    /// there already. A barycentric polynomial is built anew, in O(n²), and takes new nodes only.
-    ///
-    /// ```
-    /// use flankfit_geometry::{
-    ///     curve::{Curve, Polynomial},
-    ///     space::{Dimension, Vector},
-    /// };
-    ///
-    /// // The line through (0, 0) and (1, 1) becomes x² by one more node.
-    /// let [zero, one, four] = [0.0, 1.0, 4.0].map(|y| Vector::new(y, 0.0, 0.0));
-    /// let mut polynomial = Polynomial::newton(Dimension::Graph, &[0.0, 1.0], &[zero, one])?;
-    /// assert_eq!(polynomial.value(0.5).x, 0.5);
-    /// polynomial.push(2.0, four)?;
-    /// assert_eq!(polynomial.value(0.5).x, 0.25);
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
-    /// ```
-    pub fn push(&mut self, node: f64, datum: Vector) -> Result<(), Faults> {
-        check::finite("nodes", &[node])?;
-        check::points("values", &[datum])?;
-        check::at_most("nodes", self.conditions() + 1, MOST_CONDITIONS)?;
-        match &mut self.form {
-            Form::Newton(newton) => newton.push(node, datum)?,
-            Form::Barycentric(form) => {
-                let nodes = [form.nodes(), &[node]].concat();
-                let values = [form.values(), &[datum]].concat();
-                distinct(&nodes)?;
-                *form = Barycentric::new(nodes, values)?;
-            }
-        }
-        self.domain = [self.domain[0].min(node), self.domain[1].max(node)];
-        Ok(())
-    }
-
     /// How many conditions the polynomial meets; its degree is one less, or lower where the data
     /// happen to lie so.
     pub fn conditions(&self) -> usize {
@@ -265,12 +231,8 @@ mod tests {
     fn both_forms_are_one_polynomial_in_any_order() {
         let (x, y) = ([3.0, -1.0, 0.5, 2.0], graph(&[1.0, 2.0, -1.0, 0.25]));
         let lagrange = Polynomial::lagrange(Dimension::Graph, x.to_vec(), y.clone()).unwrap();
-        let mut newton = Polynomial::newton(Dimension::Graph, &x[..3], &y[..3]).unwrap();
-        newton.push(x[3], y[3]).unwrap();
+        let newton = Polynomial::newton(Dimension::Graph, &x, &y).unwrap();
         assert_eq!((lagrange.domain(), newton.domain()), ([-1.0, 3.0], [-1.0, 3.0]));
-        let mut pushed = Polynomial::lagrange(Dimension::Graph, x[..3].to_vec(), y[..3].to_vec()).unwrap();
-        pushed.push(x[3], y[3]).unwrap();
-        assert_eq!(pushed, lagrange);
         for t in [-1.0, -0.9, 0.5, 0.5 + 1e-13, 1.7, 3.0] {
             for (a, b) in lagrange.jet(t).iter().zip(newton.jet(t)) {
                 assert!((a - b).amax() < 2e-14 * b.amax().max(1.0), "{t} {a} {b}");

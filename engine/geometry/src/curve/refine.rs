@@ -1,5 +1,4 @@
-//! The same B-spline curve over other knots: insertion, refinement, splitting, Bézier pieces,
-//! higher degree.
+//! The same B-spline curve over other knots: refinement, parts, Bézier pieces, higher degree.
 //!
 //! Everything is done in double-double and rounded once, so that the curve moves by rounding alone.
 //! Rational curves are changed in homogeneous coordinates.
@@ -54,29 +53,6 @@ impl BSplineCurve {
         self.of_homogeneous(basis, &controls)
     }
 
-    /// Inserts the knot `at` so many `times` (Boehm 1980); the curve stays. Refused outside of the
-    /// domain, and more than degree + 1 times.
-    ///
-    /// ```
-    /// use flankfit_geometry::{
-    ///     BSplineBasis,
-    ///     curve::BSplineCurve,
-    ///     space::{Dimension, Vector},
-    /// };
-    ///
-    /// // The parabola with the control heights 0, 1, 0; de Casteljau in the middle: 0, ½, ½, 0.
-    /// let height = |y: &f64| Vector::new(*y, 0.0, 0.0);
-    /// let heights = |all: &[f64]| all.iter().map(height).collect::<Vec<_>>();
-    /// let basis = BSplineBasis::uniform(2, 1, 0.0, 1.0)?;
-    /// let curve = BSplineCurve::new(basis, Dimension::Graph, heights(&[0.0, 1.0, 0.0]), None)?;
-    /// assert_eq!(curve.insert_knot(0.5, 1)?.control_points(), heights(&[0.0, 0.5, 0.5, 0.0]));
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
-    /// ```
-    pub fn insert_knot(&self, at: f64, times: usize) -> Result<Self, Faults> {
-        // more than this is refused for any knot, whatever the number
-        self.refine(&vec![at; times.min(self.basis().degree() + 2)])
-    }
-
     /// Inserts several knots, in any order, each as often as it is listed.
     pub fn refine(&self, inserted: &[f64]) -> Result<Self, Faults> {
         let (low, high) = self.basis().domain();
@@ -106,12 +82,6 @@ impl BSplineCurve {
         let end = |value| std::iter::repeat_n(value, self.basis().degree() + 1);
         let inner = self.basis().knots().iter().copied().filter(|k| low < *k && *k < high);
         self.over(end(low).chain(inner).chain(end(high)).collect())
-    }
-
-    /// The two parts of the curve before and after `at`, which lies inside the domain.
-    pub fn split(&self, at: f64) -> Result<[Self; 2], Faults> {
-        let (low, high) = self.basis().domain();
-        Ok([self.restrict(low, at)?, self.restrict(at, high)?])
     }
 
     /// The same curve of a degree higher by `times`; the end knots become clamped. Refused above
@@ -201,13 +171,13 @@ mod tests {
     #[test]
     fn a_circle_stays_a_circle() {
         let circle = circle();
-        assert_same(&circle, &circle.insert_knot(0.3, 2).unwrap(), 0.0, 4.0);
+        assert_same(&circle, &circle.refine(&[0.3, 0.3]).unwrap(), 0.0, 4.0);
         assert_same(&circle, &circle.refine(&[3.5, 0.1, 2.5, 2.5]).unwrap(), 0.0, 4.0);
         let cubic = circle.elevate(1).unwrap();
         assert_eq!((cubic.basis().degree(), cubic.control_points().len()), (3, 13));
         assert_same(&circle, &cubic, 0.0, 4.0);
         assert_same(&circle, &circle.elevate(4).unwrap(), 0.0, 4.0);
-        let [left, right] = circle.split(1.25).unwrap();
+        let [left, right] = [[0.0, 1.25], [1.25, 4.0]].map(|[low, high]| circle.restrict(low, high).unwrap());
         assert_same(&circle, &left, 0.0, 1.25);
         assert_same(&circle, &right, 1.25, 4.0);
         let pieces = circle.bezier_pieces().unwrap();
@@ -225,17 +195,17 @@ mod tests {
         assert_same(&curve, &clamped, 3.0, 5.0);
         assert_eq!(clamped.control_points()[0], curve.value(3.0));
         assert_same(&curve, &curve.elevate(2).unwrap(), 3.0, 5.0);
-        assert_same(&curve, &curve.insert_knot(4.5, 1).unwrap(), 3.0, 5.0);
+        assert_same(&curve, &curve.refine(&[4.5]).unwrap(), 3.0, 5.0);
     }
 
     #[test]
     fn what_is_refused() {
         let circle = circle();
         let told = |refused: Result<BSplineCurve, Faults>| refused.unwrap_err().to_string();
-        assert!(told(circle.insert_knot(4.5, 1)).contains("not within the domain"));
-        assert!(told(circle.insert_knot(f64::NAN, 1)).contains("not within the domain"));
-        assert!(told(circle.insert_knot(1.0, 2)).contains("more than degree + 1"));
+        assert!(told(circle.refine(&[4.5])).contains("not within the domain"));
+        assert!(told(circle.refine(&[f64::NAN])).contains("not within the domain"));
+        assert!(told(circle.refine(&[1.0, 1.0])).contains("more than degree + 1"));
         assert!(told(circle.elevate(24)).contains("degree 26 is not within 2"));
-        assert!(circle.split(0.0).is_err());
+        assert!(circle.restrict(0.0, 0.0).is_err());
     }
 }

@@ -76,13 +76,6 @@ impl Differential {
             by_limit: false,
         })
     }
-
-    /// The curvature of the section by the plane of the normal and the tangent that leaves at
-    /// `angle` (radians) from the first principal direction towards the second (Euler).
-    pub fn normal_curvature(&self, angle: f64) -> f64 {
-        let (sin, cos) = angle.sin_cos();
-        self.principal[0] * cos * cos + self.principal[1] * sin * sin
-    }
 }
 
 /// Whether S_u and S_v span no reliable plane.
@@ -150,6 +143,5 @@ mod tests {
         for (k, d) in found.principal.into_iter().zip(&found.directions) {
             assert!((form(d, d) - k).abs() < 1e-13);
         }
-        assert!((found.normal_curvature(0.0) - found.principal[0]).abs() < 1e-15);
     }
 }

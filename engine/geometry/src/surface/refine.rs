@@ -1,10 +1,9 @@
-//! The same B-spline surface over other knots: insertion, a part of the domain, higher degree,
-//! Bézier patches.
+//! The same B-spline surface over other knots: insertion, a part of the domain, higher degree.
 //!
 //! Every line of control points along an axis is a curve, changed by polar forms in double-double
 //! and rounded once; rational surfaces in homogeneous coordinates.
 
-use super::{BSplineSurface, BezierSurface, Surface, check};
+use super::{BSplineSurface, Surface, check};
 use crate::{
     BSplineBasis,
     polar::{change_knots, raise_degree},
@@ -60,24 +59,6 @@ impl BSplineSurface {
             surface = surface.along(axis, raised, raise_degree)?;
         }
         Ok(surface)
-    }
-
-    /// The Bézier patches between the distinct knots, v running fastest.
-    pub fn bezier_patches(&self) -> Result<Vec<BezierSurface>, Faults> {
-        let [us, vs] = self.breaks();
-        let mut patches = Vec::with_capacity((us.len() - 1) * (vs.len() - 1));
-        for u in us.windows(2) {
-            let strip = self.restrict(0, u[0], u[1])?;
-            for v in vs.windows(2) {
-                let piece = strip.restrict(1, v[0], v[1])?;
-                let shape = piece.bases().each_ref().map(BSplineBasis::size);
-                let weights = piece.weights().map(<[f64]>::to_vec);
-                let points = piece.control_points().to_vec();
-                let patch = BezierSurface::new(shape, piece.domain(), piece.dimension(), points, weights);
-                patches.push(patch.map_err(|_| check::not_representable(0))?);
-            }
-        }
-        Ok(patches)
     }
 
     fn over(&self, axis: usize, knots: Vec<f64>) -> Result<Self, Faults> {

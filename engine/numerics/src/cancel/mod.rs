@@ -1,9 +1,9 @@
 //! Cancellation: long loops ask now and then whether their result is still wanted.
 //!
 //! Whoever starts a computation runs it under a [`Handle`] ([`Handle::run`]); loops anywhere below
-//! call [`checkpoint`]. Once the handle is cancelled or past its deadline, the next checkpoint
-//! unwinds the stack up to `run`, which returns [`Cancelled`]. Destructors run on the way, so
-//! memory, locks and places are given back as at any return.
+//! call [`checkpoint`]. Once the handle is cancelled, the next checkpoint unwinds the stack up to
+//! `run`, which returns [`Cancelled`]. Destructors run on the way, so memory, locks and places are
+//! given back as at any return.
 //!
 //! Unwinding, and not a `Result` through every signature: mathematics would become half error
 //! handling for an error that it neither causes nor corrects, and a loop in a callback of a library
@@ -12,10 +12,10 @@
 //! any other panic passes through `run` untouched. A checkpoint decides about going on only:
 //! results are the same bits with and without a handle.
 //!
-//! A checkpoint is a read of a thread-local and of a flag (and of the clock if there is a
-//! deadline), a few nanoseconds. It belongs into every loop whose length a request decides, where a
-//! turn costs a microsecond or more, such that at most 5 ms pass between two; kernels over vectors
-//! have none. Loops over cheap turns ask once in a stretch of them ([`every`], [`Asking`]).
+//! A checkpoint is a read of a thread-local and of a flag, a few nanoseconds. It belongs into every
+//! loop whose length a request decides, where a turn costs a microsecond or more, such that at most
+//! 5 ms pass between two; kernels over vectors have none. Loops over cheap turns ask once in a
+//! stretch of them ([`every`], [`Asking`]).
 //!
 //! The handle is installed for the thread. Work that goes to other threads (rayon) takes it along:
 //! [`current`] before, [`carry`] inside.
@@ -34,7 +34,6 @@ use std::{
         Arc,
         atomic::{self, AtomicBool},
     },
-    time::Instant,
 };
 
 pub use loops::{Asking, Checked, comparing, every};
@@ -49,7 +48,6 @@ pub struct Handle(Arc<Shared>);
 #[derive(Debug, Default)]
 struct Shared {
     cancelled: AtomicBool,
-    deadline: Option<Instant>,
     done: Done,
     /// Remaining checks before a cancellation, for tests that count checkpoints.
     #[cfg(test)]
@@ -81,11 +79,6 @@ impl Handle {
         Handle::default()
     }
 
-    /// A handle that is also cancelled once `deadline` has passed.
-    pub fn with_deadline(deadline: Instant) -> Self {
-        Handle(Arc::new(Shared { deadline: Some(deadline), ..Shared::default() }))
-    }
-
     /// A handle that lets the work pass so many checkpoints and is cancelled at the next one.
     #[cfg(test)]
     pub(crate) fn with_checkpoints(count: usize) -> Self {
@@ -97,7 +90,7 @@ impl Handle {
         self.0.cancelled.store(true, atomic::Ordering::Relaxed);
     }
 
-    /// True once the work was cancelled, or its deadline has passed.
+    /// True once the work was cancelled.
     pub fn is_cancelled(&self) -> bool {
         #[cfg(test)]
         if let Some(left) = &self.0.left
@@ -106,7 +99,6 @@ impl Handle {
             return true;
         }
         self.0.cancelled.load(atomic::Ordering::Relaxed)
-            || self.0.deadline.is_some_and(|deadline| Instant::now() >= deadline)
     }
 
     /// Does `work` under this handle. Work that was done before a checkpoint saw the cancellation
@@ -128,7 +120,7 @@ impl Handle {
         };
         // What the work has borrowed is not looked at after an unwinding: it goes on, or only the
         // marker is left of it.
-        match catch_unwind(AssertUnwindSafe(|| carry(Some(self), || self.0.done.told_by(inside)))) {
+        match catch_unwind(AssertUnwindSafe(|| carry(Some(self), || self.0.done.reported(inside)))) {
             Ok(result) => Ok(result),
             Err(payload) => match payload.downcast_ref::<Unwinding>() {
                 Some(Unwinding(handle)) if Arc::ptr_eq(&handle.0, &self.0) => Err(Cancelled),

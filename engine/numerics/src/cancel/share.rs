@@ -46,7 +46,7 @@ impl Drop for Share {
 
 impl Done {
     /// Does work that may divide what nobody has divided before it.
-    pub(super) fn told_by<T>(&self, work: impl FnOnce() -> T) -> T {
+    pub(super) fn reported<T>(&self, work: impl FnOnce() -> T) -> T {
         SHARE.set(self.undivided.swap(0, Ordering::Relaxed));
         let result = work();
         self.undivided.fetch_add(SHARE.take(), Ordering::Relaxed);

@@ -1,4 +1,4 @@
-use std::{sync::mpsc, time::Duration};
+use std::sync::mpsc;
 
 use rayon::prelude::*;
 
@@ -105,15 +105,6 @@ fn loops_ask_once_in_a_stretch_of_turns() {
     let mut numbers: Vec<usize> = (0..100_000).map(|i| i * 7919 % 100_003).collect();
     let sort = || carry(Some(&handle), || numbers.sort_by(comparing(usize::cmp)));
     assert!(catch_unwind(AssertUnwindSafe(sort)).is_err());
-}
-
-#[test]
-fn a_deadline_cancels() {
-    assert_eq!(Handle::with_deadline(Instant::now()).run(|| 1), Err(Cancelled));
-    let soon = Handle::with_deadline(Instant::now() + Duration::from_millis(2));
-    assert_eq!(soon.run(|| spin()), Err::<(), _>(Cancelled));
-    let late = Handle::with_deadline(Instant::now() + Duration::from_secs(3600));
-    assert_eq!(late.run(checkpoint), Ok(()));
 }
 
 #[test]

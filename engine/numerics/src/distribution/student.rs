@@ -192,13 +192,13 @@ impl Student {
 }
 
 /// Degrees of freedom, tail, and the quantile that was found for them.
-type Found = (f64, f64, f64);
+type Remembered = (f64, f64, f64);
 
 /// Returns the result of `search`, or a recent one on this thread: consecutive fits mostly have the
 /// same nodes and level, and a search takes some per cent of the time of a small fit.
 fn recently(freedom: f64, tail: f64, search: impl FnOnce() -> f64) -> f64 {
     thread_local! {
-        static FOUND: Cell<[Found; 4]> = const { Cell::new([(0.0, 0.0, 0.0); 4]) };
+        static FOUND: Cell<[Remembered; 4]> = const { Cell::new([(0.0, 0.0, 0.0); 4]) };
     }
     let mut found = FOUND.get();
     if let Some((.., quantile)) = found.iter().find(|(n, p, _)| (*n, *p) == (freedom, tail)) {

@@ -19,26 +19,26 @@ enum Half {
 }
 
 /// Eigenvalues, ascending, and eigenvectors of the tridiagonal matrix with `diagonal` and
-/// off-diagonal entries `beside`; `None` if an iteration does not converge.
-pub(super) fn eigen(diagonal: Vec<f64>, beside: &[f64]) -> Option<(Vec<f64>, DMatrix<f64>)> {
+/// off-diagonal entries `off_diagonal`; `None` if an iteration does not converge.
+pub(super) fn eigen(diagonal: Vec<f64>, off_diagonal: &[f64]) -> Option<(Vec<f64>, DMatrix<f64>)> {
     let n = diagonal.len();
     if n <= SMALL {
-        return by_steps(diagonal, beside);
+        return by_steps(diagonal, off_diagonal);
     }
     cancel::checkpoint();
     let middle = n / 2;
-    let joint = beside[middle - 1];
+    let joint = off_diagonal[middle - 1];
     let (mut upper, mut lower) = (diagonal[..middle].to_vec(), diagonal[middle..].to_vec());
     upper[middle - 1] -= joint.abs();
     lower[0] -= joint.abs();
-    let upper = eigen(upper, &beside[..middle - 1])?;
-    let lower = eigen(lower, &beside[middle..])?;
+    let upper = eigen(upper, &off_diagonal[..middle - 1])?;
+    let lower = eigen(lower, &off_diagonal[middle..])?;
     Some(joined(upper, lower, joint))
 }
 
-fn by_steps(mut d: Vec<f64>, beside: &[f64]) -> Option<(Vec<f64>, DMatrix<f64>)> {
+fn by_steps(mut d: Vec<f64>, off_diagonal: &[f64]) -> Option<(Vec<f64>, DMatrix<f64>)> {
     let n = d.len();
-    let mut e = beside.to_vec();
+    let mut e = off_diagonal.to_vec();
     e.resize(n, 0.0);
     let mut vectors = DMatrix::<f64>::identity(n, n);
     ql(&mut d, &mut e, |i, c, s| {

@@ -52,7 +52,7 @@ fn scaled(mut a: DMatrix<f64>, exponent: i32) -> DMatrix<f64> {
 pub fn eigen(a: DMatrix<f64>) -> Option<Eigen> {
     let exponent = exponent(&a)?;
     let reduced = reduce::reduce(scaled(a, exponent));
-    let (values, mut vectors) = divide::eigen(reduced.diagonal.clone(), &reduced.beside)?;
+    let (values, mut vectors) = divide::eigen(reduced.diagonal.clone(), &reduced.off_diagonal)?;
     reduced.turn(&mut vectors);
     Some(Eigen { values: values.into_iter().map(|x| ldexp(x, -exponent)).collect(), vectors })
 }
@@ -61,7 +61,7 @@ pub fn eigen(a: DMatrix<f64>) -> Option<Eigen> {
 pub fn eigenvalues(a: DMatrix<f64>) -> Option<Vec<f64>> {
     let exponent = exponent(&a)?;
     let reduced = reduce::reduce(scaled(a, exponent));
-    let (mut d, mut e) = (reduced.diagonal, reduced.beside);
+    let (mut d, mut e) = (reduced.diagonal, reduced.off_diagonal);
     e.resize(d.len(), 0.0);
     ql(&mut d, &mut e, |_, _, _| ())?;
     d.sort_by(f64::total_cmp);
@@ -80,14 +80,14 @@ pub fn eigenvalues(a: DMatrix<f64>) -> Option<Vec<f64>> {
 pub fn extremes(a: DMatrix<f64>) -> Option<[f64; 2]> {
     let exponent = exponent(&a)?;
     let reduced = reduce::reduce(scaled(a, exponent));
-    Some(ends(&reduced.diagonal, &reduced.beside).map(|x| ldexp(x, -exponent)))
+    Some(ends(&reduced.diagonal, &reduced.off_diagonal).map(|x| ldexp(x, -exponent)))
 }
 
 /// Both ends of the spectrum of a tridiagonal matrix: bisection on whether `T − xI` has pivots that
 /// are all positive, and `xI − T`. The two go side by side, since each waits for divisions.
-fn ends(diagonal: &[f64], beside: &[f64]) -> [f64; 2] {
+fn ends(diagonal: &[f64], off_diagonal: &[f64]) -> [f64; 2] {
     let n = diagonal.len();
-    let off = |i: usize| beside.get(i).map_or(0.0, |b| b.abs());
+    let off = |i: usize| off_diagonal.get(i).map_or(0.0, |b| b.abs());
     let reach = |i: usize| off(i) + if i > 0 { off(i - 1) } else { 0.0 };
     let least = (0..n).map(|i| diagonal[i] - reach(i)).fold(f64::INFINITY, f64::min);
     let most = (0..n).map(|i| diagonal[i] + reach(i)).fold(f64::NEG_INFINITY, f64::max);
@@ -98,7 +98,7 @@ fn ends(diagonal: &[f64], beside: &[f64]) -> [f64; 2] {
         let (x, y) = (0.5 * (low[0] + low[1]), 0.5 * (high[0] + high[1]));
         let (mut below, mut above) = (diagonal[0] - x, y - diagonal[0]);
         let (mut all_below, mut all_above) = (below > 0.0, above > 0.0);
-        for (d, b) in diagonal[1..].iter().zip(beside) {
+        for (d, b) in diagonal[1..].iter().zip(off_diagonal) {
             below = d - x - b * (b / below);
             above = y - d - b * (b / above);
             all_below &= below > 0.0;

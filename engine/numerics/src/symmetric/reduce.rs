@@ -13,7 +13,7 @@ const TOGETHER: usize = 32;
 /// `A = H₀ H₁ … T … H₁ H₀`, `Hₖ = I − τₖ vₖvₖᵀ`.
 pub(super) struct Reduced {
     pub diagonal: Vec<f64>,
-    pub beside: Vec<f64>,
+    pub off_diagonal: Vec<f64>,
     /// Column k holds vₖ below its diagonal.
     reflections: DMatrix<f64>,
     tau: Vec<f64>,
@@ -46,7 +46,7 @@ with_fma! {
 /// Reduces a symmetric matrix, of which the lower triangle is read; entries of about 1.
 pub(super) fn reduce(mut a: DMatrix<f64>) -> Reduced {
     let n = a.nrows();
-    let (mut diagonal, mut beside, mut tau) = (vec![0.0; n], vec![0.0; n.saturating_sub(1)], vec![0.0; n]);
+    let (mut diagonal, mut off_diagonal, mut tau) = (vec![0.0; n], vec![0.0; n.saturating_sub(1)], vec![0.0; n]);
     // the update that is not yet made
     let (mut v, mut w) = (vec![0.0; n], vec![0.0; n]);
     let mut x = vec![0.0; n];
@@ -71,9 +71,9 @@ pub(super) fn reduce(mut a: DMatrix<f64>) -> Reduced {
             let inverse = 1.0 / (head - length);
             column[k + 2..].iter_mut().for_each(|x| *x *= inverse);
             column[k + 1] = 1.0;
-            beside[k] = length;
+            off_diagonal[k] = length;
         } else {
-            beside[k] = head;
+            off_diagonal[k] = head;
             column[k + 1] = 1.0;
         }
         x[k + 1..].copy_from_slice(&column[k + 1..]);
@@ -92,7 +92,7 @@ pub(super) fn reduce(mut a: DMatrix<f64>) -> Reduced {
         }
         (v[k], w[k]) = (0.0, 0.0);
     }
-    Reduced { diagonal, beside, reflections: a, tau }
+    Reduced { diagonal, off_diagonal, reflections: a, tau }
 }
 
 impl Reduced {

@@ -67,7 +67,7 @@ impl Legendre {
     }
 
     /// Returns the part of the answer that describes this basis.
-    pub(super) fn told(&self) -> OrthonormalBasis {
+    pub(super) fn to_result(&self) -> OrthonormalBasis {
         OrthonormalBasis { kind: PolynomialBasis::Legendre, condition: self.condition }
     }
 

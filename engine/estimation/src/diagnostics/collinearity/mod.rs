@@ -72,7 +72,7 @@ pub(crate) fn report(
     }
     let legendre = Legendre::new(design, factor);
     CollinearityReport {
-        basis: legendre.as_ref().map(Legendre::told),
+        basis: legendre.as_ref().map(Legendre::to_result),
         columns,
         correlation,
         variance_proportions: matrices.then(|| shares.proportions(unit)),

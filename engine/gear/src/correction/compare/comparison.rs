@@ -67,7 +67,7 @@ impl Correction {
             weight: asked.weight.clone(),
             settings: change.len(),
             contributions: (0..asked.deviation.len())
-                .flat_map(|k| self.told_row(k).iter().zip(change).map(|(j, c)| j * c))
+                .flat_map(|k| self.given_row(k).iter().zip(change).map(|(j, c)| j * c))
                 .collect(),
             leverage: Some(leverage),
             noise,

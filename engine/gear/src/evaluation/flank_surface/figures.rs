@@ -210,7 +210,7 @@ pub fn estimated_figures(
     let settings = SurfaceSettings { spec, ..settings.clone() };
     // what cannot be fitted is left out
     if let Ok(surface) = flank_surface(gear, nodes, &settings)
-        && told(&surface.result)
+        && is_determined(&surface.result)
     {
         let freedom = surface.result.residuals.degrees_of_freedom;
         let figure = |figure: Figure| Some(EstimatedFigure::new(figure.value, figure.std_error, freedom, 1.0));
@@ -222,7 +222,7 @@ pub fn estimated_figures(
             twist: figure(surface.twist),
         });
     }
-    let (trimmed, result) = crossed(gear, nodes, &settings).ok().filter(|(_, result)| told(result))?;
+    let (trimmed, result) = crossed(gear, nodes, &settings).ok().filter(|(_, result)| is_determined(result))?;
     let freedom = result.residuals.degrees_of_freedom;
     let scale = settings.terms.factor(gear, settings.direction);
     let Slopes { factors, .. } = trimmed.slopes(gear, settings.terms);
@@ -242,7 +242,7 @@ pub fn estimated_figures(
 
 /// Whether the nodes of a fit without scaling tell its terms apart and how large each is: over [-1,
 /// 1] a short column is one that hardly is there.
-fn told(result: &FitResult) -> bool {
+fn is_determined(result: &FitResult) -> bool {
     result.spectrum.condition.is_some_and(|condition| condition < DEFAULT_CONDITION_LIMIT)
 }
 

@@ -169,7 +169,7 @@ pub fn flank_surface(gear: &Gear, nodes: &FlankNodes, settings: &SurfaceSettings
     limits.check(&tolerances, true).within("tolerance_limits").into_result(())?;
     let [slope_of_profile, slope_of_helix] = slopes.limits(limits, tolerances.as_ref().ok());
     // figures over a range that the nodes hardly cover are not compared with limits
-    let [profile_told, helix_told] = trimmed.covered;
+    let [profile_covered, helix_covered] = trimmed.covered;
     let figure = |powers: [usize; 2], factor: f64, limits: Option<[f64; 2]>| {
         let found = result.coefficients.iter().find(|c| matches!(&c.key, TermKey::Powers(p) if p[..] == powers));
         found
@@ -178,11 +178,11 @@ pub fn flank_surface(gear: &Gear, nodes: &FlankNodes, settings: &SurfaceSettings
     };
     Ok(FlankSurface {
         mean: figure([0, 0], 1.0, None)?,
-        profile_slope: figure([1, 0], 2.0 * profile * slopes.factors[0], slope_of_profile.filter(|_| profile_told))?,
-        helix_slope: figure([0, 1], 2.0 * helix * slopes.factors[1], slope_of_helix.filter(|_| helix_told))?,
-        profile_crowning: figure([2, 0], -1.0, limits.profile_crowning_um.filter(|_| profile_told))?,
-        helix_crowning: figure([0, 2], -1.0, limits.helix_crowning_um.filter(|_| helix_told))?,
-        twist: figure([1, 1], 4.0 * helix, limits.twist_um.filter(|_| profile_told && helix_told))?,
+        profile_slope: figure([1, 0], 2.0 * profile * slopes.factors[0], slope_of_profile.filter(|_| profile_covered))?,
+        helix_slope: figure([0, 1], 2.0 * helix * slopes.factors[1], slope_of_helix.filter(|_| helix_covered))?,
+        profile_crowning: figure([2, 0], -1.0, limits.profile_crowning_um.filter(|_| profile_covered))?,
+        helix_crowning: figure([0, 2], -1.0, limits.helix_crowning_um.filter(|_| helix_covered))?,
+        twist: figure([1, 1], 4.0 * helix, limits.twist_um.filter(|_| profile_covered && helix_covered))?,
         direction: settings.terms.direction,
         profile_reference_length_mm: slopes.references[0],
         helix_reference_length_mm: slopes.references[1],

@@ -135,7 +135,7 @@ fn is_abrupt(
 
 /// Returns true if material protrudes at an end of a trace, of whose samples residuals and
 /// deviations are given: it begins abruptly there, with a step.
-fn stands_at_end(both: &[[f64; 2]], run: &Run) -> bool {
+fn protrudes_at_end(both: &[[f64; 2]], run: &Run) -> bool {
     let n = both.len();
     let (within, beside) = ((n / ABRUPT_AT_ENDS).max(2), (n / BESIDE).max(FEWEST_BESIDE));
     // from within the trace towards its end
@@ -227,7 +227,7 @@ fn short(at: &[f64], deviation: &[f64], is_cut: bool) -> Vec<Run> {
         match (length <= 1, ends) {
             // a relief that falls off into a hole leaves a sample before it
             (true, _) => !(is_cut && ends) || run.height > 0.0,
-            (false, true) => length <= most && stands_at_end(&both, run),
+            (false, true) => length <= most && protrudes_at_end(&both, run),
             // the knee of a relief deviates from the few medians of a part
             (false, false) => length <= most && (!is_cut || jumps(&both, run)),
         }

@@ -65,13 +65,13 @@ pub(super) fn outliers(at: &[f64], deviation: &[f64]) -> Vec<Run> {
         }
         meet
     });
-    runs.retain(|run| (shortest.max(2)..=n / LONGEST).contains(&(run.to - run.from)) && stands_alone(&both, run));
+    runs.retain(|run| (shortest.max(2)..=n / LONGEST).contains(&(run.to - run.from)) && is_isolated(&both, run));
     runs
 }
 
 /// Whether a run of residuals, each with its deviation, begins and ends abruptly, with the trace
 /// back next to it.
-fn stands_alone(both: &[[f64; 2]], run: &Run) -> bool {
+fn is_isolated(both: &[[f64; 2]], run: &Run) -> bool {
     let n = both.len();
     let (from, to, within) = (run.from, run.to, (n / ABRUPT).max(3));
     let beside = ((to - from) / 2).max(FEWEST_BESIDE);

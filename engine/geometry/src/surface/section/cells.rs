@@ -42,7 +42,7 @@ pub(super) struct Rectangle<'a> {
 
 /// Result on the finest grid.
 #[derive(Default)]
-pub(super) struct Found {
+pub(super) struct SearchResult {
     pub level: u32,
     /// One line passes, or none.
     pub simple: BTreeSet<Place>,
@@ -88,8 +88,8 @@ impl Rectangle<'_> {
     }
 
     /// Halves cells until each is ruled out, simple, or explained by a place without slope.
-    pub(super) fn search(&self) -> Found {
-        let mut found = Found::default();
+    pub(super) fn search(&self) -> SearchResult {
+        let mut found = SearchResult::default();
         let mut cells = vec![((0, 0), self.heights.clone())];
         loop {
             if self.depth > 0 {
@@ -148,7 +148,7 @@ impl Rectangle<'_> {
         Some(place.map_or(State::Open, |(at, bending)| State::Explained(at, bending)))
     }
 
-    fn sorted(&self, mut found: Found, states: Vec<(Place, State)>) -> Found {
+    fn sorted(&self, mut found: SearchResult, states: Vec<(Place, State)>) -> SearchResult {
         let mut rest = BTreeMap::new();
         for (cell, state) in states {
             match state {

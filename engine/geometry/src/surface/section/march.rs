@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::{
     borders::on_side,
     boxes::{Block, boxes, meets, within},
-    cells::{Found, Knot, Place, Rectangle},
+    cells::{Knot, Place, Rectangle, SearchResult},
     chain::{Chain, Pieces},
     field::{Bending, Field, Kind},
     rows::{Edge, cells_of, edges, ends, rows},
@@ -23,7 +23,7 @@ struct Crossing {
 }
 
 /// The section within `rectangle`, with the parts about places without slope.
-pub(super) fn pieces(rectangle: &Rectangle<'_>, found: Found, sides: &[(usize, usize)], all: &mut Pieces) {
+pub(super) fn pieces(rectangle: &Rectangle<'_>, found: SearchResult, sides: &[(usize, usize)], all: &mut Pieces) {
     all.coincident |= found.coincident;
     let level = found.level;
     let (mut settled, mut inner): (Vec<Knot>, Vec<Knot>) =
