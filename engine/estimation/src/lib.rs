@@ -34,7 +34,7 @@ pub use banded::weight::Trace;
 pub use data::Nodes;
 pub use error::{FitError, Unconverged};
 pub use filtering::{fit, fit_remembering};
-pub use fit::asked_models;
+pub use fit::requested_models;
 pub use fit::{Plans, is_short};
 pub use recursive::Recursive;
 pub use result::FitResult;

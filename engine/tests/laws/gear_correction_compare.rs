@@ -10,7 +10,7 @@ use flankfit_engine::gear::simulation::{Simulation, Strategy, case, run};
 /// with.
 fn answer(seed: u64, factor: f64, extra: impl Fn(usize) -> f64) -> Answer {
     let mut machine = Simulation::new(case::ill_conditioned(seed)).unwrap();
-    let asked = machine.asked().clone();
+    let asked = machine.spec().clone();
     let before = machine.measure();
     let correction = Correction::new(CorrectionSpec {
         noise_sigma: Some(asked.probe_noise),

@@ -124,7 +124,7 @@ fn simulate_run(
     store: bool,
     plans: &Plans,
 ) -> Result<SimulatedRun, Problem> {
-    let machine = simulation.asked().clone();
+    let machine = simulation.spec().clone();
     let mut rounds = Vec::with_capacity(corrections + 1);
     let mut draft = Vec::with_capacity(corrections + 1);
     let told = cancel::parts(corrections + 1);
@@ -142,7 +142,7 @@ fn simulate_run(
         };
         let mut record = None;
         if number < corrections {
-            let spec = closed_loop::asked(&simulation, measured, strategy, uncertainty);
+            let spec = closed_loop::correction_spec(&simulation, measured, strategy, uncertainty);
             let request = request(&machine, uncertainty, strategy);
             let refused = |error| Problem::of_fit(error, place(number));
             let correction = Correction::new(spec).map_err(|found| Problem::invalid(placed(&found, number)))?;

@@ -81,7 +81,7 @@ pub(super) fn check(nodes: &Nodes, spec: &FitSpec) -> Result<(), Faults> {
 }
 
 /// Paths of the members that request errors which are not white.
-pub fn asked_models(spec: &FitSpec) -> impl Iterator<Item = &'static str> {
+pub fn requested_models(spec: &FitSpec) -> impl Iterator<Item = &'static str> {
     let unequal = spec.variance != Variance::Constant;
     spec.errors.is_some().then_some("errors").into_iter().chain(unequal.then_some("variance"))
 }

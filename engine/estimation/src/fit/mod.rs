@@ -20,7 +20,7 @@ mod sums;
 
 pub(crate) use conclude::report;
 pub use cost::is_short;
-pub use error_checks::asked_models;
+pub use error_checks::requested_models;
 pub use plan::Plans;
 pub(crate) use predict::check as check_predictions;
 pub(crate) use run::fit_together;

@@ -15,7 +15,7 @@ use super::{
 };
 use crate::{
     error::FitError,
-    fit::asked_models,
+    fit::requested_models,
     result::FitResult,
     spec::{FitSpec, Knots},
 };
@@ -180,7 +180,7 @@ fn check(points: &CurvePoints, asked: &CurveSettings) -> Result<Dimension, Fault
     if asked.spec.node_uncertainty.is_some_and(|uncertainty| uncertainty.kind.is_some()) {
         faults.push("node_uncertainty.position_kind", POSITIONS_EXACT);
     }
-    asked_models(&asked.spec).for_each(|path| faults.push(path, WHITE_ONLY));
+    requested_models(&asked.spec).for_each(|path| faults.push(path, WHITE_ONLY));
     if matches!(asked.knots, KnotPlacement::Adaptive(_)) && asked.weights.is_some() {
         faults.push(
             "model.weights",

@@ -26,7 +26,7 @@ use crate::{
     data::negative_weight,
     design::{Axis, splines},
     error::{FitError, Unconverged},
-    fit::asked_models,
+    fit::requested_models,
     smoothing::choice::{ChosenLambda, Smoothing},
     spec::{Degree, Domain, Estimator, FitSpec, HIGHEST_ORDER, Model, Regularization, Scaling},
 };
@@ -164,7 +164,7 @@ fn check_spec(spec: &FitSpec) -> Result<(), Faults> {
     if !spec.filters.is_empty() {
         faults.push("filters", "filters are for nodes in lines, not for scattered ones");
     }
-    asked_models(spec).for_each(|path| faults.push(path, WHITE_ONLY));
+    requested_models(spec).for_each(|path| faults.push(path, WHITE_ONLY));
     if spec.scaling == Scaling::Standardized {
         faults.push("scaling", "B-splines have no constant to centre by: take `unit_length` or `none`");
     }

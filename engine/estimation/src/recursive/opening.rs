@@ -5,7 +5,7 @@ use super::boxes::roomy;
 use crate::{
     data::{Form, Nodes, Sample, folds},
     design::{self, Boxes, Design, MATRIX_TAKES_LINEAR, bounding_box, no_range, product_on},
-    fit::{asked_models, check_predictions},
+    fit::{check_predictions, requested_models},
     near::POSITIONS_EXACT,
     regularized::{check_admissible, criterion_path, nodes_not_kept},
     spec::{Degree, Estimator, FitSpec, Knots, Model, PolynomialBasis, Prior, Regularization},
@@ -58,7 +58,7 @@ pub(super) fn check(spec: &FitSpec, forgetting: f64) -> Result<(), Faults> {
             "a stream does not look at other fits: give `piece`, which the `spec` of a fit by it holds",
         );
     }
-    asked_models(spec).for_each(|path| {
+    requested_models(spec).for_each(|path| {
         faults.push(path, "a stream keeps no nodes, whose lines and residuals a model of the errors needs")
     });
     check_domain(spec, &mut faults);

@@ -10,7 +10,7 @@ use crate::{
     diagnostics::{finite, within_range},
     error::FitError,
     factor::{Factor, scaled_condition},
-    fit::asked_models,
+    fit::requested_models,
     result::{Coefficient, FitResult, Selection, TermKey, Warning},
     spec::{Candidates, Degree, Estimator, FitSpec, Folds, Model, ModelCriterion, Places, Select, TermSearch, Terms},
 };
@@ -136,7 +136,7 @@ fn check(spec: &FitSpec, asked: &Select) -> Result<(), Faults> {
             "likelihoods and leverages are those of least squares: a robust estimator has none to choose by",
         );
     }
-    asked_models(spec).for_each(|path| {
+    requested_models(spec).for_each(|path| {
         faults
             .push(path, "the figures of models are those of independent errors of one variance: choose the model first")
     });

@@ -51,7 +51,7 @@ impl<'a> Gain<'a> {
     pub(crate) fn new(correction: &'a Correction, free: &'a [usize], fit: &FitResult) -> Option<Self> {
         let (rows, n) = (correction.counted().len(), free.len());
         let filtered = !matches!(fit.regularization.kind, RegularizationKind::None);
-        let scaling = correction.asked().scaling;
+        let scaling = correction.spec().scaling;
         let mut columns = DMatrix::zeros(rows, n);
         for (i, &k) in correction.counted().iter().enumerate() {
             let root = correction.weight(k).sqrt();
@@ -105,7 +105,7 @@ impl<'a> Gain<'a> {
 
     /// h of each node, 0 where it takes no part.
     pub(crate) fn leverage(&self) -> Vec<f64> {
-        let mut leverage = vec![0.0; self.correction.asked().deviation.len()];
+        let mut leverage = vec![0.0; self.correction.spec().deviation.len()];
         for &k in self.correction.counted().iter().asking(2 * self.free.len() * self.free.len()) {
             let row = self.row(k);
             let h: f64 = self.back(&self.along(&row)).iter().zip(&row).map(|(a, x)| a * x).sum();
@@ -124,7 +124,7 @@ impl<'a> Gain<'a> {
     /// Σ (1 − h) w u²: what errors of J of their own at each entry add to the residual sum of
     /// squares.
     pub(crate) fn response_rss(&self, change: &[f64], leverage: &[f64]) -> f64 {
-        let asked = self.correction.asked();
+        let asked = self.correction.spec();
         if asked.response_errors == ResponseErrors::PerSetting {
             return 0.0;
         }
@@ -140,7 +140,7 @@ impl<'a> Gain<'a> {
     /// Standard errors of the free settings, in their units, by the scatter of teeth.
     pub(crate) fn scatter(&self) -> Vec<f64> {
         let mut variance = vec![0.0; self.free.len()];
-        for column in &self.correction.asked().scatter.columns {
+        for column in &self.correction.spec().scatter.columns {
             let mut along = vec![0.0; self.free.len()];
             for &k in self.correction.counted().iter().asking(self.free.len()) {
                 let root = self.correction.weight(k).sqrt();
@@ -155,7 +155,7 @@ impl<'a> Gain<'a> {
     /// Errors of the free settings for the changes `change` of all; `misfit` is the share of the
     /// remaining deviations that is no noise.
     pub(crate) fn errors(&self, change: &[f64], misfit: f64) -> Errors {
-        let asked = self.correction.asked();
+        let asked = self.correction.spec();
         let (n, all, eta) = (self.free.len(), change.len(), asked.response_uncertainty);
         let mut place = vec![None; all];
         self.free.iter().enumerate().for_each(|(i, &j)| place[j] = Some(i));

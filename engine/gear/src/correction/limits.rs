@@ -52,7 +52,7 @@ pub(super) struct Standing {
 /// Positions of the settings when those that are `pinned` are changed by that much. `unlimited`
 /// is the fit of the others without limits; no fit is returned where that is within them.
 pub(super) fn stand(correction: &Correction, unlimited: &[f64], pinned: &[Option<f64>]) -> Result<Standing, FitError> {
-    let settings = &correction.asked().settings;
+    let settings = &correction.spec().settings;
     let inside = (0..unlimited.len()).all(|j| {
         pinned[j].is_some()
             || settings[j].min.is_none_or(|min| min <= unlimited[j])
@@ -78,7 +78,7 @@ pub(super) fn least_change(setting: &Setting) -> f64 {
 
 /// Fits the settings `free` to what the others, changed by `change`, leave over.
 pub(super) fn fit_free(correction: &Correction, free: &[usize], change: &[f64]) -> Result<Fitted, FitError> {
-    let asked = correction.asked();
+    let asked = correction.spec();
     let held: Vec<f64> = (0..change.len()).map(|j| if free.contains(&j) { 0.0 } else { change[j] }).collect();
     let (mut x, mut y) = (Vec::new(), Vec::new());
     for &k in correction.counted() {
@@ -157,7 +157,7 @@ fn among(regularization: &Regularization, free: &[usize], all: usize) -> Regular
 
 /// From the fit without limits to settings within them.
 fn within(correction: &Correction, unlimited: &[f64], pinned: &[Option<f64>]) -> Result<Standing, FitError> {
-    let settings = &correction.asked().settings;
+    let settings = &correction.spec().settings;
     let n = settings.len();
     let low = |j: usize| pinned[j].or(settings[j].min).unwrap_or(f64::NEG_INFINITY);
     let high = |j: usize| pinned[j].or(settings[j].max).unwrap_or(f64::INFINITY);

@@ -60,7 +60,7 @@ pub(super) fn left_alone(
     sigma: Option<f64>,
     keep_within: f64,
 ) -> Option<Vec<Option<LeftAlone>>> {
-    let asked = correction.asked();
+    let asked = correction.spec();
     let reduced = Reduced::of(correction, held, sigma);
     let mut kept: Vec<usize> = (0..correction.open.len()).collect();
     let mut left = vec![None; asked.settings.len()];
@@ -153,7 +153,7 @@ impl<'a> Reduced<'a> {
             let node = |&k: &usize| correction.weight(k).sqrt() * column[k] / sigma;
             Some(DVector::from_iterator(rows, correction.counted().iter().map(node)))
         };
-        let scatter = correction.asked().scatter.columns.iter().filter_map(whitened);
+        let scatter = correction.spec().scatter.columns.iter().filter_map(whitened);
         let scatter = scatter.map(|column| qr_with_rhs(columns.clone(), column).qty).collect();
         let found = qr_with_rhs(columns, heights);
         Reduced { correction, held, scale, r: found.r, qty: found.qty, scatter }

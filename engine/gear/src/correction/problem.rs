@@ -307,7 +307,7 @@ impl Correction {
     }
 
     /// Returns the specification.
-    pub fn asked(&self) -> &CorrectionSpec {
+    pub fn spec(&self) -> &CorrectionSpec {
         &self.asked
     }
 

@@ -16,7 +16,7 @@ use flankfit_numerics::cancel::{self, Asking};
 /// The changes within `change`, which is within the limits, of the settings `used` with
 /// increments rounded; `None` where none has one.
 pub(super) fn rounded(correction: &Correction, used: &[usize], change: &[f64]) -> Result<Option<Vec<f64>>, FitError> {
-    let settings = &correction.asked().settings;
+    let settings = &correction.spec().settings;
     let n = change.len();
     let mut pinned: Vec<Option<f64>> = (0..n).map(|j| (!used.contains(&j)).then_some(change[j])).collect();
     let mut stepped: Vec<(usize, f64)> = used.iter().filter_map(|&j| Some((j, settings[j].increment?))).collect();
@@ -53,7 +53,7 @@ fn nearest(setting: &Setting, increment: f64, change: f64) -> f64 {
 
 /// One step more or less of each setting, as long as that leaves less.
 fn step_on(correction: &Correction, stepped: &[(usize, f64)], point: &mut [f64]) {
-    let settings = &correction.asked().settings;
+    let settings = &correction.spec().settings;
     let mut waiting: Vec<(usize, f64)> = stepped.to_vec();
     let mut quadratic = Quadratic::at(correction, point);
     loop {

@@ -10,7 +10,7 @@ use super::{
 };
 use crate::deviation::{Deviations, Reference};
 use flankfit_estimation::{
-    FitError, FitResult, FitSpec, Unconverged, asked_models, fit,
+    FitError, FitResult, FitSpec, Unconverged, fit, requested_models,
     spec::{Include, Regularization},
 };
 use flankfit_numerics::{cancel, check::Faults, dot};
@@ -92,7 +92,7 @@ fn registered(
     start: Option<&Start>,
 ) -> Result<Registration, FitError> {
     let freedom = Freedom::new(reference.gear, asked.motions)?;
-    if let Some(path) = asked_models(asked.spec).next() {
+    if let Some(path) = requested_models(asked.spec).next() {
         let message = "a part is registered with independent errors of one variance";
         return Err(Faults::one(path, message).into());
     }

@@ -82,13 +82,13 @@ pub struct Run {
 
 /// Specification of the correction in a round: the probe noise is known, the uncertainty of the
 /// response is what the caller says it is.
-pub fn asked(
+pub fn correction_spec(
     simulation: &Simulation,
     measured: Vec<f64>,
     strategy: &Strategy,
     response_uncertainty: f64,
 ) -> correction::CorrectionSpec {
-    let MachineSpec { sensitivity, settings, probe_noise, .. } = simulation.asked();
+    let MachineSpec { sensitivity, settings, probe_noise, .. } = simulation.spec();
     correction::CorrectionSpec {
         damping: strategy.damping.clone(),
         noise_sigma: Some(*probe_noise).filter(|sigma| *sigma > 0.0),
@@ -129,7 +129,7 @@ pub fn run(
         };
         let solution = match number < corrections {
             true => {
-                let asked = asked(&simulation, measured.clone(), strategy, response_uncertainty);
+                let asked = correction_spec(&simulation, measured.clone(), strategy, response_uncertainty);
                 let correction = Correction::new(asked)?;
                 let solution = correction.solve()?;
                 last = Some(correction);

@@ -85,7 +85,7 @@ impl Simulation {
     }
 
     /// Returns the specification.
-    pub fn asked(&self) -> &MachineSpec {
+    pub fn spec(&self) -> &MachineSpec {
         &self.asked
     }
 

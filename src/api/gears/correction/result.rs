@@ -107,7 +107,7 @@ pub fn build(text: &[u8], subject: &Subject<'_>) -> Result<(Built, CorrectionInc
     let names: Vec<String> = spec.settings.iter().map(|setting| setting.name.clone()).collect();
     let correction = Correction::new(spec).map_err(|found| Problem::invalid(placed(&found, &names)))?;
     let solution = correction.solve().map_err(refused)?;
-    let figures = &correction.asked().figures;
+    let figures = &correction.spec().figures;
     let mut warnings: Vec<WarningBody> = Vec::new();
     if aim == AimName::Nominal && request.target.is_none() {
         warnings.extend(removes_crowning(figures));
@@ -181,7 +181,7 @@ impl CorrectionResultBody {
         warnings: Vec<WarningBody>,
         digest: &str,
     ) -> Result<Self, Unwritable> {
-        let spec = correction.asked();
+        let spec = correction.spec();
         let change: Vec<f64> = solution.settings.iter().map(|setting| setting.change).collect();
         let [profile_reference_length_mm, helix_reference_length_mm] =
             flank.map(|flank| flank.references().map(Some)).unwrap_or_default();

@@ -297,7 +297,7 @@ impl<'a> Made<'a> {
         let predicted = correction.predict(&change).deviation_um;
         let comparison = Comparison { scatter, ..correction.comparison(&change, leverage, noise, measured.clone()) };
         let answer = compare(&comparison).map_err(why)?;
-        Ok(Judged { answer, predicted, before: correction.asked().deviation.clone(), measured })
+        Ok(Judged { answer, predicted, before: correction.spec().deviation.clone(), measured })
     }
 }
 

@@ -60,7 +60,7 @@ impl Correction {
     /// Returns the comparison when the settings were changed by `change` and the flank then
     /// measured as `measured`.
     pub fn comparison(&self, change: &[f64], leverage: Vec<f64>, noise: Noise, measured: Vec<f64>) -> Comparison {
-        let asked = self.asked();
+        let asked = self.spec();
         Comparison {
             before: asked.deviation.clone(),
             measured,
