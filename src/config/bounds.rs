@@ -35,11 +35,6 @@ pub fn parse_part(text: &str) -> Result<f64, String> {
     part.ok_or_else(|| "write a number from 0 to 1".into())
 }
 
-/// Reads a part that is more than nothing, up to 1.
-pub fn parse_share(text: &str) -> Result<f64, String> {
-    parse_part(text).ok().filter(|share| *share > 0.0).ok_or_else(|| "write a number above 0, up to 1".into())
-}
-
 /// Reads values separated by commas; an empty text has none.
 pub fn parse_list<T>(text: &str, read: impl Fn(&str) -> Result<T, String>) -> Result<Vec<T>, String> {
     match text.trim() {

@@ -21,7 +21,6 @@ use clap::{Args, Command, FromArgMatches as _, ValueEnum};
 pub use address::parse_address;
 pub use audit::AuditSettings;
 pub use auth::{Authentication, KeysRole};
-use bounds::parse_share;
 pub use bounds::within;
 pub use digest::{Digest, Digests, parse_digests};
 pub use host::{Host, Hosts, parse_hosts};

@@ -13,8 +13,8 @@ use flankfit_engine::gear::{
     modification::{MOST, Range},
 };
 
-/// Designed deviations of the flanks from the involute, in µm: figures in the signs in which they are
-/// measured and along the `direction` of the requirements, and further modifications along the
+/// Designed deviations of the flanks from the involute, in µm: figures in the signs in which they
+/// are measured and along the `direction` of the requirements, and further modifications along the
 /// normal. All of them refer to one range. `{}` is the unmodified flank. Corrections aim at it.
 #[skip_serializing_none]
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]

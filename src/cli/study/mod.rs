@@ -1,5 +1,5 @@
-//! `flankfit study [FILE]`: the answer of `POST /v1/studies/randomization` as tables; also in parts,
-//! on several machines.
+//! `flankfit study [FILE]`: the answer of `POST /v1/studies/randomization` as tables; also in
+//! parts, on several machines.
 
 mod parts;
 mod raw;

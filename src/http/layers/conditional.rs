@@ -76,7 +76,8 @@ fn precondition(headers: &HeaderMap) -> Precondition {
     if given { Precondition::AnyOf(seen) } else { Precondition::None }
 }
 
-/// Returns the version in a tag. The status of a job is left aside: no request changes it by itself.
+/// Returns the version in a tag. The status of a job is left aside: no request changes it by
+/// itself.
 fn version_of(tag: &str) -> Option<u64> {
     let (digits, status) = tag.split_once('-').map_or((tag, None), |(digits, status)| (digits, Some(status)));
     // a tag is compared as a text: `"01"` was never given

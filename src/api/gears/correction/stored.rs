@@ -84,7 +84,8 @@ pub struct MachineAnswerBody {
     #[serde(flatten)]
     #[schema(inline)]
     pub answer: Answer,
-    /// Predicted deviation of every node; `null` where undefined. Present when `nodes` was included.
+    /// Predicted deviation of every node; `null` where undefined. Present when `nodes` was
+    /// included.
     pub predicted_um: Option<Vec<Option<f64>>>,
     /// Measured deviation of every node; `null` where undefined. Present when `nodes` was included.
     pub measured_um: Option<Vec<Option<f64>>>,
