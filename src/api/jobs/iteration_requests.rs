@@ -158,8 +158,8 @@ pub struct ChosenFitBody {
 #[serde(deny_unknown_fields)]
 #[schema(as = IterationPatch, example = json!({"decision": "remachine", "reason": "profile slope out of tolerance"}))]
 pub struct IterationPatchBody {
-    /// `accepted` needs a `reason` where a figure does not conform, gross errors are suspected or the
-    /// units are implausible; in a job with limits it needs the figures that they are of.
+    /// `accepted` needs a `reason` where a figure does not conform, gross errors are suspected or
+    /// the units are implausible; in a job with limits it needs the figures that they are of.
     pub decision: Option<Decision>,
     /// The flank that was measured.
     pub flank: Option<Side>,

@@ -313,7 +313,8 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// Returns a cursor at the first member of this name of the well-formed object that begins here.
+    /// Returns a cursor at the first member of this name of the well-formed object that begins
+    /// here.
     pub fn member(&self, name: &str) -> Option<Self> {
         let mut found = None;
         // an error ends the walk

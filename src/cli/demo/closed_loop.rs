@@ -48,11 +48,11 @@ struct Answer {
     sentence: String,
 }
 
-/// Tells it, and returns the paths of the jobs that keep it.
+/// Prints the results of a closed loop, and returns the paths of the stored jobs.
 pub fn run(client: &Client, out: &mut impl Write) -> Result<Vec<String>, CommandError> {
     let ask = |seed: u64, store: bool| -> Result<Loop, CommandError> {
         let body = json!({"seed": seed, "store": store, "corrections": CORRECTIONS});
-        Ok(client.post("/v1/simulations/closed-loop", &body)?)
+        client.post("/v1/simulations/closed-loop", &body)
     };
     let first = ask(1, true)?;
     writeln!(

@@ -261,7 +261,8 @@ async fn faults_of(pair: &Pair, job: Uuid) -> BTreeSet<(String, What)> {
     faults.into_iter().filter(|fault| fault.job == Some(job)).map(|fault| (fault.place, fault.what)).collect()
 }
 
-/// An entry of a purge has digests of the rows as they are, so that changes of before count no more.
+/// An entry of a purge has digests of the rows as they are, so that changes of before count no
+/// more.
 pub async fn a_forged_purge_hides_nothing(pair: &mut Pair) {
     let job = filled(pair).await;
     let old = purges::filled(pair).await;

@@ -24,7 +24,8 @@ use flankfit_engine::{
 /// A file, read.
 pub struct FileRead {
     pub gear: Gear,
-    /// Of the traces (signs as DIN has them), where there are any; with the warnings about the file.
+    /// Of the traces (signs as DIN has them), where there are any; with the warnings about the
+    /// file.
     pub evaluation: Option<EvaluationBody>,
     /// All traces of the file, as they would be posted to be evaluated again; beside `evaluation`.
     pub request: Option<EvaluateBody>,
