@@ -42,7 +42,7 @@ impl CallerState {
 impl FromRequestParts<AppState> for CallerState {
     type Rejection = Problem;
 
-    /// The caller was made out before any handler (see [`super::layers::auth`]).
+    /// The caller was made out before any handler (see `layers::auth`).
     async fn from_request_parts(parts: &mut Parts, state: &AppState) -> Result<Self, Problem> {
         let principal = parts.extensions.get::<Principal>().cloned();
         let mut principal =

@@ -15,7 +15,7 @@ use crate::{
 };
 
 impl IntoResponse for Problem {
-    /// The problem also travels as an extension, for [`super::observe`] to add the request id and
+    /// The problem also travels as an extension, for `layers::observe` to add the request id and
     /// log the cause.
     fn into_response(self) -> Response {
         let status = StatusCode::from_u16(self.status).unwrap_or(StatusCode::INTERNAL_SERVER_ERROR);
