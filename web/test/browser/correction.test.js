@@ -59,7 +59,7 @@ browserTest("a correction is asked for, entered, and compared with what was meas
   const { answer, result } = await call("GET", `/v1/jobs/${id}/iterations/1/correction`);
   const figures = page.getByRole("table", { name: "Figures before, predicted and measured" }).locator("tbody tr");
   for (const [i, key] of ["profile_slope", "helix_slope", "profile_crowning", "helix_crowning", "twist"].entries()) {
-    const told = answer.figure_changes[key];
+    const told = answer.figure_changes[`${key}_um`];
     const cells = figures.nth(i).locator("td .cell");
     agrees(await cells.nth(0).textContent(), told.before.value_um);
     agrees(await cells.nth(1).textContent(), result.figures.left[`${key}_um`].target);

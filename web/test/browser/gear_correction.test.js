@@ -117,6 +117,6 @@ browserTest("settings of one flank say which, and what was entered is compared",
   for (const side of ["left", "right"]) {
     const name = `Figures before, predicted and measured, ${side === "left" ? "Left" : "Right"} flank`;
     const cells = panel.getByRole("table", { name }).locator("tbody tr").first().locator("td .cell");
-    agrees(await cells.nth(3).textContent(), answer.flanks[side].profile_slope.measured.value_um);
+    agrees(await cells.nth(3).textContent(), answer.flanks[side].profile_slope_um.measured.value_um);
   }
 });

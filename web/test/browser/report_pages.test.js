@@ -113,7 +113,7 @@ browserTest("the figures behind the first page are the interface's, part by part
   const figures = await rowsOf(page, "Figures before, predicted and measured, Iteration 1");
   const keys = ["profile_slope", "helix_slope", "profile_crowning", "helix_crowning", "twist"];
   for (const [i, key] of keys.entries()) {
-    const told = kept.answer.figure_changes[key];
+    const told = kept.answer.figure_changes[`${key}_um`];
     const [, before, , predicted, measured, change] = figures[i] ?? [];
     agrees(before, told.before.value_um, told.before.std_error_um);
     agrees(predicted, told.predicted_um);
