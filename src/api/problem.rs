@@ -116,7 +116,7 @@ impl Problem {
         Problem { errors, unlisted, ..Problem::new(ProblemCode::InvalidRequest, "") }.summed_up()
     }
 
-    /// The first fault with its place, and how many more there are: what a log needs.
+    /// Sets the detail to the first error with its pointer, and the number of further ones.
     fn summed_up(mut self) -> Self {
         let Some(first) = self.errors.first() else { return self };
         let place = if first.pointer.is_empty() { String::new() } else { format!("{}: ", first.pointer) };
@@ -124,11 +124,11 @@ impl Problem {
         let stop = if told.ends_with('?') { "" } else { "." };
         self.detail = match (self.errors.len() - 1, self.unlisted) {
             (0, 0) => format!("{place}{told}{stop}"),
-            (1, 0) => format!("{place}{told}; and 1 fault more, see `errors`."),
-            (more, 0) => format!("{place}{told}; and {more} faults more, see `errors`."),
+            (1, 0) => format!("{place}{told}; and 1 more error, see `errors`."),
+            (more, 0) => format!("{place}{told}; and {more} more errors, see `errors`."),
             (more, unlisted) => {
                 let all = more + 1 + unlisted;
-                format!("{place}{told}; the first of {all} faults, of which `errors` lists {}.", more + 1)
+                format!("{place}{told}; the first of {all} errors, of which `errors` lists {}.", more + 1)
             }
         };
         self
@@ -270,11 +270,11 @@ mod tests {
             Problem::invalid(faults.clone()).detail
         };
         assert_eq!(said("/nodes/z/3/7", "expected a number"), "/nodes/z/3/7: expected a number.");
-        assert_eq!(said("/a", "b"), "/nodes/z/3/7: expected a number; and 1 fault more, see `errors`.");
-        assert_eq!(said("/c", "d"), "/nodes/z/3/7: expected a number; and 2 faults more, see `errors`.");
+        assert_eq!(said("/a", "b"), "/nodes/z/3/7: expected a number; and 1 more error, see `errors`.");
+        assert_eq!(said("/c", "d"), "/nodes/z/3/7: expected a number; and 2 more errors, see `errors`.");
         (3..120).for_each(|_| drop(said("/e", "f")));
         let many = Problem::invalid(faults.clone());
-        let told = "/nodes/z/3/7: expected a number; the first of 120 faults, of which `errors` lists 100.";
+        let told = "/nodes/z/3/7: expected a number; the first of 120 errors, of which `errors` lists 100.";
         assert_eq!(many.detail, told);
         assert_eq!(Problem::invalid(Faults::one("", "expected an object.")).detail, "expected an object.");
     }

@@ -83,7 +83,7 @@ impl JobService {
     }
 }
 
-/// Something that others may wait for. It carries no data: whoever hears it looks into the store,
+/// A signal that others may wait for. It carries no data: its listeners look into the store,
 /// so a wake that is lost costs time, and one too many a look.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum Wake {

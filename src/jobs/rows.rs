@@ -4,9 +4,13 @@
 //! A row is read and written by these columns, has a line in the archive, a name in the entries of
 //! the audit, and a digest.
 
-use std::{borrow::Cow, collections::HashMap};
+use std::{borrow::Cow, collections::HashMap, fmt};
 
 use jiff::Timestamp;
+use serde::{
+    Deserialize, Deserializer,
+    de::{MapAccess, Visitor},
+};
 use serde_json::value::RawValue;
 use uuid::Uuid;
 
@@ -300,17 +304,43 @@ impl Row {
     /// Returns the row of a line. Values of no column take no more memory than their text.
     pub fn of_line(line: &str) -> Result<Self, NoRow> {
         const NONE: NoRow = (None, "it is no row of an archive of this version");
-        let tables: HashMap<String, HashMap<String, Box<RawValue>>> = serde_json::from_str(line).map_err(|_| NONE)?;
+        let Members(tables): Members<Members<Box<RawValue>>> = serde_json::from_str(line).map_err(|_| NONE)?;
         let mut tables = tables.into_iter();
         let (Some((name, columns)), None) = (tables.next(), tables.next()) else { return Err(NONE) };
         let table = OF_JOBS.iter().chain([ENTRIES]).find(|table| table.name == name).ok_or(NONE)?;
         let mut values: Vec<Value<'_>> = table.columns.iter().map(|column| column.kind.none()).collect();
-        for (name, value) in columns {
+        for (name, value) in columns.0 {
             let place = table.columns.iter().position(|column| column.name == name).ok_or(NONE)?;
             let Column { name, kind } = table.columns[place];
             values[place] = kind.read(value.get()).ok_or((Some(name), "it is of another type"))?;
         }
         Ok(Row { table, values })
+    }
+}
+
+/// Members of an object, none of which may occur twice.
+struct Members<T>(HashMap<String, T>);
+
+impl<'de, T: Deserialize<'de>> Deserialize<'de> for Members<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_map(Members(HashMap::new()))
+    }
+}
+
+impl<'de, T: Deserialize<'de>> Visitor<'de> for Members<T> {
+    type Value = Self;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("an object without repeated members")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(mut self, mut map: A) -> Result<Self, A::Error> {
+        while let Some((name, value)) = map.next_entry()? {
+            if self.0.insert(name, value).is_some() {
+                return Err(serde::de::Error::custom("a member occurs twice"));
+            }
+        }
+        Ok(self)
     }
 }
 
@@ -369,6 +399,8 @@ mod tests {
             (state(r#""sequence":null"#), Some("sequence")),
             (state(r#""sequence":[1]"#), Some("sequence")),
             (state("") + "]", None),
+            (state(r#""sequence":1,"sequence":2"#), None),
+            (r#"{"streams":{},"streams":{}}"#.to_owned(), None),
             (r#"{"stream_states":{},"streams":{}}"#.to_owned(), None),
             (state(r#""data":"0""#), Some("data")),
             (state(r#""data":"0g""#), Some("data")),

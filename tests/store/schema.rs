@@ -1,4 +1,4 @@
-//! Changes that the database itself refuses, whoever writes.
+//! Changes that the database itself refuses to every writer.
 
 use std::sync::Arc;
 
