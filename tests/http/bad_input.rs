@@ -45,7 +45,7 @@ async fn the_first_hundred_of_many_bad_nodes_are_listed() {
     let x = vec!["1e999"; 250].join(",");
     let answer = refused(&app, &format!(r#"{{"type":"curve","x":[{x}],"y":[1]}}"#), LINE).await;
     assert_eq!(answer.pointers().len(), 100);
-    assert!(answer.text.contains("250 faults"), "{}", answer.text);
+    assert!(answer.text.contains("250 errors"), "{}", answer.text);
 }
 
 #[tokio::test]
