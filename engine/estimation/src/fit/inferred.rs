@@ -119,8 +119,7 @@ impl Solved<'_> {
     /// The coefficients as linear forms, where their errors do not follow from σ and R alone, or a
     /// robust estimate is filtered otherwise than along the eigenvectors.
     pub(super) fn forms_of_coefficients(&self, applied: &Applied) -> Option<Vec<Estimated>> {
-        use RegularizationKind::{None as Plain, Ridge, Spectral, TruncatedSvd};
-        let along = matches!(applied.regularization.kind, Plain | Spectral | Ridge | TruncatedSvd);
+        let along = applied.regularization.kind.filters_eigenvectors();
         let robust = self.robust.is_some() && !along && self.degrees_of_freedom > 0;
         if !self.spectrum.full_rank() || !(self.errors.is_some() || robust) {
             return None;

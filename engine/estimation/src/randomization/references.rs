@@ -110,13 +110,13 @@ impl Base {
 
     /// The regularising matrix of level k on the same heights.
     pub(super) fn of_level(&self, outcomes: &[Outcome], level: f64) -> Option<LevelOfB> {
-        let (_, rule, _) = filters::rule(&usual_regularization(Scheme::FirstOrder), self.lambda()).ok()?;
+        let (_, rule) = Rule::requested(&usual_regularization(Scheme::FirstOrder), self.lambda()).ok()?;
         let lambda_star = self.spectrum.full_rank().then(|| self.lambda_star_of_level(rule, level)).flatten()?;
         Some(LevelOfB { lambda_star, results: self.summaries(outcomes, |_| (rule, lambda_star)) })
     }
 
     fn reference(&self, outcomes: &[Outcome], regularization: &Regularization) -> Reference {
-        let rule = filters::rule(regularization, self.lambda()).map_or(Rule::None, |(_, rule, _)| rule);
+        let rule = Rule::requested(regularization, self.lambda()).map_or(Rule::None, |(_, rule)| rule);
         let (_, count) = filters::scheme_and_count(rule);
         // what every criterion chooses in every repetition
         let chosen: Vec<Vec<Option<f64>>> = outcomes

@@ -10,8 +10,8 @@ use crate::{
     constrained,
     design::Design,
     prior,
-    selection::{filters::checked_count, selector::no_minimiser},
-    spec::{Count, Criterion, FitSpec, Parameter, Regularization, Scaling, ShrinkageFactor},
+    selection::{checked_count, selector::no_minimiser},
+    spec::{Count, Criterion, FitSpec, Regularization, Scaling, ShrinkageFactor},
     spectrum::scaled_size,
 };
 use flankfit_numerics::{
@@ -25,10 +25,8 @@ pub(crate) fn check_admissible(design: &Design, spec: &FitSpec) -> Result<(), Fa
     constrained::check(design, spec)?;
     let size = scaled_size(design, spec.scaling)?;
     match &spec.regularization {
-        Regularization::None => Ok(()),
         Regularization::Spectral { count: Count::Auto, .. } => Ok(()),
         Regularization::Spectral { count: Count::Given(count), .. } => checked_count(*count, size).map(drop),
-        Regularization::Ridge { parameter } => has_least(*parameter),
         Regularization::Tikhonov(asked) => penalty::check(asked, design, spec.scaling, size),
         Regularization::TruncatedSvd { rank } => truncated::check_rank(*rank, size, "directions"),
         Regularization::TruncatedSvdBy { criterion } => truncated::check_criterion(*criterion),
@@ -44,8 +42,9 @@ pub(crate) fn check_admissible(design: &Design, spec: &FitSpec) -> Result<(), Fa
         Regularization::Representative(asked) => representative::check(asked, design, spec),
         Regularization::Attraction(asked) => {
             check_target(&asked.target, design)?;
-            has_least(asked.parameter)
+            has_least(spec)
         }
+        _ => has_least(spec),
     }
 }
 
@@ -66,9 +65,9 @@ fn check_target(target: &[f64], design: &Design) -> Result<(), Faults> {
 }
 
 /// Refuses the criterion of least condition for regularisations that act on all directions alike.
-fn has_least(parameter: Parameter) -> Result<(), Faults> {
-    match parameter {
-        Parameter::Criterion(Criterion::MinCondition) => Err(no_minimiser(Criterion::MinCondition)),
-        Parameter::Criterion(_) | Parameter::Fixed(_) => Ok(()),
+fn has_least(spec: &FitSpec) -> Result<(), Faults> {
+    match spec.regularization.criterion() {
+        Some(Criterion::MinCondition) => Err(no_minimiser(Criterion::MinCondition)),
+        _ => Ok(()),
     }
 }

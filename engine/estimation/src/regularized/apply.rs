@@ -22,14 +22,13 @@ pub(crate) fn apply(context: &Context, warnings: &mut Vec<Warning>) -> Result<Ap
         return constrained::apply(context, warnings);
     }
     match &context.spec.regularization {
-        Regularization::None | Regularization::Spectral { .. } | Regularization::Ridge { .. } => {
-            spectral::apply(context, warnings)
-        }
         Regularization::TruncatedSvd { rank } => truncated::apply(context, *rank, warnings),
         Regularization::TruncatedSvdBy { criterion } => truncated::apply_by(context, *criterion, warnings),
         Regularization::JamesStein(asked) => shrink::james_stein(context, asked, warnings),
         Regularization::Attraction(asked) => shrink::attraction(context, asked, warnings),
         Regularization::Representative(asked) => representative::apply(context, asked, warnings),
         Regularization::Tikhonov(asked) => tikhonov::apply(context, asked, warnings),
+        // a rule on the eigenvalues: `Rule::requested`
+        _ => spectral::apply(context, warnings),
     }
 }

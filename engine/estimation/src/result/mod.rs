@@ -27,6 +27,7 @@ mod warning;
 mod warning_codes;
 mod warning_parts;
 
+pub use crate::spec::regularization::RegularizationKind;
 pub use accuracy::{Arithmetic, Numerics, PerturbationBounds, PerturbationReport};
 pub use collinearity::{Cause, CollinearityReport, ColumnCollinearity, NearDependency, OrthonormalBasis};
 pub use constraints::{ActivePlace, ConstraintReport, ConstraintsReport};
@@ -43,7 +44,7 @@ pub use positions::PositionsReport;
 pub use prediction::{Covariance, Predictions, Simultaneous, Slopes};
 pub use prior::{PriorConflict, PriorReport, UnequalNoise, UsedCorrection};
 pub use regularization::{
-    BiasReport, Choice, LambdaCurvePoint, NormLimitSource, RegularizationKind, RegularizationReport, RidgeTracePoint,
+    BiasReport, Choice, LambdaCurvePoint, NormLimitSource, RegularizationReport, RidgeTracePoint,
 };
 pub use representative::RepresentativeReport;
 pub use residuals::ResidualReport;

@@ -1,34 +1,7 @@
 //! Regularisation: its effect, the choices of its criteria, and its bias.
 
 use super::representative::RepresentativeReport;
-use crate::spec::{ChosenBy, Scheme};
-
-/// Type of the regularisation.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(
-    feature = "contract",
-    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
-    serde(rename_all = "snake_case"),
-    schema(as = RegularizationName)
-)]
-pub enum RegularizationKind {
-    /// Least squares as it is.
-    None,
-    /// The paper's matrix B (Eqs. 27–40).
-    Spectral,
-    /// Ridge regression.
-    Ridge,
-    /// A penalty on roughness.
-    Tikhonov,
-    /// Truncated singular value decomposition.
-    TruncatedSvd,
-    /// Shrinkage by a factor that the data give (James and Stein).
-    JamesStein,
-    /// Shrinkage towards a target.
-    Attraction,
-    /// The matrix B of a representative piece.
-    Representative,
-}
+use crate::spec::{ChosenBy, Scheme, regularization::RegularizationKind};
 
 /// The applied regularisation, and the choices of all criteria.
 ///

@@ -11,7 +11,7 @@ use super::{outcome::Along, rows::dot};
 use crate::{
     estimate::{Estimate, directions},
     factor::Factor,
-    result::{RegularizationKind, RegularizationReport},
+    result::RegularizationReport,
     spectrum::{ScaledColumns, Spectrum, caller_columns},
 };
 use flankfit_numerics::{cancel::Asking, triangular};
@@ -59,9 +59,8 @@ impl Spread {
         factor: &Factor,
         regularization: &RegularizationReport,
     ) -> Vec<Option<f64>> {
-        use RegularizationKind::{None as Plain, Ridge, Spectral, TruncatedSvd};
         let n = estimate.coefficients.len();
-        if matches!(regularization.kind, Plain | Spectral | Ridge | TruncatedSvd) {
+        if regularization.kind.filters_eigenvectors() {
             return self.filtered(n, Some(&regularization.filter_factors), spectrum, columns, factor);
         }
         let mut errors = self.filtered(n, None, spectrum, columns, factor);

@@ -13,7 +13,12 @@
 //!
 //! An eigenvalue already above λ* is left alone: Eq. 40 would lower it.
 
-use crate::spec::Scheme;
+use crate::{
+    error::FitError,
+    result::RegularizationKind,
+    spec::{Count, Regularization, Scheme},
+};
+use flankfit_numerics::{check::Faults, lanes::F64x4};
 
 /// Kind of filter, without its parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,6 +45,44 @@ pub(crate) struct Filtered {
 }
 
 impl Rule {
+    /// The rule that `regularization` requests for eigenvalues `lambda`, with its kind;
+    /// `auto` counts the eigenvalues above the condition limit.
+    pub(crate) fn requested(
+        regularization: &Regularization,
+        lambda: &[f64],
+    ) -> Result<(RegularizationKind, Self), FitError> {
+        match regularization {
+            // the other kinds choose with their own mathematics, in `regularized`
+            Regularization::None
+            | Regularization::Tikhonov(_)
+            | Regularization::TruncatedSvd { .. }
+            | Regularization::TruncatedSvdBy { .. }
+            | Regularization::JamesStein(_)
+            | Regularization::Attraction(_)
+            | Regularization::Representative(_) => Ok((RegularizationKind::None, Rule::None)),
+            Regularization::Ridge { .. } => Ok((RegularizationKind::Ridge, Rule::Ridge)),
+            Regularization::Spectral { scheme, count, condition_limit, .. } => {
+                let largest = lambda[lambda.len() - 1];
+                let count = match count {
+                    Count::Auto => {
+                        lambda.iter().filter(|l| largest / **l > *condition_limit).count().min(lambda.len() - 1)
+                    }
+                    Count::Given(count) => checked_count(*count, lambda.len())?,
+                };
+                Ok((RegularizationKind::Spectral, Rule::Spectral { scheme: *scheme, count }))
+            }
+        }
+    }
+
+    /// True if the rule is a penalty: it regularises every direction at every parameter, and the
+    /// parameter has no upper limit.
+    pub(crate) fn is_penalty(self) -> bool {
+        match self {
+            Rule::None | Rule::Spectral { .. } => false,
+            Rule::Ridge => true,
+        }
+    }
+
     /// The filter of direction `i` with eigenvalue `lambda` at λ* (or k) = `parameter`.
     #[inline(always)]
     pub(crate) fn at(self, i: usize, lambda: f64, parameter: f64) -> Filtered {
@@ -78,4 +121,52 @@ impl Rule {
             Rule::Spectral { scheme: Scheme::Exact, .. } => Some((parameter / lambda).sqrt() - 1.0),
         }
     }
+
+    /// (f, 1 − f, f′, f″) of four regularised eigenvalues at four parameters; derivatives are by
+    /// ln λ*.
+    #[inline(always)]
+    pub(super) fn at_four(self, lambda: F64x4, p: F64x4) -> (F64x4, F64x4, F64x4, F64x4) {
+        match self {
+            Rule::None => (F64x4::ONE, F64x4::ZERO, F64x4::ZERO, F64x4::ZERO),
+            Rule::Ridge => {
+                let inverse = (lambda + p).reciprocal();
+                let (f, g) = (lambda * inverse, p * inverse);
+                let slope = -(f * g);
+                (f, g, slope, slope * (f - g))
+            }
+            Rule::Spectral { scheme: Scheme::FirstOrder, .. } => {
+                let inverse = (lambda + p).reciprocal();
+                let (f, g) = (lambda * inverse, p * inverse);
+                let slope = f * g * -2.0;
+                (f * 2.0, g - f, slope, slope * (f - g))
+            }
+            Rule::Spectral { scheme: Scheme::Exact, .. } => {
+                let f = (lambda * p.reciprocal()).square_root();
+                (f, F64x4::ONE - f, f * -0.5, f * 0.25)
+            }
+        }
+    }
+
+    /// Derivative of 1 − f by ln λ* of a regularised direction.
+    pub(super) fn rise(self, Filtered { factor: f, removed: g, .. }: Filtered) -> f64 {
+        match self {
+            Rule::Spectral { scheme: Scheme::FirstOrder, .. } => f * (1.0 - 0.5 * f),
+            Rule::Spectral { scheme: Scheme::Exact, .. } => 0.5 * f,
+            Rule::Ridge | Rule::None => f * g,
+        }
+    }
+}
+
+/// A number of eigenvalues to be regularised, out of `all`.
+pub(crate) fn checked_count(count: usize, all: usize) -> Result<usize, Faults> {
+    if count < all {
+        return Ok(count);
+    }
+    Err(Faults::one(
+        "regularization.count",
+        format_args!(
+            "{count} of {all} eigenvalues: the largest one cannot be regularised, so at most {}",
+            all.saturating_sub(1)
+        ),
+    ))
 }

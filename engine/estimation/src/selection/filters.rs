@@ -11,9 +11,8 @@ use super::{
 use crate::{
     error::FitError,
     result::{Choice, LambdaCurvePoint, RegularizationKind, Warning},
-    spec::{ChosenBy, Count, Criterion, Parameter, Regularization, Scheme},
+    spec::{ChosenBy, Criterion, Parameter, Regularization, Scheme},
 };
-use flankfit_numerics::check::Faults;
 
 /// The rule that is applied, and its parameter.
 pub(crate) struct SelectedFilter {
@@ -28,46 +27,6 @@ impl SelectedFilter {
     pub(crate) fn parameter(&self) -> f64 {
         self.selection.answer.map_or(0.0, |chosen| chosen.lambda_star)
     }
-}
-
-/// The requested rule, with its parameter; `auto` counts the eigenvalues above the condition limit.
-pub(crate) fn rule(
-    regularization: &Regularization,
-    lambda: &[f64],
-) -> Result<(RegularizationKind, Rule, Option<Parameter>), FitError> {
-    match regularization {
-        // the other kinds choose with their own mathematics, in `regularized`
-        Regularization::None
-        | Regularization::Tikhonov(_)
-        | Regularization::TruncatedSvd { .. }
-        | Regularization::TruncatedSvdBy { .. }
-        | Regularization::JamesStein(_)
-        | Regularization::Attraction(_)
-        | Regularization::Representative(_) => Ok((RegularizationKind::None, Rule::None, None)),
-        Regularization::Ridge { parameter } => Ok((RegularizationKind::Ridge, Rule::Ridge, Some(*parameter))),
-        Regularization::Spectral { scheme, count, condition_limit, lambda_star } => {
-            let largest = lambda[lambda.len() - 1];
-            let count = match count {
-                Count::Auto => lambda.iter().filter(|l| largest / **l > *condition_limit).count().min(lambda.len() - 1),
-                Count::Given(count) => checked_count(*count, lambda.len())?,
-            };
-            Ok((RegularizationKind::Spectral, Rule::Spectral { scheme: *scheme, count }, Some(*lambda_star)))
-        }
-    }
-}
-
-/// A number of eigenvalues to be regularised, out of `all`.
-pub(crate) fn checked_count(count: usize, all: usize) -> Result<usize, Faults> {
-    if count < all {
-        return Ok(count);
-    }
-    Err(Faults::one(
-        "regularization.count",
-        format_args!(
-            "{count} of {all} eigenvalues: the largest one cannot be regularised, so at most {}",
-            all.saturating_sub(1)
-        ),
-    ))
 }
 
 /// Input of a choice.
@@ -96,8 +55,8 @@ pub(crate) fn decide(
     warnings: &mut Vec<Warning>,
 ) -> Result<SelectedFilter, FitError> {
     let FilterRequest { regularization, weight, curve: want_curve } = *asked;
-    let (kind, rule, parameter) = rule(regularization, problem.lambda)?;
-    let Some(parameter) = parameter else {
+    let (kind, rule) = Rule::requested(regularization, problem.lambda)?;
+    let Some(parameter) = regularization.parameter() else {
         if want_curve {
             warnings.push(Warning::NoLambda);
         }
@@ -222,6 +181,6 @@ fn figures(
 pub(crate) fn scheme_and_count(rule: Rule) -> (Option<Scheme>, Option<usize>) {
     match rule {
         Rule::Spectral { scheme, count } => (Some(scheme), Some(count)),
-        Rule::None | Rule::Ridge => (None, None),
+        _ => (None, None),
     }
 }

@@ -14,7 +14,6 @@
 use std::ops::Range;
 
 use super::{filter::Rule, spectral::Spectral};
-use crate::spec::Scheme;
 
 /// The likelihood of parameters of one rule.
 pub(super) struct Likelihood<'a> {
@@ -41,12 +40,7 @@ impl<'a> Likelihood<'a> {
         for i in self.penalised.clone() {
             let (lambda, square) = (self.problem.lambda[i], self.problem.square(i));
             let filtered = self.rule.at(i, lambda, parameter);
-            let (f, g) = (filtered.factor, filtered.removed);
-            let rise = match self.rule {
-                Rule::Spectral { scheme: Scheme::FirstOrder, .. } => f * (1.0 - 0.5 * f),
-                Rule::Spectral { scheme: Scheme::Exact, .. } => 0.5 * f,
-                Rule::Ridge | Rule::None => f * g,
-            };
+            let (g, rise) = (filtered.removed, self.rule.rise(filtered));
             sum += g * lambda * square;
             slope += rise * lambda * square;
             logarithms += g.ln();

@@ -13,7 +13,7 @@ pub(super) mod selector;
 mod spectral;
 
 pub(crate) use blockwise::{Block, Blockwise, left_out, moved_by};
-pub(crate) use filter::{Filtered, Rule};
+pub(crate) use filter::{Filtered, Rule, checked_count};
 pub(crate) use g_prior::g_prior;
 pub(crate) use nodewise::{LeftOut, Nodewise};
 pub(crate) use search::{Chosen, Place, Search, Unavailable, range};

@@ -67,14 +67,11 @@ pub(crate) enum Unavailable {
     NoMinimiser,
 }
 
-/// Range in which λ* is searched: [λ₁, λₙ], and for ridge [1e-8 λ₁, 1e4 λₙ].
+/// Range in which λ* is searched: [λ₁, λₙ], and for penalties [1e-8 λ₁, 1e4 λₙ].
 pub(crate) fn range(problem: &Spectral, rule: Rule) -> [f64; 2] {
     let low = problem.lambda.iter().copied().find(|l| *l > 0.0).unwrap_or(1.0);
     let high = problem.lambda.last().copied().unwrap_or(1.0).max(low);
-    match rule {
-        Rule::Ridge => [1e-8 * low, 1e4 * high],
-        _ => [low, high],
-    }
+    if rule.is_penalty() { [1e-8 * low, 1e4 * high] } else { [low, high] }
 }
 
 /// λ* by least condition, closed form (mathematics in docs/explanation/mathematics.md): for `1 ≤ L
@@ -152,7 +149,7 @@ impl<'a> Search<'a> {
     /// Returns λ* from its logarithm. The range of spectral schemes is their whole parameter range,
     /// not a limit of the search.
     fn chosen(&self, (x, place): (f64, Place)) -> Chosen {
-        let place = if self.rule == Rule::Ridge { place } else { Place::Inside };
+        let place = if self.rule.is_penalty() { place } else { Place::Inside };
         Chosen { lambda_star: x.exp(), interval: None, place }
     }
 

@@ -4,7 +4,6 @@
 use std::ops::Range;
 
 use super::filter::Rule;
-use crate::spec::Scheme;
 use flankfit_numerics::{
     lanes::{F64x4, LANES, Lanes},
     with_fma,
@@ -152,13 +151,12 @@ impl<'a> Spectral<'a> {
 
     /// Directions that `rule` touches at `parameter`.
     fn touched(&self, rule: Rule, parameter: f64) -> Range<usize> {
-        match rule {
-            Rule::None => self.first..self.first,
-            Rule::Ridge => self.first..self.lambda.len(),
-            Rule::Spectral { count, .. } => {
-                self.first..self.lambda[..count].partition_point(|l| *l < parameter).max(self.first)
-            }
-        }
+        let end = match rule {
+            Rule::Spectral { count, .. } => self.lambda[..count].partition_point(|l| *l < parameter).max(self.first),
+            _ if rule.is_penalty() => self.lambda.len(),
+            _ => self.first,
+        };
+        self.first..end
     }
 
     /// The sums at λ* (or k) = `parameter`.
@@ -250,39 +248,12 @@ with_fma! {
 /// The sums over blocks of directions for the parameters `p`.
 #[inline(always)]
 fn carried(rule: Rule, blocks: impl Iterator<Item = Block>, p: F64x4) -> [F64x4; CARRIED] {
-    match rule {
-        Rule::None => [F64x4::ZERO; CARRIED],
-        Rule::Ridge => gather(blocks, |lambda| {
-            let inverse = (lambda + p).reciprocal();
-            let (f, g) = (lambda * inverse, p * inverse);
-            let slope = -(f * g);
-            (f, g, slope, slope * (f - g))
-        }),
-        Rule::Spectral { scheme: Scheme::FirstOrder, .. } => gather(blocks, |lambda| {
-            let inverse = (lambda + p).reciprocal();
-            let (f, g) = (lambda * inverse, p * inverse);
-            let slope = f * g * -2.0;
-            (f * 2.0, g - f, slope, slope * (f - g))
-        }),
-        Rule::Spectral { scheme: Scheme::Exact, .. } => gather(blocks, |lambda| {
-            let f = (lambda * p.reciprocal()).square_root();
-            (f, F64x4::ONE - f, f * -0.5, f * 0.25)
-        }),
-    }
-}
-
-/// Sums over blocks of directions; `filter` returns (f, 1 − f, f′, f″) for four eigenvalues.
-#[inline(always)]
-fn gather(
-    blocks: impl Iterator<Item = Block>,
-    filter: impl Fn(F64x4) -> (F64x4, F64x4, F64x4, F64x4),
-) -> [F64x4; CARRIED] {
     let mut sums = [F64x4::ZERO; CARRIED];
     for block in blocks {
         let lambda = F64x4::new(block.lambda);
         let (square, noise) = (F64x4::new(block.square), F64x4::new(block.noise));
         let (real, ones) = (F64x4::new(block.real), F64x4::new(block.ones));
-        let (f, g, slope, bend) = filter(lambda);
+        let (f, g, slope, bend) = rule.at_four(lambda, p);
         let shown = lambda * square;
         let slope2 = slope * slope;
         let (shown_g, square_f, square_g) = (shown * g, square * f, square * g);
@@ -304,6 +275,7 @@ fn gather(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::spec::Scheme;
 
     const LAMBDA: [f64; 6] = [1e-6, 3e-5, 2e-3, 0.1, 0.7, 2.0];
     const A: [f64; 6] = [30.0, -4.0, 0.5, 1.5, -2.0, 0.3];

@@ -18,7 +18,7 @@ mod model;
 mod node_at;
 mod predict;
 mod prior;
-mod regularization;
+pub(crate) mod regularization;
 mod representative;
 mod scheme;
 mod select;

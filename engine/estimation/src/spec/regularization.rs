@@ -97,22 +97,63 @@ pub enum Regularization {
 }
 
 impl Regularization {
-    /// The criterion that chooses its parameter, where one does.
-    pub fn criterion(&self) -> Option<Criterion> {
-        let parameter = match self {
-            Regularization::Spectral { lambda_star, .. } => lambda_star,
-            Regularization::Ridge { parameter } => parameter,
-            Regularization::Tikhonov(Tikhonov { parameter, .. }) => parameter,
-            Regularization::Attraction(Attraction { parameter, .. }) => parameter,
-            Regularization::TruncatedSvdBy { criterion } => return Some(*criterion),
+    /// The parameter, if it has one.
+    pub(crate) fn parameter(&self) -> Option<Parameter> {
+        match self {
+            Regularization::Spectral { lambda_star: parameter, .. }
+            | Regularization::Ridge { parameter }
+            | Regularization::Tikhonov(Tikhonov { parameter, .. })
+            | Regularization::Attraction(Attraction { parameter, .. }) => Some(*parameter),
+            Regularization::TruncatedSvdBy { criterion } => Some(Parameter::Criterion(*criterion)),
             Regularization::None
             | Regularization::TruncatedSvd { .. }
             | Regularization::JamesStein(_)
-            | Regularization::Representative(_) => return None,
-        };
-        match parameter {
-            Parameter::Criterion(criterion) => Some(*criterion),
+            | Regularization::Representative(_) => None,
+        }
+    }
+
+    /// The criterion that chooses its parameter, where one does.
+    pub fn criterion(&self) -> Option<Criterion> {
+        match self.parameter()? {
+            Parameter::Criterion(criterion) => Some(criterion),
             Parameter::Fixed(_) => None,
+        }
+    }
+}
+
+/// Type of the regularisation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(rename_all = "snake_case"),
+    schema(as = RegularizationName)
+)]
+pub enum RegularizationKind {
+    /// Least squares as it is.
+    None,
+    /// The paper's matrix B (Eqs. 27–40).
+    Spectral,
+    /// Ridge regression.
+    Ridge,
+    /// A penalty on roughness.
+    Tikhonov,
+    /// Truncated singular value decomposition.
+    TruncatedSvd,
+    /// Shrinkage by a factor that the data give (James and Stein).
+    JamesStein,
+    /// Shrinkage towards a target.
+    Attraction,
+    /// The matrix B of a representative piece.
+    Representative,
+}
+
+impl RegularizationKind {
+    /// True if each direction of the estimate is an eigenvector of the Fisher information matrix.
+    pub(crate) fn filters_eigenvectors(self) -> bool {
+        match self {
+            Self::None | Self::Spectral | Self::Ridge | Self::TruncatedSvd => true,
+            Self::Tikhonov | Self::JamesStein | Self::Attraction | Self::Representative => false,
         }
     }
 }
