@@ -42,6 +42,7 @@ pub mod real;
 pub mod root;
 mod rows;
 mod scalar_product;
+mod shared;
 pub mod sums;
 pub mod symmetric;
 pub mod triangular;
@@ -51,6 +52,7 @@ pub mod words;
 
 pub use dispatch::fma;
 pub use scalar_product::{dot, length};
+pub use shared::Shared;
 
 pub use banded::{Banded, BandedLu, Singular};
 pub use dd::Dd;

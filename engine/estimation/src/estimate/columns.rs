@@ -14,7 +14,7 @@ use crate::{
     spec::{FitSpec, Scaling},
     spectrum::{Directions, ScaledColumns, caller_columns},
 };
-use flankfit_numerics::Dd;
+use flankfit_numerics::{Dd, Shared};
 
 /// The caller's columns in Q's coordinates, scaled and analysed.
 pub(crate) struct Frame {
@@ -23,7 +23,7 @@ pub(crate) struct Frame {
     pub directions: Directions,
     /// The same on columns of unit length, where `columns` are scaled otherwise.
     pub unit: Option<(ScaledColumns, Directions)>,
-    pub collinearity: Arc<CollinearityReport>,
+    pub collinearity: Arc<Shared<CollinearityReport>>,
     /// Warnings about the columns.
     pub warnings: Vec<Warning>,
 }
@@ -59,6 +59,6 @@ impl Frame {
             &mut warnings,
         );
         let collinearity = finite::checked_collinearity(collinearity, &mut warnings)?;
-        Ok(Frame { caller, columns, directions, unit, collinearity: Arc::new(collinearity), warnings })
+        Ok(Frame { caller, columns, directions, unit, collinearity: Arc::new(collinearity.into()), warnings })
     }
 }

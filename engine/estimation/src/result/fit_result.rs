@@ -25,6 +25,7 @@ use super::{
     warning::Warning,
 };
 use crate::spec::{Domain, Piece};
+use flankfit_numerics::Shared;
 
 /// The answer to a fit.
 #[derive(Clone, Debug, PartialEq)]
@@ -46,7 +47,7 @@ pub struct FitResult {
     pub bias: BiasReport,
     /// Dependencies between the columns.
     #[cfg_attr(feature = "contract", schema(value_type = CollinearityReport))]
-    pub collinearity: Arc<CollinearityReport>,
+    pub collinearity: Arc<Shared<CollinearityReport>>,
     /// Present when `node_uncertainty` was given.
     pub perturbation: Option<PerturbationReport>,
     /// Residuals of the fitted function.
