@@ -28,9 +28,8 @@ pub(super) struct Legendre {
     condition: Option<f64>,
     /// The unit-length columns in Q's coordinates, upper triangular; `None` if they are not needed.
     columns: Option<DMatrix<f64>>,
-    /// Phrases that name the caller's basis and the terms of the model.
+    /// Phrase that names the caller's basis.
     place: &'static str,
-    terms: String,
 }
 
 impl Legendre {
@@ -63,7 +62,7 @@ impl Legendre {
             }
         };
         let finite = columns.as_ref().is_none_or(|columns| columns.iter().all(|x| x.is_finite()));
-        finite.then(|| Legendre { condition, columns, place: place(u), terms: terms(design) })
+        finite.then(|| Legendre { condition, columns, place: place(u) })
     }
 
     /// Returns the part of the answer that describes this basis.
@@ -89,14 +88,10 @@ impl Legendre {
 
     /// Returns the phrases for a dependency caused by the basis: the basis it occurs in, and the
     /// consequence.
-    pub(super) fn consolation(&self) -> (&'static str, String) {
-        let follows = match self.condition.filter(|_| self.is_well_conditioned()) {
-            Some(condition) => format!(
-                "): over these nodes every term {} can be determined (condition {condition:.1} in Legendre's basis), \
-                 so the fitted function and figures made from it are not affected",
-                self.terms
-            ),
-            None => "): in Legendre's basis this dependency goes away, others stay".to_owned(),
+    pub(super) fn consolation(&self) -> (&'static str, &'static str) {
+        let follows = match self.is_well_conditioned() {
+            true => "): the fitted function and figures made from it are not affected",
+            false => "): in Legendre's basis this dependency goes away, others stay",
         };
         (self.place, follows)
     }
@@ -136,18 +131,4 @@ fn condition(columns: &DMatrix<f64>) -> Option<f64> {
     let sigma = jacobi::svd(columns.clone())?.sigma;
     let (low, high) = (*sigma.first()?, *sigma.last()?);
     (low > f64::EPSILON * columns.ncols() as f64 * high).then(|| (high / low).powi(2))
-}
-
-/// `of degree 2`, `of degrees 3 and 2`, `of the model`.
-fn terms(design: &Design) -> String {
-    let most = |of: fn(&(usize, usize)) -> usize| design.terms.iter().map(of).max().unwrap_or(0);
-    let (p, q) = (most(|term| term.0), most(|term| term.1));
-    let surface = design.domain.is_some_and(|domain| domain.v.is_some());
-    let total = p == q && design.size() == (p + 1) * (p + 2) / 2;
-    match surface {
-        false => format!("of degree {p}"),
-        true if p == q && (total || design.is_full_product()) => format!("of degree {p}"),
-        true if design.is_full_product() => format!("of degrees {p} and {q}"),
-        true => "of the model".to_owned(),
-    }
 }

@@ -17,7 +17,7 @@ pub(super) fn sentence(
     r_squared: Option<f64>,
     index: Option<f64>,
     pair: Option<f64>,
-    consolation: Option<(&str, String)>,
+    consolation: Option<(&str, &str)>,
 ) -> String {
     // as many digits as it takes to see the difference from 1
     let near_one = |x: f64| {
@@ -26,7 +26,7 @@ pub(super) fn sentence(
         (x * unit).round() / unit
     };
     let mut text = String::with_capacity(192);
-    let place = consolation.as_ref().map_or(" over these nodes", |(place, _)| place);
+    let place = consolation.map_or(" over these nodes", |(place, _)| place);
     let ends = match (names, cosine, r_squared) {
         ([a, b], Some(cosine), _) => {
             let parallel = if cosine < 0.0 { "opposite" } else { "parallel" };
@@ -64,7 +64,7 @@ pub(super) fn sentence(
         ([], _, _) => return text,
     };
     append_index(&mut text, index);
-    text.push_str(consolation.as_ref().map_or(ends, |(_, follows)| follows));
+    text.push_str(consolation.map_or(ends, |(_, follows)| follows));
     if let (Some(cosine), [a, b, ..]) = (pair, names) {
         for part in ["; of them ", a, " and ", b, " alone have cos = "] {
             text.push_str(part);
