@@ -5,6 +5,8 @@
 
 use std::{collections::HashSet, ops::Range};
 
+use memchr::memmem;
+
 use super::{
     cursor::{Cursor, Syntax, Token},
     location::Location,
@@ -18,6 +20,9 @@ const AT: &[u8] = b",\"at\":\"";
 /// Returns the answer with every warning of its parts in its outermost `warnings`, each with `at`,
 /// the JSON Pointer of the part. The list is added if there are such warnings and it is missing.
 pub fn gathered(answer: Vec<u8>) -> Vec<u8> {
+    if memmem::find(&answer, br#""warnings":[{"#).is_none() {
+        return answer;
+    }
     let mut scan = Scan::default();
     if scan.value(&mut Cursor::new(&answer), &Location::Root).is_err() {
         return answer;

@@ -4,6 +4,7 @@
 //! over byte for byte. The text is the one that serde writes: no white space, shortest numbers that
 //! read back as the same double.
 
+use memchr::memmem;
 use serde::Serialize;
 use serde_json::ser::Serializer;
 
@@ -23,7 +24,7 @@ pub enum Unwritable {
 
 /// The text that serde writes of an answer, if every number in it is finite.
 pub fn whole(answer: &impl Serialize) -> Result<Vec<u8>, Unwritable> {
-    let mut json = Json::with_capacity(8 << 10);
+    let mut json = Json::with_capacity(16 << 10);
     json.serde(answer);
     json.finish()
 }
@@ -87,13 +88,14 @@ impl Json {
     }
 
     fn serde(&mut self, value: &impl Serialize) {
-        let mut fields = NullFields::new(false);
-        let written = value.serialize(&mut Serializer::with_formatter(&mut self.text, &mut fields));
+        let start = self.text.len();
+        let written = serde_json::to_writer(&mut self.text, value);
         self.broken = self.broken.take().or_else(|| written.err().map(|error| error.to_string()));
-        if fields.culprit.is_some() {
-            fields = NullFields::new(true);
-            let _same = value.serialize(&mut Serializer::with_formatter(std::io::sink(), &mut fields));
+        if memmem::find(&self.text[start..], b"null").is_none() {
+            return;
         }
+        let mut fields = NullFields::default();
+        let _same = value.serialize(&mut Serializer::with_formatter(std::io::sink(), &mut fields));
         if let Some(culprit) = fields.culprit {
             self.finite = false;
             self.culprit.get_or_insert_with(|| if culprit.is_empty() { self.field.to_owned() } else { culprit });
