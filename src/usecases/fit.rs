@@ -17,7 +17,7 @@ use crate::{
             reader, service,
             spec::include::{self, IncludeName},
         },
-        gears::fit_figures,
+        gears::fit_figures::OfFlank,
         jobs::{
             fits::{self, ReplayBody},
             iteration_requests::Why,
@@ -29,7 +29,7 @@ use crate::{
 };
 use flankfit_engine::estimation::{FitSpec, Nodes, Plans, spec::Earlier};
 
-/// A fit of stored nodes, computed unless it depends on the job.
+/// A fit of stored nodes, computed unless it needs other iterations of the job.
 pub enum Refit<T> {
     Made(T, WithPermit<Nodes>),
     Waiting(WithPermit<Nodes>, Box<FitSpec>),
@@ -39,13 +39,14 @@ pub enum Refit<T> {
 pub fn refitted(
     text: &[u8],
     nodes: WithPermit<Nodes>,
+    on: Option<&OfFlank>,
     plans: &Plans,
 ) -> Result<(Refit<Computed>, Option<String>), Problem> {
     let (spec, why) = reader::read_refit::<Why>(text)?;
-    let refit = if prior::waits(&spec) || fit_figures::may_be_told(&nodes) {
+    let refit = if prior::waits(&spec) {
         Refit::Waiting(nodes, Box::new(spec))
     } else {
-        Refit::Made(fits::compute(&nodes, &spec, plans)?, nodes)
+        Refit::Made(fits::compute_on(&nodes, &spec, plans, on)?, nodes)
     };
     Ok((refit, why.reason.map(String::from)))
 }

@@ -12,7 +12,7 @@ use super::{
 };
 use crate::{
     api::{
-        gears::{correction::applied::AppliedRequestBody, fit_figures},
+        gears::{correction::applied::AppliedRequestBody, fit_figures::OfFlank},
         jobs::{
             amendments, fits,
             iteration_requests::{Measurement, MeasurementDetailsBody},
@@ -22,11 +22,11 @@ use crate::{
         problem::Problem,
         tables::kept::SentMapping,
     },
-    jobs::{Computed, IterationDraft, KeptMapping, Keyed, Measurand, NewIteration, Stored},
+    jobs::{Computed, IterationDraft, Job, KeptMapping, Keyed, Measurand, NewIteration, Stored},
 };
 use flankfit_engine::estimation::{FitSpec, Nodes, Plans};
 
-/// A measurement that has been read, and fitted unless the fit depends on the job.
+/// A measurement that has been read, and fitted unless the fit needs other iterations.
 pub struct Measured {
     fit: Fit,
     /// Changes that were entered on the machine before the measurement.
@@ -36,7 +36,7 @@ pub struct Measured {
 
 enum Fit {
     Made(Box<IterationDraft>),
-    /// The fit needs the gear, earlier iterations or another fit of the job.
+    /// The fit needs earlier iterations or another fit of the job.
     Waiting(Box<Waiting>),
 }
 
@@ -47,12 +47,14 @@ struct Waiting {
     details: MeasurementDetailsBody,
 }
 
-/// Checks a measurement and fits its nodes if the fit does not depend on the job. Processor work.
+/// Checks a measurement of a job and fits its nodes, unless the fit needs other iterations. Processor
+/// work.
 pub fn measured(
     nodes: Nodes,
     spec: FitSpec,
     mut measurement: Measurement,
     mapping: Option<SentMapping>,
+    job: &Job,
     plans: &Plans,
 ) -> Result<Measured, Problem> {
     let applied = measurement.applied.take();
@@ -60,10 +62,10 @@ pub fn measured(
     let Measurement { measurand, accept_units, details, applied: _ } = measurement;
     let mut measurand = measurand.checked(Some(&nodes)).map_err(Problem::invalid)?;
     measurand.accept_units = accept_units.unwrap_or(false);
-    let fit = if prior::waits(&spec) || fit_figures::may_be_told(&nodes) {
+    let fit = if prior::waits(&spec) {
         Fit::Waiting(Box::new(Waiting { nodes, spec, measurand, details }))
     } else {
-        let computed = fits::compute(&nodes, &spec, plans)?;
+        let computed = fits::compute_on(&nodes, &spec, plans, OfFlank::of(job, &measurand).as_ref())?;
         Fit::Made(Box::new(draft(nodes, measurand, details, computed)?))
     };
     Ok(Measured { fit, applied, mapping })

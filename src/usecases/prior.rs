@@ -17,7 +17,7 @@ use crate::{
         faults::Faults,
         gears::{
             correction::{applied, predicted},
-            fit_figures::{self, OfFlank},
+            fit_figures::OfFlank,
         },
         jobs::fits,
         problem::Problem,
@@ -252,10 +252,7 @@ pub async fn compute(
     of: &Measurand,
     fitted: (WithPermit<Nodes>, FitSpec),
 ) -> Result<(Computed, WithPermit<Nodes>), Problem> {
-    let on = match fit_figures::may_be_told(&fitted.0) {
-        true => OfFlank::of(&context.jobs.job(job).await?, of),
-        false => None,
-    };
+    let on = OfFlank::of(&context.jobs.job(job).await?, of);
     let work = move |nodes: &Nodes, spec: &FitSpec, plans: &Plans| fits::compute_on(nodes, spec, plans, on.as_ref());
     compute_by(context, job, iteration, of, fitted, work).await
 }

@@ -79,10 +79,10 @@ async fn create_iteration(
 ) -> Result<Response, Problem> {
     let scope = format!("POST /v1/jobs/{job}/iterations");
     idempotent(state, key, scope, payload, move |state, payload, key| async move {
-        state.jobs.check_exists(job).await?;
+        let of = state.jobs.job(job).await?;
         let plans = state.plans.clone();
         let work = move |nodes, spec, measurement: Measurement, mapping| {
-            iterate::measured(nodes, spec, measurement, mapping, &plans)
+            iterate::measured(nodes, spec, measurement, mapping, &of, &plans)
         };
         let measured = read_fit_and(&state, payload, work).await?;
         let keyed = key.map(|key| key.answered_by(created));

@@ -11,6 +11,7 @@ use super::{fits::json, iterations::present};
 use crate::{
     api::{
         fits::spec::include::IncludeName,
+        gears::fit_figures::OfFlank,
         jobs::{
             fits::{ReplayBody, ReplayRequest},
             iteration_requests::{ChosenFitBody, RefitRequest},
@@ -72,8 +73,10 @@ async fn create_iteration_fit(
     let place = format!("/v1/jobs/{job}/iterations/{number}");
     idempotent(state, key, format!("POST {place}/fits"), payload, move |state, payload, key| async move {
         let nodes = nodes::stored(state.context(), job, number).await?;
+        let measurand = state.jobs.measurand(job, number).await?;
+        let on = OfFlank::of(&state.jobs.job(job).await?, &measurand);
         let plans = state.plans.clone();
-        let refit = read_json(&state, payload, move |text| fit::refitted(text, nodes, &plans)).await?;
+        let refit = read_json(&state, payload, move |text| fit::refitted(text, nodes, on.as_ref(), &plans)).await?;
         let answer = move |fit: &NewFit, stored: Stored| created(&place, fit, stored);
         let keyed = key.map(|key| key.answered_by(answer.clone()));
         let (fit, stored) = fit::add(state.context(), (job, number), refit, keyed).await?;
