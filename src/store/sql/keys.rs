@@ -119,6 +119,16 @@ impl Keys {
         self.claimed.insert(OwnedKey::of(tenant, receipt), Some(kept));
     }
 
+    /// Keeps no response of a tenant for which `of` is true, given what the response is about and when
+    /// it was made.
+    pub fn forget(&mut self, tenant: &Tenant, of: impl Fn(Option<Uuid>, Timestamp) -> bool) {
+        for (key, kept) in &mut self.claimed {
+            if key.tenant == tenant.as_str() && kept.as_ref().is_some_and(|kept| of(kept.about, kept.now)) {
+                *kept = None;
+            }
+        }
+    }
+
     /// Writes the responses and gives the other claims back.
     pub async fn write(&mut self, db: &mut Db) -> Result<(), sqlx::Error> {
         let claimed = std::mem::take(&mut self.claimed);

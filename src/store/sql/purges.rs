@@ -28,6 +28,7 @@ async fn purge(tx: &mut Tx<'_>, purge: &Purge, job: Job) -> Outcome<u64> {
         args![tenant, job.id, job.created_at],
     )
     .await?;
+    let streams: Vec<(Uuid,)> = db.all("SELECT id FROM streams WHERE job = $1", args![job.id]).await?;
     db.run("INSERT INTO purges (job, at, reason) VALUES ($1, $2, $3)", args![job.id, purge.at, &purge.reason]).await?;
     db.run(
         "UPDATE jobs SET version = $1, updated_at = $2 WHERE id = $3",
@@ -46,6 +47,10 @@ async fn purge(tx: &mut Tx<'_>, purge: &Purge, job: Job) -> Outcome<u64> {
     }
     entry.note_digest("left".to_owned(), fields.digest());
     tx.enter(entry);
+    // those of the same transaction are not in the table yet
+    tx.session.keys.forget(tenant, |about, at| {
+        about == Some(job.id) || streams.iter().any(|(stream,)| about == Some(*stream)) || at == job.created_at
+    });
     Ok(after.version)
 }
 

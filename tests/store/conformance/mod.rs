@@ -142,6 +142,7 @@ conformance! {
             a_purged_job_keeps_its_numbers_and_no_more,
             a_purge_is_done_once,
             a_purge_removes_the_answers_about_its_job_alone,
+            a_purge_removes_the_answers_of_its_own_transaction,
             a_purge_comes_before_or_after_each_writer,
             of_two_purges_one_is_told_of_the_other,
             the_trace_loses_only_what_a_purge_takes,

@@ -254,6 +254,28 @@ pub async fn a_purge_removes_the_answers_about_its_job_alone(pair: &mut Pair) {
     assert_eq!(kept, [false, false, true]);
 }
 
+/// A response that is stored in the same transaction as the purge of its job goes with it.
+pub async fn a_purge_removes_the_answers_of_its_own_transaction(pair: &mut Pair) {
+    let (store, place) = (pair.store.clone(), pair.values.clone());
+    for _ in 0..16 {
+        let (job, busy) = (place.stored_job(&store).await.id, place.stored_job(&store).await.id);
+        let (stream, block) = (Arc::new(place.stream(job)), Arc::new(place.stream(job)));
+        store.insert_stream(block.clone(), None).await.unwrap();
+        let scopes = ["streams", "nodes"].map(|end| format!("POST /v1/jobs/{job}/{end}"));
+        // the first write keeps the writer busy, so that those after it make one group
+        let (first, ..) = tokio::join!(
+            store.insert_iteration(place.iteration(busy), None),
+            store.insert_stream(stream, telling("k", scopes[0].clone())),
+            store.insert_block(place.block(block.id, 1), telling("k", scopes[1].clone())),
+            store.purge_job(purge_of(&place, job), None),
+        );
+        first.unwrap();
+        for scope in scopes {
+            assert!(store.answer("k".to_owned(), scope.clone()).await.unwrap().is_none(), "{scope}");
+        }
+    }
+}
+
 /// Each of many writers comes before the purge, or is refused; nothing is half done.
 pub async fn a_purge_comes_before_or_after_each_writer(pair: &mut Pair) {
     let (store, place) = (pair.store.clone(), pair.values.clone());
