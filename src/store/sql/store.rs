@@ -142,9 +142,9 @@ impl Upkeep for SqlStore {
 
     fn close(&self) -> Pin<Box<dyn Future<Output = ()> + Send + '_>> {
         Box::pin(async {
-            self.0.readers.close().await;
-            self.0.aside.close().await;
-            join_all(self.0.queues.iter().map(Queue::close)).await;
+            // a reader that is still at work does not keep the writers from ending
+            let queues = join_all(self.0.queues.iter().map(Queue::close));
+            tokio::join!(queues, self.0.readers.close(), self.0.aside.close());
         })
     }
 }

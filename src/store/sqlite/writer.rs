@@ -7,7 +7,6 @@
 
 use std::{
     fs::File,
-    slice,
     time::{Duration, Instant},
 };
 
@@ -111,18 +110,30 @@ impl Writer {
         if self.misplaced { Err(Unfit::Misplaced) } else { Ok(()) }
     }
 
-    async fn serve(&mut self, mut group: Group) {
+    /// Runs a group, and if one of its writes is refused by the database, each alone.
+    async fn serve(&mut self, group: Group) {
+        let Some(group) = self.serve_together(group).await else { return };
+        for write in group {
+            // alone, a write is answered whatever happens
+            let _answered = self.serve_together(vec![write]).await;
+        }
+    }
+
+    /// Runs a group as one transaction; returns it where each of its writes is to be tried alone.
+    async fn serve_together(&mut self, mut group: Group) -> Option<Group> {
         let refuse = |group: Group, why| {
             group.into_iter().for_each(|write| write.end(Some(RepositoryError::Unfit(why))));
         };
         if let Err(why) = self.check_files() {
-            return refuse(group, why);
+            refuse(group, why);
+            return None;
         }
         let stored = self.transact(&mut group).await;
         if stored.is_ok()
             && let Err(why) = self.check_files()
         {
-            return refuse(group, why);
+            refuse(group, why);
+            return None;
         }
         if stored.is_ok() && group.iter().any(|write| write.request().erases) {
             self.erase().await;
@@ -131,16 +142,14 @@ impl Writer {
             Ok(()) => group.into_iter().for_each(|write| write.end(None)),
             Err(error) if group.len() > 1 && refuses(&error) => {
                 tracing::error!(%error, requests = group.len(), "a group of writes failed; trying each alone");
-                for mut write in group {
-                    let failed = self.transact(slice::from_mut(&mut write)).await.err();
-                    write.end(failed.map(|error| failure(&error)));
-                }
+                return Some(group);
             }
             Err(error) => {
                 tracing::error!(%error, requests = group.len(), "a transaction failed");
                 group.into_iter().for_each(|write| write.end(Some(failure(&error))));
             }
         }
+        None
     }
 
     /// Copies the log into the database and empties it: the pages in it are of before. A reader
