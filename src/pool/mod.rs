@@ -286,17 +286,19 @@ impl WorkPool {
 
     fn enqueue(&self, job: Box<dyn Job>) -> Result<(), PoolError> {
         let party = party();
+        // dropped after the lock is released, as the work that is refused: work may own anything
+        let abandoned;
         let mut state = self.shared.lock();
         if state.stopped {
             return Err(PoolError::Stopped);
         }
         if state.queue.is_full(&party) {
             // Requests that were given up (timeouts, lost connections) do not hold places.
-            for _skipped in 0..state.queue.retain(|job| !job.handle().is_cancelled()) {
+            abandoned = state.queue.remove(|job| job.handle().is_cancelled());
+            for _job in &abandoned {
                 telemetry::record_cancelled(reason(false), Duration::ZERO);
             }
             if state.queue.is_full(&party) {
-                // The work is dropped after the lock is released: it may own anything.
                 return Err(PoolError::Full);
             }
         }

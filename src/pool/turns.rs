@@ -69,12 +69,16 @@ impl<T> Turns<T> {
         self.forget();
     }
 
-    /// Removes waiting work that is not to be kept, and returns its number.
-    pub fn retain(&mut self, mut keep: impl FnMut(&T) -> bool) -> usize {
-        let before = self.len();
-        self.lanes.iter_mut().for_each(|lane| lane.waiting.retain(&mut keep));
+    /// Removes and returns the waiting work for which `gone` is true.
+    pub fn remove(&mut self, mut gone: impl FnMut(&T) -> bool) -> Vec<T> {
+        let mut removed = Vec::new();
+        for lane in &mut self.lanes {
+            let (out, kept): (VecDeque<T>, VecDeque<T>) = lane.waiting.drain(..).partition(&mut gone);
+            removed.extend(out);
+            lane.waiting = kept;
+        }
         self.forget();
-        before - self.len()
+        removed
     }
 
     /// Removes all waiting work.

@@ -3,7 +3,10 @@
 //! answers, and whether it may be answered with progress. Handlers read the values of parameters;
 //! where there are several media types they choose.
 
-use std::{collections::HashMap, sync::Arc};
+use std::{
+    collections::{HashMap, HashSet},
+    sync::Arc,
+};
 
 use axum::{
     extract::{MatchedPath, Query, Request, State},
@@ -165,11 +168,12 @@ impl Operation {
     fn check_query(&self, uri: &Uri) -> Result<(), Faults> {
         let mut faults = Faults::default();
         let Ok(Query(given)) = Query::<Vec<(String, String)>>::try_from_uri(uri) else { return Ok(()) };
-        for (i, (name, _)) in given.iter().enumerate() {
+        let mut before = HashSet::new();
+        for (name, _) in &given {
             let pointer = || format!("/{}", escape(name));
             if !self.parameters.contains(name) {
                 faults.push(pointer(), self.unknown());
-            } else if given[..i].iter().any(|(before, _)| before == name) {
+            } else if !before.insert(name) {
                 faults.push(pointer(), "the query parameter occurs twice; give it once");
             }
         }
