@@ -82,12 +82,12 @@ pub struct ServeSettings {
     #[arg(long, env = "FLANKFIT_QUEUE", default_value_t = 1024, value_parser = within(1..=bounds::MOST_WAITING))]
     pub queue: usize,
     /// Largest request body in bytes, counted after decompression.
-    #[arg(long, env = "FLANKFIT_BODY_LIMIT", default_value_t = 256 * 1024 * 1024,
+    #[arg(long, env = "FLANKFIT_BODY_LIMIT", default_value_t = 32 << 20,
         value_parser = within(bounds::LEAST_BODY..=bounds::MOST_BYTES))]
     pub body_limit: usize,
     /// Memory in bytes for all request bodies (as sent, decompressed and parsed) and unsent
-    /// responses together. Beyond it requests are answered 503, or 413 if one alone needs more.
-    #[arg(long, env = "FLANKFIT_BODY_MEMORY", default_value_t = 1 << 30,
+    /// responses together. Requests that exceed it are answered 503, or 413 if one alone needs more.
+    #[arg(long, env = "FLANKFIT_BODY_MEMORY", default_value_t = 768 << 20,
         value_parser = within(bounds::LEAST_MEMORY..=bounds::MOST_BYTES))]
     pub body_memory: usize,
     /// Seconds within which a request body must arrive, else 408.

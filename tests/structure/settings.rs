@@ -76,7 +76,7 @@ fn defaults_of_a_plant_stay() {
         ("--auth", "auto"),
         ("--api-keys-role", "engineer"),
         ("--max-connections", "4096"),
-        ("--body-memory", "1073741824"),
+        ("--body-memory", "805306368"),
         ("--write-timeout", "30"),
         ("--progress-timeout", "3600"),
         ("--tls-client-auth", "off"),

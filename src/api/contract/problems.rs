@@ -21,7 +21,7 @@ pub fn example(status: &str) -> Option<Value> {
         "409" => (Code::Conflict, "The job has iterations, which are kept for good."),
         "410" => (Code::Purged, "The job was purged; what it held is in its archive alone."),
         "412" => (Code::PreconditionFailed, "The resource is at version \"3\"; read it again before changing it."),
-        "413" => (Code::BodyTooLarge, "The body has more than 268435456 bytes."),
+        "413" => (Code::BodyTooLarge, "The body has more than 33554432 bytes."),
         "415" => (Code::UnsupportedMediaType, "The media type is text/plain; send application/json."),
         "421" => (Code::UnknownHost, "The header `Host` names a host that this server does not serve."),
         "422" => {
