@@ -18,7 +18,6 @@ pub mod jobs;
 pub mod json;
 pub mod measurand;
 pub mod page;
-pub mod params;
 pub mod problem;
 pub mod progress;
 pub mod shapes;

@@ -47,7 +47,7 @@ pub use file_error::{FileError, FilePosition};
 pub use gear_facts::{Datum, Difference, GearFacts};
 pub use gear_file::GearFile;
 pub use label::{Label, UtcTime};
-pub use note::{Note, NoteCode, Notes, Remark};
+pub use note::{Note, Notes, Remark};
 pub use obj::{NamedLine, NamedMesh};
 pub use pieces::Pieces;
 pub use quad_mesh::{Face, QuadMesh};

@@ -3,68 +3,55 @@
 use std::fmt;
 
 use super::{deviation::NoFoot, registration::Motion};
-use flankfit_numerics::words::{Shown, counted, listed};
+use flankfit_numerics::{
+    warnings,
+    words::{Shown, counted, listed},
+};
 
+warnings! {
 /// Something that the reader of a registration or of a correction must know.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-#[cfg_attr(feature = "contract", derive(serde::Serialize), serde(untagged))]
 pub enum Warning {
     /// A registration that did not converge.
     #[error("the motions still changed after {iterations} iterations")]
-    RegistrationNotConverged {
-        /// Number of iterations.
-        iterations: usize,
-    },
+    "registration_not_converged" => RegistrationNotConverged { iterations: usize },
     /// Rotation and axial shift of a helical gear, which are one motion.
     #[error(
         "rotation and axial_shift: a screw motion carries the flanks of a helical gear into themselves, and these \
          points do not tell the two apart. Positions along z (`z_mm`) depend on how their joint effect is split: \
          all of it is taken as rotation, the axial shift is left at 0, and neither has a standard error"
     )]
-    ScrewUndetermined,
+    "motions_indistinguishable" => ScrewUndetermined,
     /// The axial shift of a spur gear.
     #[error(
         "axial_shift: the flanks of a spur gear are the same along the axis, and these points do not tell it; it is \
          left at 0"
     )]
-    AxialShiftUndetermined,
+    "motions_indistinguishable" => AxialShiftUndetermined,
     /// Motions that depend on each other over the points.
     #[error(
         "{}: these points do not tell them apart; their joint effect is shared between them by minimum norm, and none \
          has a standard error", listed(.motions.iter().map(|motion| motion.name()))
     )]
-    MotionsIndistinguishable {
-        /// The motions.
-        motions: Vec<Motion>,
-    },
+    "motions_indistinguishable" => MotionsIndistinguishable { motions: Vec<Motion> },
     /// An axial shift that modifications alone tell, µm.
     #[error(
         "axial_shift: {} µm are determined by the modifications alone, which change along z; deviations of the same \
          shape do the same. Leave it out of the motions to have `z_mm` without it", tenth(*.shift_um)
     )]
-    AxialShiftByModification {
-        /// The shift.
-        shift_um: f64,
-    },
+    "axial_shift_by_modification" => AxialShiftByModification { shift_um: f64 },
     /// An axial shift that takes up a rotation.
     #[error(
         "axial_shift: {} µm do to the flanks of this helical gear what a rotation by {} µrad does, and rotation is \
          not free: free it, alone or with the axial shift, if the part may be turned", tenth(*.shift_um),
         whole(*.rotation_urad)
     )]
-    AxialShiftForRotation {
-        /// The shift.
-        shift_um: f64,
-        /// The rotation that does the same.
-        rotation_urad: f64,
-    },
+    "axial_shift_for_rotation" => AxialShiftForRotation { shift_um: f64, rotation_urad: f64 },
     /// Nodes without a place on the flank.
     #[error(
         "{} no place on the flank once carried back and are undefined; the first is {first}: {reason}",
         counted(*.count, "node has", "nodes have")
     )]
-    NodesLost {
+    "nodes_lost" => NodesLost {
         /// How many.
         count: usize,
         /// The first of them, from 0.
@@ -78,51 +65,37 @@ pub enum Warning {
         "no point tells its tooth, and a gear that is turned by whole pitches ({} µrad) looks the same: of all such \
          rotations the one next to 0 is answered", whole(*.pitch_urad)
     )]
-    RotationModuloPitch {
-        /// Angle of a pitch.
-        pitch_urad: f64,
-    },
+    "rotation_modulo_pitch" => RotationModuloPitch { pitch_urad: f64 },
     /// So many points on other teeth than they are said to be of.
     #[error(
         "{} on another, where most others lie on theirs; `tooth` says on which: see `teeth`",
         counted(*.count, "point said to be of one tooth lies", "points said to be of one tooth lie")
     )]
-    TeethContradict {
-        /// Number of points.
-        count: usize,
-    },
+    "teeth_contradict" => TeethContradict { count: usize },
     /// Points that fit other flanks about as well.
     #[error(
         "the points fit other flanks about as well, with another motion; the smaller motion is answered. Say which \
          flank each point is of"
     )]
-    FlanksAmbiguous,
+    "flanks_ambiguous" => FlanksAmbiguous,
     /// So many points on other flanks than were nearest before.
     #[error(
         "{} to another flank than the one that was nearest before the part was laid in place",
         counted(*.count, "point belongs", "points belong")
     )]
-    FlanksReassigned {
-        /// Number of points.
-        count: usize,
-    },
+    "flanks_reassigned" => FlanksReassigned { count: usize },
     /// Deviations greater than those of any flank.
     #[error(
         "after the registration {} µm (rms) are left, more than any flank deviates by ({} µm): other motions, other \
          flanks or another gear", tenth(*.rms_um), tenth(*.limit_um)
     )]
-    PoorFit {
-        /// Root mean square that is left.
-        rms_um: f64,
-        /// Greatest deviation of a flank.
-        limit_um: f64,
-    },
+    "poor_fit" => PoorFit { rms_um: f64, limit_um: f64 },
     /// Points far from where the others fit.
     #[error(
         "{} far from where the others fit; the first is {first}, with {} µm: dirt, another flank, or an error of \
          measurement", counted(*.count, "point lies", "points lie"), tenth(*.deviation_um)
     )]
-    PointsMisfit {
+    "points_misfit" => PointsMisfit {
         /// How many.
         count: usize,
         /// The first of them, from 0.
@@ -134,23 +107,17 @@ pub enum Warning {
     #[error(
         "{} beyond the tip or the root circle, where there is no flank", counted(*.count, "point lies", "points lie")
     )]
-    PointsBeyondFlank {
-        /// Number of points.
-        count: usize,
-    },
+    "points_beyond_flank" => PointsBeyondFlank { count: usize },
     /// A correction whose active set did not settle.
     #[error(
         "regularised fits do not agree on which settings stay at their limits: the best point within them is answered"
     )]
-    LimitsNotSettled,
+    "limits_not_settled" => LimitsNotSettled,
     /// Settings that were stopped at their limits.
     #[error(
         "{} would go further than allowed; the others make up for it as far as they can", quoted(.settings)
     )]
-    SettingsLimited {
-        /// Names of the settings.
-        settings: Vec<String>,
-    },
+    "settings_limited" => SettingsLimited { settings: Vec<String> },
     /// Settings that the deviations say nothing about.
     #[error(
         "{}: {}; it stays as it is", quoted(.settings), .common.map_or_else(
@@ -161,7 +128,7 @@ pub enum Warning {
             )
         )
     )]
-    UndeterminedSettings {
+    "undetermined_settings" => UndeterminedSettings {
         /// Which settings.
         settings: Vec<String>,
         /// The nodes that they would change alike; `None` for settings without an effect of their
@@ -174,58 +141,25 @@ pub enum Warning {
         "{}: the deviations say nothing about it, but its limits do not let it stay as it is; it goes no further than \
          they ask for", quoted(.settings)
     )]
-    UndeterminedSettingsMoved {
-        /// Names of the settings.
-        settings: Vec<String>,
-    },
+    "undetermined_settings_moved" => UndeterminedSettingsMoved { settings: Vec<String> },
     /// Those of them whose limits were not needed.
     #[error(
         "{}: the deviations say nothing about it, so its limits and its increment were not needed", quoted(.settings)
     )]
-    LimitsWithoutEffect {
-        /// Names of the settings.
-        settings: Vec<String>,
-    },
+    "limits_without_effect" => LimitsWithoutEffect { settings: Vec<String> },
     /// Plain least squares of settings that nearly depend on each other, as this sentence says.
     #[error(
         "plain least squares divides by what the sensitivity hardly knows ({0}): repeated, such a correction can \
          drive the settings away"
     )]
     #[cfg_attr(feature = "contract", serde(skip))]
-    UndampedCorrection(String),
+    "undamped_correction" => UndampedCorrection(String),
     /// Settings that depend on each other exactly.
     #[error(
         "some settings depend on each other exactly on these nodes: the smallest changes that do the same are answered"
     )]
-    DependentSettings,
+    "dependent_settings" => DependentSettings,
 }
-
-impl Warning {
-    /// The stable code.
-    pub fn code(&self) -> &'static str {
-        use Warning::*;
-        match self {
-            RegistrationNotConverged { .. } => "registration_not_converged",
-            ScrewUndetermined | AxialShiftUndetermined | MotionsIndistinguishable { .. } => "motions_indistinguishable",
-            AxialShiftByModification { .. } => "axial_shift_by_modification",
-            AxialShiftForRotation { .. } => "axial_shift_for_rotation",
-            NodesLost { .. } => "nodes_lost",
-            RotationModuloPitch { .. } => "rotation_modulo_pitch",
-            TeethContradict { .. } => "teeth_contradict",
-            FlanksAmbiguous => "flanks_ambiguous",
-            FlanksReassigned { .. } => "flanks_reassigned",
-            PoorFit { .. } => "poor_fit",
-            PointsMisfit { .. } => "points_misfit",
-            PointsBeyondFlank { .. } => "points_beyond_flank",
-            LimitsNotSettled => "limits_not_settled",
-            SettingsLimited { .. } => "settings_limited",
-            UndeterminedSettings { .. } => "undetermined_settings",
-            UndeterminedSettingsMoved { .. } => "undetermined_settings_moved",
-            LimitsWithoutEffect { .. } => "limits_without_effect",
-            UndampedCorrection(_) => "undamped_correction",
-            DependentSettings => "dependent_settings",
-        }
-    }
 }
 
 /// The nodes whose common deviation is not determined.

@@ -48,6 +48,7 @@ pub mod symmetric;
 pub mod triangular;
 mod tridiagonal;
 mod vector;
+mod warning;
 pub mod words;
 
 pub use dispatch::fma;

@@ -3,7 +3,7 @@
 
 use flankfit_engine::{
     formats::{
-        Datum, FileError, FilePosition, NoteCode,
+        Datum, FileError, FilePosition,
         klingelnberg::{Block, Curves, ProfileAxis, Section, SectionPlane, SignConvention, WhichDiameter, read_curves},
     },
     gear::{self, Hand, Kind, Side},
@@ -184,7 +184,7 @@ fn hands_and_internal_gears() {
     let sexagesimal = text.replace("ANGLE     decimal", "ANGLE     sexagezimal");
     let mut notes = Default::default();
     let facts = read_curves(sexagesimal.as_bytes()).unwrap().header.gear(&mut notes);
-    assert_eq!(notes.list()[0].remark.code(), NoteCode::AnglesNotDecimal);
+    assert_eq!(notes.list()[0].remark.code(), "angles_not_decimal");
     assert_eq!((facts.pressure_angle, facts.helix_angle), (None, None));
 }
 
@@ -328,7 +328,7 @@ fn unknown_blocks_are_named() {
     let file = small("Zahn-Nr.: 4", "Geheimnis:\n 1 2 3\n 4 5 6\nmehr davon\nZahn-Nr.: 4").unwrap();
     assert_eq!((file.curves.len(), file.notes.count()), (2, 1));
     let note = &file.notes.list()[0];
-    assert_eq!((note.remark.code(), note.line), (NoteCode::UnknownBlock, 10));
+    assert_eq!((note.remark.code(), note.line), ("unknown_block", 10));
     assert_eq!(note.remark.to_string(), "the line “1 2 3” and 2 more fits no known block");
     // the letter of the section says what the trace under the unknown title is
     assert_eq!((&file.curves[1].block, file.curves[1].kind), (&Block::Other("Geheimnis".into()), Kind::Profile));
@@ -338,9 +338,9 @@ fn unknown_blocks_are_named() {
 fn repeated_codes_and_missing_counts_are_noted() {
     let file = small("UNITS mm\n", "UNITS mm\n  22 :Zähnezahl z....: 51\n").unwrap();
     assert_eq!((file.header.number(22), file.header.lines.len()), (Some(51.0), 2));
-    assert_eq!((file.notes.list()[0].remark.code(), file.notes.list()[0].line), (NoteCode::RepeatedCode, 4));
+    assert_eq!((file.notes.list()[0].remark.code(), file.notes.list()[0].line), ("repeated_code", 4));
     let file = small("/ 4 Werte z= 7.5", "").unwrap();
-    assert_eq!((file.notes.list()[0].remark.code(), file.notes.list()[0].line), (NoteCode::CountNotGiven, 5));
+    assert_eq!((file.notes.list()[0].remark.code(), file.notes.list()[0].line), ("count_not_given", 5));
     assert_eq!((file.curves[0].values.len(), file.curves[0].kind), (4, Kind::Profile));
     assert_eq!(Shown(file.curves[0].values[3]).to_string(), "-0.25");
 }
@@ -363,15 +363,15 @@ fn values_have_the_unit_of_their_label() {
     let (found, notes) = facts("Profilverschiebung xm.........  [mm]", "Profilverschiebungsfaktor x ....");
     assert_eq!((found.profile_shift, notes), (Some(0.6), vec![]));
     let (found, notes) = facts("  .6", "0,203");
-    assert_eq!((found.profile_shift, notes), (None, vec![(NoteCode::ValueNotRead, 7)]));
+    assert_eq!((found.profile_shift, notes), (None, vec![("value_not_read", 7)]));
     let (found, notes) = facts("da [mm]: 162", "da [inch]: 6.38");
-    assert_eq!((found.tip_diameter, notes), (None, vec![(NoteCode::UnitNotKnown, 8)]));
+    assert_eq!((found.tip_diameter, notes), (None, vec![("unit_not_known", 8)]));
     let (found, notes) = facts("winkel [Grad]: 20", "winkel [rad]: .349");
-    assert_eq!((found.pressure_angle, notes), (None, vec![(NoteCode::UnitNotKnown, 6)]));
+    assert_eq!((found.pressure_angle, notes), (None, vec![("unit_not_known", 6)]));
     // W_6 of this gear is 51.23 mm with x = 0.2, and 53.02 with 1.07
     let span = |w: &str| format!("[mm]: 162\n  281 :Messzähnezahl: 6\n  115 :Zahnweitenmaß: WKT:{w} : 0 : 0");
     let (_, notes) = facts("[mm]: 162", &span("51.23"));
     assert_eq!(notes, []);
     let (_, notes) = facts("[mm]: 162", &span("53.02"));
-    assert_eq!(notes, [(NoteCode::ProfileShiftContradicted, 7)]);
+    assert_eq!(notes, [("profile_shift_contradicted", 7)]);
 }

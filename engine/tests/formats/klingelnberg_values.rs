@@ -2,7 +2,7 @@
 
 use flankfit_engine::{
     formats::{
-        FilePosition, NoteCode,
+        FilePosition,
         klingelnberg::{Characteristic, MeasuringPosition, ResultValue, Statistic, Values, read_values},
     },
     gear::Side,
@@ -102,7 +102,7 @@ fn what_cannot_be_read_has_line_and_column() {
     }
     let values = read("10111 : fHb rechts 1 : 1.0\nsomething else\n10111 : fHb links 1 : 2.0").unwrap();
     let notes: Vec<_> = values.notes.list().iter().map(|note| (note.remark.code(), note.line)).collect();
-    assert_eq!(notes, [(NoteCode::SideDisagrees, 4), (NoteCode::UnknownBlock, 5), (NoteCode::RepeatedResult, 6)]);
+    assert_eq!(notes, [("side_disagrees", 4), ("unknown_block", 5), ("repeated_result", 6)]);
     assert_eq!((values.results.len(), values.results[0].side), (2, Some(Side::Left)));
 }
 

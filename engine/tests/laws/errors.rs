@@ -235,7 +235,10 @@ fn correlations_beyond_what_is_searched_are_warned_of() {
     let bound = |y: Vec<f64>| {
         let nodes = Nodes::curve(axis(y.len()), y, None).unwrap();
         let found = fit(&nodes, &FitSpec { errors: Some(estimated.clone()), ..asked.clone() });
-        found.warnings.iter().find_map(|w| if let Warning::CorrelationAtBound(at) = w { Some(*at) } else { None })
+        found
+            .warnings
+            .iter()
+            .find_map(|w| if let Warning::CorrelationAtBound { correlation } = w { Some(*correlation) } else { None })
     };
     let turning = (0..60).map(|k| if k % 2 == 0 { 1.0 } else { -1.0 } + 0.05 * random.normal()).collect();
     assert!(bound(turning).is_some_and(|at| (at + 0.6).abs() < 1e-12));

@@ -4,7 +4,7 @@ use crate::oracle::random::Random;
 use crate::problems::{Problem, assert_close, by, config, fit, linear, matrix, polynomial, spectral, warned};
 use flankfit_engine::estimation::{
     FitResult, Nodes,
-    result::{ExactWithout, Influence, Warning},
+    result::{Influence, Warning},
     spec::{
         Attraction, Count, Criterion, Degree, Estimator, FitSpec, Include, JamesStein, Parameter, PolynomialBasis,
         Regularization, Scaling, Scheme, ShrinkageFactor, Tikhonov,
@@ -245,8 +245,8 @@ fn an_exact_fit_of_the_others_has_no_spread() {
             let list = list.as_ref().unwrap();
             assert!(list[3].is_none() && list[..3].iter().all(Option::is_some), "{list:?}");
         }
-        let named = ExactWithout { nodes: vec![3], count: 1, all: false };
-        assert!(result.warnings.contains(&Warning::NoNoiseWithout(named)), "{:?}", result.warnings);
+        let named = Warning::NoNoiseWithout { nodes: vec![3], count: 1 };
+        assert!(result.warnings.contains(&named), "{:?}", result.warnings);
         assert!(found.leverage.iter().all(|h| *h <= 1.0));
     }
 }

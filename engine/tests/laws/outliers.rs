@@ -180,7 +180,8 @@ fn figures_are_those_of_the_others() {
             let told = suspected(&result).expect("a gross error");
             let [found] = &told.nodes[..] else { panic!("{told}") };
             assert_eq!(found.index, node);
-            assert_eq!(found.cell, matches!(nodes, Nodes::Grid(_)).then_some([node / 9, node % 9]));
+            let cell = found.row.zip(found.column);
+            assert_eq!(cell, matches!(nodes, Nodes::Grid(_)).then_some((node / 9, node % 9)));
             assert!((found.off / off - 1.0).abs() < 1e-9, "{} for {off}", found.off);
             assert!((found.off_sigmas * sigma / off - 1.0).abs() < 1e-9, "{}", found.off_sigmas);
             assert_eq!(found.height, z[node]);

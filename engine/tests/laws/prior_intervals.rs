@@ -135,7 +135,7 @@ impl Flank {
             let found = self.fitted(heights);
             let prior = found.prior.as_ref().expect("a prior");
             let_go += usize::from(prior.conflict.is_some_and(|conflict| conflict.let_go));
-            warned += usize::from(found.warnings.iter().any(|one| matches!(one, Warning::UnequalNoise(_))));
+            warned += usize::from(found.warnings.iter().any(|one| matches!(one, Warning::UnequalNoise { .. })));
             for (j, (c, a)) in found.coefficients.iter().zip(&truth).enumerate() {
                 ours += ((c.value - a) / errors[j]).powi(2);
                 theirs += ((c.least_squares - a) / errors[j]).powi(2);

@@ -89,7 +89,12 @@ fn an_exact_fit_is_said_by_every_name_of_the_least_deviations() {
     ] {
         let result = problem.fit(estimator);
         let exact = result.warnings.iter().find(|warning| warning.code() == "exact_fit");
-        assert_eq!(exact, Some(&Warning::ExactFit { on: 16, nodes: 20 }), "{estimator:?}: {:?}", result.warnings);
+        assert_eq!(
+            exact,
+            Some(&Warning::ExactFit { on_surface: 16, nodes: 20 }),
+            "{estimator:?}: {:?}",
+            result.warnings
+        );
         assert!(result.robust.as_ref().unwrap().likelihood.is_none(), "{estimator:?}");
         for (c, truth) in result.coefficients.iter().zip([3.0, 1.0]) {
             assert!((c.value - truth).abs() < 1e-12, "{estimator:?}: {}", c.value);

@@ -4,10 +4,7 @@
 use std::{collections::BTreeMap, path::Path};
 
 use flankfit_engine::{
-    formats::{
-        NoteCode,
-        klingelnberg::{Curves, SignConvention, Spread, read_curves},
-    },
+    formats::klingelnberg::{Curves, SignConvention, Spread, read_curves},
     gear::{
         Gear, Kind, Side, Trace,
         evaluation::{
@@ -291,12 +288,12 @@ fn tooth_thickness_comes_from_the_places_of_contact() {
         // the header of the pinions has the opposite sign of x
         let mut notes = Default::default();
         file.curves.gear(&mut notes);
-        let codes: Vec<NoteCode> = notes.list().iter().map(|note| note.remark.code()).collect();
+        let codes: Vec<&str> = notes.list().iter().map(|note| note.remark.code()).collect();
         if name.starts_with("95") {
-            assert_eq!(codes, [NoteCode::ProfileShiftContradicted], "{name}");
+            assert_eq!(codes, ["profile_shift_contradicted"], "{name}");
             assert!((-0.27..-0.18).contains(&found.profile_shift), "{name}: {}", found.profile_shift);
         } else {
-            assert_eq!(codes, [], "{name}");
+            assert!(codes.is_empty(), "{name}: {codes:?}");
             assert!((found.profile_shift - 0.011).abs() < 0.02, "{name}: {}", found.profile_shift);
         }
     }

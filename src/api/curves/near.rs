@@ -188,8 +188,11 @@ fn smoothed(given: &GivenPoints, method: &SmoothingSplineCurveMethod) -> Result<
     let points = spline::Points { x, coordinates: &columns.values, weight: weight.map(Vec::as_slice) };
     let settings = spline::SmoothingSpec { smoothing, noise_sigma: method.noise_sigma, pointwise: false };
     let spline = smoothing_spline(&points, &settings).map_err(Problem::invalid)?;
-    let warnings =
-        if spline.found.reached { Vec::new() } else { vec![WarningBody::from(&Warning::LambdaAtLimit("λ"))] };
+    let warnings = if spline.found.reached {
+        Vec::new()
+    } else {
+        vec![WarningBody::from(&Warning::LambdaAtLimit { parameter: "λ" })]
+    };
     let body = BuiltCurveBody {
         parameters: (columns.names.len() > 1).then(|| x.clone()),
         smoothing: Some(smoothing_body(&spline, columns.names)),

@@ -3,9 +3,10 @@
 
 use crate::api::{
     gears::{notice::NoticeBody, plausibility::digits, requirements::RequirementsBody},
-    params::Params,
     warning::WarningBody,
 };
+use serde_json::{Value, json};
+
 use flankfit_engine::{
     gear::{
         Gear, Side,
@@ -98,20 +99,20 @@ fn extended(spanned: &Spanned<'_>) -> Option<Uncovered> {
 }
 
 impl Uncovered {
-    fn params(&self) -> Option<Params> {
-        let figures = self.figures.iter().map(|name| format!("{name}_um"));
-        Params::new().list("figures", figures).list("reached_mm", self.reached).list("range_mm", self.range).some()
+    fn values(&self) -> Value {
+        let figures: Vec<String> = self.figures.iter().map(|name| format!("{name}_um")).collect();
+        json!({"figures": figures, "reached_mm": self.reached, "range_mm": self.range})
     }
 }
 
 impl From<&Uncovered> for NoticeBody {
     fn from(found: &Uncovered) -> Self {
-        NoticeBody { params: found.params(), ..NoticeBody::new(RANGE_NOT_COVERED, &found.message) }
+        NoticeBody::new(RANGE_NOT_COVERED, &found.message).with_values(&found.values())
     }
 }
 
 impl From<&Uncovered> for WarningBody {
     fn from(found: &Uncovered) -> Self {
-        WarningBody { params: found.params(), ..WarningBody::new(RANGE_NOT_COVERED, found.message.clone()) }
+        WarningBody::new(RANGE_NOT_COVERED, found.message.clone()).with_values(&found.values())
     }
 }

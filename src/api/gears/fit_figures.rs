@@ -2,6 +2,7 @@
 //! own coefficients, held against what the job requires.
 
 use serde::{Deserialize, Serialize};
+use serde_json::json;
 use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
@@ -13,11 +14,7 @@ use super::{
     requirements::{RequirementsBody, class_left_aside},
 };
 use crate::{
-    api::{
-        json::writer,
-        measurand::axes::AxesBody,
-        params::{MovedFigure, Params},
-    },
+    api::{json::writer, measurand::axes::AxesBody},
     jobs::{Job, Measurand},
 };
 use flankfit_engine::{
@@ -308,13 +305,33 @@ fn noise(result: &FitResult) -> Option<Noise> {
     Some(Noise { sigma, degrees_of_freedom: result.residuals.degrees_of_freedom })
 }
 
+/// A figure with and without the suspected nodes.
+#[skip_serializing_none]
+#[derive(Serialize)]
+struct MovedFigure {
+    name: String,
+    value: f64,
+    without: f64,
+    /// Half-width of the confidence interval without them.
+    half_width: Option<f64>,
+    /// True if the suspected nodes change it by more than that.
+    moves_beyond_interval: bool,
+}
+
 /// Returns the warning with the effect of the suspected nodes on the figures.
 fn outliers_suspected(with: FlankFigures<Figure>, without: FlankFigures<Figure>) -> NoticeBody {
     let named = with.zip(without).named().into_iter();
-    let moved: Vec<MovedFigure> =
-        named.filter_map(|(name, both)| both.map(|(with, without)| MovedFigure::new(name, &with, &without))).collect();
-    let said = |one: &MovedFigure| format!("{} {:.2} instead of {:.2}", one.name, one.without, one.value);
-    let said: Vec<String> = moved.iter().filter(|one| one.moves_beyond_interval()).map(said).collect();
+    let figures: Vec<MovedFigure> = named
+        .filter_map(|(name, both)| {
+            let (Figure { value, .. }, Figure { value: without, inference, .. }) = both?;
+            let half_width = inference.map(|one| 0.5 * (one.interval[1] - one.interval[0]));
+            let moves_beyond_interval = half_width.is_some_and(|half| (value - without).abs() > half);
+            Some(MovedFigure { name: format!("{name}_um"), value, without, half_width, moves_beyond_interval })
+        })
+        .collect();
+    let moved = || figures.iter().filter(|one| one.moves_beyond_interval);
+    let said: Vec<String> =
+        moved().map(|one| format!("{} {:.2} instead of {:.2}", one.name, one.without, one.value)).collect();
     let message = match said.is_empty() {
         true => "without the nodes that are suspected of gross errors every figure stays within its interval".into(),
         false => format!(
@@ -322,7 +339,9 @@ fn outliers_suspected(with: FlankFigures<Figure>, without: FlankFigures<Figure>)
             said.join(", ")
         ),
     };
-    NoticeBody { params: Params::from(&moved[..]).some(), ..notice("outliers_suspected", &message) }
+    let names: Vec<&String> = moved().map(|one| &one.name).collect();
+    notice("outliers_suspected", &message)
+        .with_values(&json!({"figures": figures, "moved": names, "moves_beyond_interval": !names.is_empty()}))
 }
 
 fn notice(code: &str, message: &str) -> NoticeBody {

@@ -16,4 +16,3 @@ pub mod plausibility;
 pub mod quality_data;
 pub mod requirements;
 pub mod trace;
-mod warning;

@@ -3,10 +3,11 @@
 use std::fmt::Display;
 
 use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
 use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
-use crate::api::{faults::pointer_of, params::Params};
+use crate::api::{faults::pointer_of, warning::fields};
 use flankfit_engine::gear::{
     evaluation::{
         Warning,
@@ -29,7 +30,7 @@ pub struct NoticeBody {
     /// What the message speaks of, by names that tell the units: with `code` enough to say it in
     /// another language. Left out where it speaks of nothing, or where the words are the caller's.
     #[schema(value_type = Option<Object>)]
-    pub params: Option<Params>,
+    pub params: Option<Map<String, Value>>,
     /// The part of the answer that warns, as a JSON Pointer; absent where the warning is of the
     /// whole.
     pub at: Option<String>,
@@ -38,25 +39,26 @@ pub struct NoticeBody {
 impl From<&Warning> for NoticeBody {
     fn from(warning: &Warning) -> Self {
         let pointer = warning.path().map(|path| pointer_of(&path));
-        NoticeBody { pointer, ..NoticeBody::with_fields(warning.code(), warning) }
+        NoticeBody { pointer, ..NoticeBody::new(warning.code(), warning).with_values(warning) }
     }
 }
 
 impl From<&geometry::Warning> for NoticeBody {
     fn from(warning: &geometry::Warning) -> Self {
-        NoticeBody::with_fields(warning.code(), warning)
+        NoticeBody::new(warning.code(), warning).with_values(warning)
     }
 }
 
 impl From<&RunoutWarning> for NoticeBody {
     fn from(warning: &RunoutWarning) -> Self {
-        NoticeBody::with_fields(warning.code(), warning)
+        NoticeBody::new(warning.code(), warning).with_values(warning)
     }
 }
 
 impl From<&SurfaceWarning> for NoticeBody {
     fn from(warning: &SurfaceWarning) -> Self {
-        NoticeBody { pointer: Some(pointer_of(warning.path())), ..NoticeBody::with_fields(warning.code(), warning) }
+        let pointer = Some(pointer_of(warning.path()));
+        NoticeBody { pointer, ..NoticeBody::new(warning.code(), warning).with_values(warning) }
     }
 }
 
@@ -64,7 +66,7 @@ impl NoticeBody {
     /// Converts a warning about pitches; `measured` is the place in the request of the deviations.
     pub fn of_pitch(warning: &PitchWarning, measured: &str) -> Self {
         let pointer = warning.is_of_measured().then(|| measured.to_owned());
-        NoticeBody { pointer, ..NoticeBody::with_fields(warning.code(), warning) }
+        NoticeBody { pointer, ..NoticeBody::new(warning.code(), warning).with_values(warning) }
     }
 
     /// Creates a warning about the whole.
@@ -72,8 +74,8 @@ impl NoticeBody {
         NoticeBody { code: code.to_owned(), pointer: None, message: message.to_string(), params: None, at: None }
     }
 
-    /// Creates a warning about the whole with the fields of the engine's.
-    fn with_fields(code: &str, warning: &(impl Display + Serialize)) -> Self {
-        NoticeBody { params: Params::of_fields(warning), ..NoticeBody::new(code, warning) }
+    /// Adds the values of the message.
+    pub fn with_values(self, values: &impl Serialize) -> Self {
+        NoticeBody { params: fields(values), ..self }
     }
 }

@@ -1,12 +1,11 @@
 //! Plausibility of the stated units of nodes, traces and pitches.
 
+use serde_json::{Value, json};
+
 use super::notice::NoticeBody;
-use crate::api::{
-    measurand::{
-        axes::{AxesBody, AxisBody},
-        units::{LENGTHS, micrometres, sign},
-    },
-    params::Params,
+use crate::api::measurand::{
+    axes::{AxesBody, AxisBody},
+    units::{LENGTHS, micrometres, sign},
 };
 use flankfit_engine::{
     estimation::Nodes,
@@ -130,7 +129,7 @@ pub fn implausible_points(deviations: &[f64], gear: &Gear) -> Option<NoticeBody>
         digits(found),
         digits(most)
     );
-    let params = Params::of([("range_um", found.into()), ("limit_um", most.into())]);
+    let params = json!({"range_um": found, "limit_um": most});
     (found > most).then(|| of_sentence(&what, None, params, OF_POINTS))
 }
 
@@ -165,7 +164,7 @@ fn of_heights(axis: &AxisBody, z: Vec<f64>, gear: Option<&Gear>, noise: Option<N
             let what =
                 format!("the residuals scatter by {} nm only, less than any instrument does", digits(1e3 * found));
             let fits = |other: f64| sigma * other >= LEAST_NOISE_UM && within(span * other, usual);
-            let params = Params::of([("sigma_um", found.into())]);
+            let params = json!({"sigma_um": found});
             notice(&what, unit, span, fits, params, OF_NODES)
         })
     })
@@ -184,7 +183,7 @@ fn of_range(unit: &str, span: f64, usual: [f64; 2], mend: &str) -> Option<Notice
         digits(found),
         digits(limit)
     );
-    let params = Params::of([("range_um", found.into()), ("limit_um", limit.into())]);
+    let params = json!({"range_um": found, "limit_um": limit});
     Some(notice(&what, unit, span, |other| within(span * other, usual), params, mend))
 }
 
@@ -259,18 +258,18 @@ fn of_place(
     shown: [f64; 2],
     mend: &str,
 ) -> NoticeBody {
-    let mut params = Params::of([("axis", name.into()), ("from_mm", shown[0].into()), ("to_mm", shown[1].into())]);
+    let mut params = json!({"axis": name, "from_mm": shown[0], "to_mm": shown[1]});
     // with a far smaller unit everything would fit, so the largest come first
     let other = LENGTHS.iter().rev().find(|(_, mm)| fits(*mm));
     let then = other.map(|(unit, mm)| {
         let [low, high] = ends.map(|end| digits(end * mm));
-        params.add("unit", *unit);
+        params["unit"] = json!(unit);
         format!(" (in {}? then {low} to {high} mm)", named(unit))
     });
     of_sentence(what, then, params, mend)
 }
 
-fn notice(what: &str, unit: &str, span: f64, fits: impl Fn(f64) -> bool, mut params: Params, mend: &str) -> NoticeBody {
+fn notice(what: &str, unit: &str, span: f64, fits: impl Fn(f64) -> bool, mut params: Value, mend: &str) -> NoticeBody {
     let known = || LENGTHS.iter().map(|(name, _)| *name).filter(|name| *name != unit);
     // testers use mm more often than any other unit
     let mut others: Vec<&str> = known().collect();
@@ -278,8 +277,8 @@ fn notice(what: &str, unit: &str, span: f64, fits: impl Fn(f64) -> bool, mut par
     let other = others.into_iter().find(|name| micrometres(name).is_some_and(&fits));
     let then = other.and_then(|name| {
         let range = span * micrometres(name)?;
-        params.add("unit", name);
-        params.add("then_um", range);
+        params["unit"] = json!(name);
+        params["then_um"] = json!(range);
         Some(format!(" (in {}? then {} µm)", named(name), digits(range)))
     });
     of_sentence(what, then, params, mend)
@@ -293,9 +292,9 @@ fn named(unit: &str) -> &str {
     }
 }
 
-fn of_sentence(what: &str, then: Option<String>, params: Params, mend: &str) -> NoticeBody {
+fn of_sentence(what: &str, then: Option<String>, params: Value, mend: &str) -> NoticeBody {
     let message = format!("{what}{}: {mend}", then.unwrap_or_default());
-    NoticeBody { params: params.some(), ..NoticeBody::new(IMPLAUSIBLE_UNIT, &message) }
+    NoticeBody::new(IMPLAUSIBLE_UNIT, &message).with_values(&params)
 }
 
 /// Returns u, v and z of the nodes of a surface that count.

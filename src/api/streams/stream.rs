@@ -210,9 +210,7 @@ impl EstimateText {
     fn parts(self) -> (Option<Raw<FitResultBody<'static>>>, Option<Vec<WarningBody>>) {
         match self {
             EstimateText::Result(text) => (Some(text.into()), None),
-            EstimateText::Waiting { code, message } => {
-                (None, Some(vec![WarningBody { code: code.into(), message, params: None, at: None }]))
-            }
+            EstimateText::Waiting { code, message } => (None, Some(vec![WarningBody::new(code, message)])),
         }
     }
 }

@@ -33,7 +33,7 @@ impl Dropped {
 
     fn warn(self, warnings: &mut Vec<Warning>) {
         if !self.0.is_empty() {
-            warnings.push(Warning::BeyondDouble(self.0));
+            warnings.push(Warning::BeyondDouble { figures: self.0 });
         }
     }
 }

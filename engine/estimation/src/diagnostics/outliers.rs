@@ -275,14 +275,15 @@ impl Test<'_> {
     fn named(&self, nodes: &Nodes, k: usize, residual: f64, sigma: f64) -> SuspectedNode {
         let index = self.sample.posted(k);
         let (u, v) = self.sample.place(k);
-        let (cell, place) = match nodes {
-            Nodes::Grid(grid) => (Some([index / grid.v.len(), index % grid.v.len()]), vec![u, v]),
-            Nodes::Scattered(_) => (None, vec![u, v]),
-            Nodes::Curve(_) => (None, vec![u]),
-            Nodes::Matrix(_) => (None, Vec::new()),
+        let columns = if let Nodes::Grid(grid) = nodes { Some(grid.v.len()) } else { None };
+        let (row, column) = (columns.map(|columns| index / columns), columns.map(|columns| index % columns));
+        let place = match nodes {
+            Nodes::Grid(_) | Nodes::Scattered(_) => vec![u, v],
+            Nodes::Curve(_) => vec![u],
+            Nodes::Matrix(_) => Vec::new(),
         };
         let off = residual / self.sample.w(k).sqrt();
-        SuspectedNode { index, cell, place, height: self.sample.z(k), off, off_sigmas: residual / sigma }
+        SuspectedNode { index, row, column, place, height: self.sample.z(k), off, off_sigmas: residual / sigma }
     }
 }
 

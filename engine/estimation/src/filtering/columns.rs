@@ -71,7 +71,7 @@ pub(super) fn compare(
     if let (Some(low), Some(high)) = (before.condition, after.condition)
         && high > 2.0 * low
     {
-        warnings.push(Warning::FilteringRaisesCollinearity { before: low, after: high });
+        warnings.push(Warning::FilteringRaisesCollinearity { condition_before: low, condition_after: high });
     }
     Ok([before, after])
 }

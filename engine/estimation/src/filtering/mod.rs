@@ -141,7 +141,9 @@ fn outliers_before_smoothing(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Re
 fn moved(one: &Coefficient, other: &FitResult) -> Option<MovedCoefficient> {
     let without = other.coefficients.iter().find(|other| other.key == one.key)?;
     let half_width = without.interval.as_ref().map(|interval| 0.5 * (interval.ends[1] - interval.ends[0]));
-    Some(MovedCoefficient { term: one.term.clone(), value: one.value, without: without.value, half_width })
+    let (value, without) = (one.value, without.value);
+    let moves_beyond_interval = half_width.is_some_and(|half| (value - without).abs() > half);
+    Some(MovedCoefficient { term: one.term.clone(), value, without, half_width, moves_beyond_interval })
 }
 
 /// Fits the requested model, or the selected one.

@@ -307,7 +307,7 @@ impl<'a> Solved<'a> {
             length: self.heights.about_zero.sqrt(),
         });
         if digits < 6.0 {
-            warnings.push(Warning::FewDigits(digits));
+            warnings.push(Warning::FewDigits { digits });
         }
         digits
     }

@@ -236,7 +236,7 @@ impl Plain<'_> {
         let spec = FitSpec { include: Include { residuals: true, ..self.spec.include }, ..self.spec.clone() };
         let frame = Frame::new(self.design, &factor, &spec, heights.weight)?;
         let mut result = conclude_with(&linear, &heights, &spec, &frame, None, spread.as_ref())?;
-        result.warnings.extend(at_end.map(Warning::CorrelationAtBound));
+        result.warnings.extend(at_end.map(|correlation| Warning::CorrelationAtBound { correlation }));
         result.warnings.extend(outliers(&self.linear(), self.heights.largest).map(Warning::OutliersSuspected));
         let left = result.residuals.values.take().unwrap_or_default();
         // as many coefficients as nodes leave rounding
@@ -355,7 +355,7 @@ impl Plain<'_> {
         let (mut result, few) = self.weighted(&omega, (!alone).then_some(estimated))?;
         if let Some((place, freedom)) = few.filter(|(_, freedom)| *freedom < FEW_OF_GROUP) {
             let group = weights.keys().nth(place).copied().unwrap_or(0);
-            result.warnings.push(Warning::GroupVarianceUncertain { group, freedom });
+            result.warnings.push(Warning::GroupVarianceUncertain { group, degrees_of_freedom: freedom });
         }
         let sigma = result.residuals.sigma.unwrap_or(0.0);
         let sigmas = weights.iter().map(|(&group, &w)| GroupSigma { group, sigma: sigma / w.sqrt() }).collect();
@@ -400,7 +400,9 @@ impl Plain<'_> {
         let (mut result, _) = self.weighted(&omega, estimated.then_some(Estimated::Power { logs: &logs }))?;
         let freedom = self.sample.count() - self.design.size();
         if estimated && freedom < FEW_OF_POWER {
-            result.warnings.push(Warning::PowerUncertain { freedom, more: FEW_OF_POWER - freedom });
+            result
+                .warnings
+                .push(Warning::PowerUncertain { degrees_of_freedom: freedom, more_nodes: FEW_OF_POWER - freedom });
         }
         result.variance = Some(VarianceReport { groups: None, exponent: Some(exponent), at: Some(middle) });
         Ok(result)

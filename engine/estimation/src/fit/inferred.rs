@@ -42,7 +42,7 @@ impl Solved<'_> {
         let forms = self.forms_at(applied, level);
         let covariance = spec.include.covariance.then(|| forms.covariance(&applied.estimate.coefficients)).flatten();
         if let Some(outside) = predict.map(|asked| outside(self.linear.design, &asked.at)).filter(|count| *count > 0) {
-            warnings.push(Warning::OutsideDomain(outside));
+            warnings.push(Warning::OutsideDomain { count: outside });
         }
         let quantile = matches!(spec.estimator, Estimator::Quantile { .. });
         if quantile && predict.is_some_and(|asked| asked.kinds.prediction) {

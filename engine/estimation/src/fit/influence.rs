@@ -13,7 +13,7 @@ use crate::{
     data::Sample,
     problem::{Evidence, Rows},
     regularized::{Applied, Form, LinearMap},
-    result::{ExactWithout, Influence, Warning},
+    result::{Influence, Warning},
 };
 use flankfit_numerics::{cancel::Asking, dot};
 
@@ -82,8 +82,11 @@ impl Solved<'_> {
         let silent = figures.silent();
         if !silent.is_empty() {
             let posted = silent.iter().take(10).map(|&k| sample.posted(k)).collect();
-            let all = self.least_squares_rss == 0.0;
-            warnings.push(Warning::NoNoiseWithout(ExactWithout { nodes: posted, count: silent.len(), all }));
+            let (nodes, count) = (posted, silent.len());
+            warnings.push(match self.least_squares_rss == 0.0 {
+                true => Warning::AllExact { nodes, count },
+                false => Warning::NoNoiseWithout { nodes, count },
+            });
         }
         let lost: Vec<usize> = (0..shares.len()).filter(|&k| !shares[k].determined()).collect();
         if !lost.is_empty() {

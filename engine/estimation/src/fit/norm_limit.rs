@@ -30,7 +30,7 @@ impl Solved<'_> {
             let first = lambda.iter().position(|l| *l == least).unwrap_or(0);
             let error = self.error_along(|i| if i == first { 1.0 } else { 0.0 }, &noise);
             if along.abs() < noise.quantile() * error {
-                warnings.push(Warning::NormLimitIsEstimate { norm, along, error });
+                warnings.push(Warning::NormLimitIsEstimate { norm, along_worst: along, std_error: error });
             }
         }
     }

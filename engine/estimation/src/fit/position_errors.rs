@@ -19,7 +19,7 @@ use crate::{
     estimate::Frame,
     factor::Factor,
     problem::{Evidence, LinearProblem},
-    result::{Contradiction, FitResult, HOLDING, PositionsReport, Warning},
+    result::{FitResult, HOLDING, PositionsReport, Warning},
     spec::{Estimator, FitSpec, Model, NodeUncertainty, PositionKind, Prior},
 };
 use flankfit_numerics::{check::Faults, distribution::chi_squared};
@@ -113,7 +113,11 @@ fn concluded(
     let warning = scattered.as_ref().and_then(|found| {
         let figures = [found.share, found.bend, found.weights];
         let beyond = figures.iter().zip(HOLDING).any(|(figure, most)| *figure > most);
-        beyond.then_some(Warning::PositionsUncertain { share: found.share, bend: found.bend, weights: found.weights })
+        beyond.then_some(Warning::PositionsUncertain {
+            share: found.share,
+            bend_std_errors: found.bend,
+            weight_std_error: found.weights,
+        })
     });
     let spread = scattered.map(|Scatter { root, .. }| ErrorSpread::new(root));
     let mut result = conclude_with(&linear, &heights, spec, &frame, None, spread.as_ref())?;
@@ -142,7 +146,7 @@ fn contradiction(ratio: f64, freedom: usize) -> Option<Warning> {
     let above = chi_squared::upper_tail(count * ratio * ratio, count);
     let likely = above.min(1.0 - above) >= 0.5 * CHANCE;
     let near = (1.0 / FAR..=FAR).contains(&ratio);
-    (!near && !likely).then_some(Warning::UncertaintyContradicted(Contradiction { ratio, freedom }))
+    (!near && !likely).then_some(Warning::UncertaintyContradicted { sigma_ratio: ratio, degrees_of_freedom: freedom })
 }
 
 /// All posted nodes, those that count carried to where they were settled.

@@ -182,7 +182,7 @@ pub(super) fn report(
         warnings.push(Warning::ConditionUnknown);
     }
     if let Some(Weight { reached: false, .. }) = weight {
-        warnings.push(Warning::LambdaAtLimit("λ"));
+        warnings.push(Warning::LambdaAtLimit { parameter: "λ" });
     }
     let nodes_per_span = problem.nodes_per_span();
     let empty_spans = nodes_per_span.iter().filter(|&&nodes| nodes == 0).count();
@@ -250,7 +250,7 @@ fn spread(system: &System, solved: &Solved, penalty: Option<Penalty>, warnings: 
     };
     let fisher = &system.normal.fisher;
     if 6.0 * (n as f64).powi(2) * fisher.width() as f64 > MOST_OPERATIONS {
-        warnings.push(Warning::NoStandardErrors(n));
+        warnings.push(Warning::NoStandardErrors { coefficients: n });
         return None;
     }
     let mut unit = vec![0.0; n];

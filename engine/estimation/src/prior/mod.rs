@@ -35,7 +35,7 @@ use super::{
     data::Nodes,
     design::Design,
     error::FitError,
-    result::{PriorConflict, UnequalNoise},
+    result::{PriorConflict, Warning},
     spec::{Chain, Earlier, Estimator, FitSpec, Moves, Prior, PriorSpread, Regularization, Scaling},
 };
 use flankfit_numerics::{
@@ -69,7 +69,7 @@ pub(crate) struct Outcome {
     /// Parts of the intervals, if moves were estimated.
     pub intervals: Option<Arc<FormIntervals>>,
     /// Present where σ of now and before are not the same.
-    pub unequal: Option<UnequalNoise>,
+    pub unequal: Option<Warning>,
 }
 
 /// Refuses requests that a prior excludes, and a prior that does not suit the model.

@@ -4,7 +4,7 @@ use super::{
     current::{Current, PooledNoise},
     observe::Observed,
 };
-use crate::result::UnequalNoise;
+use crate::result::Warning;
 use flankfit_numerics::{check::Faults, distribution::fisher};
 
 /// Probability below which two σ count as different.
@@ -29,7 +29,7 @@ pub(super) fn pooled(current: &Current, observed: &[Observed]) -> Result<PooledN
 
 /// Compares σ of the present nodes with that of all earlier residuals together, by Fisher's ratio
 /// of variances; `None` if they agree.
-pub(super) fn unequal(current: &Current, observed: &[Observed]) -> Option<UnequalNoise> {
+pub(super) fn unequal(current: &Current, observed: &[Observed]) -> Option<Warning> {
     let (rss, freedom) = of_earlier(observed);
     if current.spec.noise_sigma.is_some() || current.freedom == 0 || freedom == 0 {
         return None;
@@ -42,7 +42,7 @@ pub(super) fn unequal(current: &Current, observed: &[Observed]) -> Option<Unequa
         fisher::upper_tail(earlier / now, theirs, mine)
     };
     let p = (2.0 * larger).min(1.0);
-    (p < IMPROBABLE).then(|| UnequalNoise { now: now.sqrt(), earlier: earlier.sqrt(), p })
+    (p < IMPROBABLE).then(|| Warning::UnequalNoise { now: now.sqrt(), earlier: earlier.sqrt(), p })
 }
 
 /// Residual sum of squares and degrees of freedom.

@@ -154,7 +154,7 @@ fn gathered(study: &Study, base: &Base, outcomes: &[Outcome]) -> StudyResult {
         .collect();
     let lost: Vec<f64> = levels.iter().filter(|l| !l.complete()).map(|l| l.level).collect();
     if !lost.is_empty() {
-        warnings.push(Warning::DependentLevels(lost));
+        warnings.push(Warning::DependentLevels { levels: lost });
     }
     let references = base.references(outcomes, &mut warnings);
     let optimum = if study.noise_sigma > 0.0 {

@@ -170,7 +170,7 @@ impl Recursive {
         result.warnings.push(Warning::NodesNotKept);
         if self.forgetting < 1.0 {
             result.warnings.push(Warning::Forgetting {
-                factor: self.forgetting,
+                forgetting_factor: self.forgetting,
                 nodes: sums.summary.count,
                 weight: heights.weight,
             });

@@ -20,7 +20,7 @@ use crate::{
     constrained::constrained,
     error::FitError,
     estimate::Estimate,
-    result::{BiasReport, RegularizationReport, Regularized, Warning},
+    result::{BiasReport, RegularizationReport, Warning},
     selection::Rule,
 };
 use flankfit_numerics::{check::Faults, length, triangular};
@@ -40,10 +40,10 @@ pub(super) fn apply(context: &Context, warnings: &mut Vec<Warning>) -> Result<Ap
     })?;
     let factor = linear.factor;
     let found = constrained(linear.design, &factor.r, &factor.qty, least_squares.rss, &spec.constraints)?;
-    context.warn_of_missing(Regularized::Constrained, false, warnings);
+    context.warn_of_missing("constrained", false, warnings);
     let active = found.report.constraints.iter().map(|one| one.active.len()).sum();
     if active > 0 {
-        warnings.push(Warning::ConstraintsActive(active));
+        warnings.push(Warning::ConstraintsActive { count: active });
     }
     let n = linear.design.size();
     let reach = (variance * n as f64).sqrt();

@@ -8,7 +8,7 @@ use crate::{
     problem::{LinearProblem, Residuals},
     result::{
         BiasReport, Choice, ConstraintsReport, LambdaCurvePoint, MatrixBFactors, NormLimitSource, RegularizationReport,
-        Regularized, RegularizedSpectrum, RidgeTracePoint, Warning,
+        RegularizedSpectrum, RidgeTracePoint, Warning,
     },
     selection::{Spectral, selector::warn_about},
     spec::{ExpectedSize, FitSpec, Piece},
@@ -105,11 +105,11 @@ impl Context<'_> {
         }
     }
 
-    /// Says what was included but does not exist for `kind`.
-    pub(crate) fn warn_of_missing(&self, kind: Regularized, curve: bool, warnings: &mut Vec<Warning>) {
+    /// Says what was included but does not exist for this regularisation.
+    pub(crate) fn warn_of_missing(&self, regularization: &'static str, curve: bool, warnings: &mut Vec<Warning>) {
         let include = self.spec.include;
         if include.lambda_curve && !curve {
-            warnings.push(Warning::NoLambdaOf(kind));
+            warnings.push(Warning::NoLambdaOf { regularization });
         }
         if include.matrix_b {
             warnings.push(Warning::MatrixBIsSpectral);

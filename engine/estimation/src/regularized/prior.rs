@@ -22,7 +22,7 @@ use crate::{
     factor::multiply_upper_vector,
     prior::{Current, Mixture, Outcome, beyond_double, weigh},
     result::{
-        BiasReport, NormLimitSource, PriorReport, RegularizationReport, Regularized, RegularizedSpectrum,
+        BiasReport, NormLimitSource, PriorConflict, PriorReport, RegularizationReport, RegularizedSpectrum,
         UsedCorrection, Warning,
     },
     selection::Rule,
@@ -61,11 +61,11 @@ pub(super) fn apply(context: &Context, prior: &Prior, warnings: &mut Vec<Warning
         warnings.push(Warning::NoEarlierIterations);
         return plain(context, prior, None, warnings);
     };
-    warnings.extend(outcome.unequal.map(Warning::UnequalNoise));
+    warnings.extend(outcome.unequal.clone());
     match &outcome.posterior {
         Some(mixture) => {
             let posterior = Posterior::new(context, &current, mixture, outcome.noise.sigma);
-            context.warn_of_missing(Regularized::Posterior, false, warnings);
+            context.warn_of_missing("posterior", false, warnings);
             match posterior.applied(context, prior, &outcome) {
                 Ok(applied) if is_finite(&applied) => Ok(applied),
                 Ok(_) | Err(FitError::NotConverged(Unconverged::SingularValues)) => Err(beyond_double(prior)),
@@ -73,8 +73,8 @@ pub(super) fn apply(context: &Context, prior: &Prior, warnings: &mut Vec<Warning
             }
         }
         None => {
-            if let Some(conflict) = outcome.conflict {
-                warnings.push(Warning::PriorConflict(conflict));
+            if let Some(PriorConflict { statistic, p, .. }) = outcome.conflict {
+                warnings.push(Warning::PriorConflict { statistic, p });
             }
             plain(context, prior, Some(&outcome), warnings)
         }

@@ -21,7 +21,7 @@ use crate::{
     estimate::Estimate,
     factor::multiply_upper_vector,
     problem::{Evidence, matrix_b},
-    result::{RegularizationKind, RegularizationReport, Regularized, RepresentativeReport, Warning},
+    result::{RegularizationKind, RegularizationReport, RepresentativeReport, Warning},
     selection::Rule,
     spec::{ChosenBy, Domain, FitSpec, Knots, Model, Piece, PolynomialBasis, Representative, Scaling},
     spectrum::caller_columns,
@@ -174,7 +174,7 @@ pub(super) fn apply(
     let largest = jacobi::svd(removal.clone()).ok_or_else(not_converged)?.sigma.last().copied().unwrap_or(0.0);
     let alignment = filter.alignment(context).ok_or_else(not_converged)?;
     if alignment < ALIKE {
-        warnings.push(Warning::PieceMisaligned(alignment));
+        warnings.push(Warning::PieceMisaligned { alignment });
     }
     let (eigenvalues, matrix_norm_squared) = filter.spectrum(context).ok_or_else(not_converged)?;
     let after = regularized_spectrum(eigenvalues);
@@ -355,7 +355,7 @@ impl<'a> Filter<'a> {
     fn warn_of_missing(&self, context: &Context, warnings: &mut Vec<Warning>) {
         let include = context.spec.include;
         if include.lambda_curve {
-            warnings.push(Warning::NoLambdaOf(Regularized::Representative));
+            warnings.push(Warning::NoLambdaOf { regularization: "representative" });
         }
         if include.representative {
             warnings.push(Warning::NoPieceToGive);

@@ -13,10 +13,10 @@ use super::{
 };
 use crate::{
     error::FitError,
-    result::{Choice, LambdaCurvePoint, NeedsSigma, RegularizationKind, RegularizationReport, Regularized, Warning},
+    result::{Choice, LambdaCurvePoint, RegularizationKind, RegularizationReport, Warning},
     selection::{
         Place, Rule, Search, Spectral, Unavailable, range,
-        selector::{Comparison, ParameterProblem, select, warn_of_missing_sigma},
+        selector::{Comparison, ParameterProblem, select},
     },
     spec::{Attraction, Criterion, JamesStein, ShrinkageFactor},
 };
@@ -45,7 +45,7 @@ pub(super) fn james_stein(
     };
     let p = target.directions();
     check_directions(p)?;
-    context.warn_of_missing(Regularized::JamesStein, false, warnings);
+    context.warn_of_missing("james_stein", false, warnings);
     let variance = match (context.spec.noise_sigma, asked.factor) {
         (None, ShrinkageFactor::JamesStein | ShrinkageFactor::EfronMorris) => {
             context.variance.map(|_| context.least_squares.rss / (context.degrees_of_freedom as f64 + 2.0))
@@ -62,7 +62,7 @@ pub(super) fn james_stein(
         if asked.positive_part { factor.max(0.0) } else { factor }
     });
     if factor.is_none() {
-        warn_of_missing_sigma(NeedsSigma::JamesStein, warnings);
+        warnings.push(Warning::SigmaMissing { criterion: "james_stein" });
     }
     let c = factor.unwrap_or(1.0);
     let report = target.report(RegularizationKind::JamesStein);
@@ -91,7 +91,7 @@ pub(super) fn attraction(
     warnings: &mut Vec<Warning>,
 ) -> Result<Applied, FitError> {
     let target = AttractionTarget::at(context, Some(&asked.target), warnings);
-    context.warn_of_missing(Regularized::Attraction, true, warnings);
+    context.warn_of_missing("attraction", true, warnings);
     // seen from T, every direction of X(Â − T) is alike: the sums of ridge with eigenvalue 1
     let lambda = vec![1.0; target.directions()];
     let away: Vec<f64> = context

@@ -34,7 +34,7 @@ use crate::{
     estimate::{Estimate, directions},
     factor::multiply_upper_vector,
     problem::Residuals,
-    result::{Choice, RegularizationKind, RegularizationReport, Regularized, Warning},
+    result::{Choice, RegularizationKind, RegularizationReport, Warning},
     selection::{Filtered, selector::Selection},
     spec::Tikhonov,
 };
@@ -134,7 +134,7 @@ fn selected(
     images: &DMatrix<f64>,
     warnings: &mut Vec<Warning>,
 ) -> Result<SelectedPenalty, FitError> {
-    context.warn_of_missing(Regularized::Tikhonov, true, warnings);
+    context.warn_of_missing("tikhonov", true, warnings);
     oblique_choice::decide(context, oblique, images, asked.parameter, warnings)
 }
 

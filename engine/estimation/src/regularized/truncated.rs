@@ -14,11 +14,8 @@ use super::{
 use crate::{
     error::FitError,
     estimate::{Estimate, residuals},
-    result::{Choice, NeedsSigma, RegularizationKind, RegularizationReport, Regularized, RegularizedSpectrum, Warning},
-    selection::{
-        Filtered, Rule, Unavailable,
-        selector::{no_minimiser, warn_of_missing_sigma},
-    },
+    result::{Choice, RegularizationKind, RegularizationReport, RegularizedSpectrum, Warning},
+    selection::{Filtered, Rule, Unavailable, selector::no_minimiser},
     spec::{ChosenBy, Criterion},
 };
 use flankfit_numerics::check::Faults;
@@ -60,7 +57,7 @@ pub(super) fn apply_by(
     let rank = match chosen_rank::choose(criterion, &problem, &spectrum.a) {
         Ok(rank) => rank,
         Err(Unavailable::NoSigma) => {
-            warn_of_missing_sigma(NeedsSigma::Criterion(criterion), warnings);
+            warnings.push(Warning::SigmaMissing { criterion: criterion.name() });
             spectrum.rank
         }
         Err(Unavailable::NoMinimiser) => return Err(no_minimiser(criterion).into()),
@@ -110,7 +107,7 @@ pub(super) fn apply(context: &Context, rank: usize, warnings: &mut Vec<Warning>)
     };
     let choices = vec![least];
     context.judge(&choices, &standing, warnings);
-    context.warn_of_missing(Regularized::TruncatedSvd, false, warnings);
+    context.warn_of_missing("truncated_svd", false, warnings);
     let estimate = Estimate::new(columns, spectrum, &filtered, least_squares);
     let residuals = residuals(linear, spectrum, &filtered, &estimate, least_squares, spec);
     let r = context.norm_limit(context.norm_of(&estimate.coefficients), warnings);

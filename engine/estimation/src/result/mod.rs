@@ -24,8 +24,7 @@ mod spectrum;
 mod sums;
 mod term;
 mod warning;
-mod warning_codes;
-mod warning_parts;
+mod words;
 
 pub use crate::spec::regularization::RegularizationKind;
 pub use accuracy::{Arithmetic, Numerics, PerturbationBounds, PerturbationReport};
@@ -42,7 +41,7 @@ pub use outliers::{MovedCoefficient, Outliers, SuspectedNode};
 pub(crate) use positions::HOLDING;
 pub use positions::PositionsReport;
 pub use prediction::{Covariance, Predictions, Simultaneous, Slopes};
-pub use prior::{PriorConflict, PriorReport, UnequalNoise, UsedCorrection};
+pub use prior::{PriorConflict, PriorReport, UsedCorrection};
 pub use regularization::{
     BiasReport, Choice, LambdaCurvePoint, NormLimitSource, RegularizationReport, RidgeTracePoint,
 };
@@ -55,4 +54,3 @@ pub use spectrum::{RegularizedSpectrum, SpectrumReport};
 pub use sums::WeightedSum;
 pub use term::{Coefficient, TermKey};
 pub use warning::Warning;
-pub use warning_parts::{Contradiction, ExactWithout, NeedsSigma, Regularized, ShapeBound, Times};

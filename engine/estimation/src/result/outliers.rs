@@ -20,11 +20,14 @@ pub struct Outliers {
 
 /// A node that deviates from the fit of the others by more than noise explains.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "contract", serde_with_macros::skip_serializing_none, derive(serde::Serialize))]
 pub struct SuspectedNode {
     /// Its index among the posted nodes.
     pub index: usize,
-    /// Row and column in a grid.
-    pub cell: Option<[usize; 2]>,
+    /// Its row in a grid.
+    pub row: Option<usize>,
+    /// Its column in a grid.
+    pub column: Option<usize>,
     /// Its abscissae: x of a curve, u and v of a surface, none of a measurement matrix.
     pub place: Vec<f64>,
     /// Its height.
@@ -37,6 +40,7 @@ pub struct SuspectedNode {
 
 /// A coefficient with and without the suspected nodes.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "contract", serde_with_macros::skip_serializing_none, derive(serde::Serialize))]
 pub struct MovedCoefficient {
     /// Name of the term.
     pub term: String,
@@ -46,27 +50,38 @@ pub struct MovedCoefficient {
     pub without: f64,
     /// Half-width of the confidence interval without them, if there is one.
     pub half_width: Option<f64>,
-}
-
-impl MovedCoefficient {
-    /// True if the suspected nodes change it by more than the half-width of its interval.
-    pub fn moves_beyond_interval(&self) -> bool {
-        self.half_width.is_some_and(|half| (self.value - self.without).abs() > half)
-    }
+    /// True if the suspected nodes change it by more than that.
+    pub moves_beyond_interval: bool,
 }
 
 impl Outliers {
     /// Returns the coefficients that the suspected nodes change by more than the half-width of
     /// their intervals.
     pub fn moved(&self) -> impl Iterator<Item = &MovedCoefficient> + Clone {
-        self.coefficients.iter().filter(|coefficient| coefficient.moves_beyond_interval())
+        self.coefficients.iter().filter(|coefficient| coefficient.moves_beyond_interval)
+    }
+}
+
+/// Lists hold 64 coefficients at most.
+#[cfg(feature = "contract")]
+impl serde::Serialize for Outliers {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        use serde::ser::SerializeStruct;
+        const LISTED: usize = 64;
+        let mut fields = serializer.serialize_struct("Outliers", 5)?;
+        fields.serialize_field("nodes", &self.nodes)?;
+        fields.serialize_field("count", &self.nodes.len())?;
+        fields.serialize_field("coefficients", &self.coefficients[..self.coefficients.len().min(LISTED)])?;
+        fields.serialize_field("moved", &self.moved().take(LISTED).map(|one| &one.term).collect::<Vec<_>>())?;
+        fields.serialize_field("moves_beyond_interval", &self.moved().next().is_some())?;
+        fields.end()
     }
 }
 
 impl fmt::Display for SuspectedNode {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "node {}", self.index)?;
-        if let Some([row, column]) = self.cell {
+        if let (Some(row), Some(column)) = (self.row, self.column) {
             write!(f, " (row {row}, column {column})")?;
         }
         write!(f, " by {} ({:.1} σ)", Size(self.off), self.off_sigmas.abs())

@@ -71,17 +71,6 @@ pub struct PriorConflict {
     pub let_go: bool,
 }
 
-/// σ of the nodes of now and of earlier iterations, which are not the same.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct UnequalNoise {
-    /// Standard deviation from the current nodes.
-    pub now: f64,
-    /// Standard deviation from all earlier iterations together.
-    pub earlier: f64,
-    /// The probability of so different ones by chance.
-    pub p: f64,
-}
-
 impl PriorReport {
     /// True if every number is finite.
     pub(crate) fn is_finite(&self) -> bool {

@@ -1,188 +1,171 @@
-//! Warnings about an answer: data, a stable code and a sentence.
+//! Warnings about an answer.
 
 use super::{
     outliers::Outliers,
     positions::HOLDING,
-    prior::{PriorConflict, UnequalNoise},
-    warning_parts::{Contradiction, ExactWithout, NeedsSigma, Probability, Regularized, ShapeBound, Times},
+    words::{Probability, Times},
 };
 use crate::spec::Along;
-use flankfit_numerics::words::{Shown, Size, counted, listed, rounded};
+use flankfit_numerics::{
+    warnings,
+    words::{Shown, Size, counted, listed, rounded},
+};
 
+warnings! {
 /// Something that the reader of an answer must know.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
 pub enum Warning {
     /// Degrees of freedom are 0: as many coefficients as nodes.
     #[error("as many coefficients as nodes: there is no estimate of the noise, so no standard errors")]
-    NoDegreesOfFreedom,
+    "no_degrees_of_freedom" => NoDegreesOfFreedom,
     /// Columns that depend on each other.
     #[error(
         "the columns of {} depend on each other over these nodes (rank {rank} of {columns}): the least-squares \
          figures are those of the minimum-norm solution in the scaled columns", .terms.join(", ")
     )]
-    RankDeficient {
-        /// Their terms.
-        terms: Vec<String>,
-        /// Numerically nonzero singular values.
-        rank: usize,
-        /// Columns of X.
-        columns: usize,
-    },
+    "rank_deficient" => RankDeficient { terms: Vec<String>, rank: usize, columns: usize },
     /// Columns whose variance inflation factor is infinite.
-    #[error("no variance inflation factor for {}: the column depends on others exactly", .0.join(", "))]
-    InfiniteInflation(Vec<String>),
+    #[error("no variance inflation factor for {}: the column depends on others exactly", .terms.join(", "))]
+    "vif_infinite" => InfiniteInflation { terms: Vec<String> },
     /// Figures that are left out.
-    #[error("left out because they leave the range of double precision: {}", .0.join(", "))]
-    BeyondDouble(Vec<&'static str>),
+    #[error("left out because they leave the range of double precision: {}", .figures.join(", "))]
+    "beyond_double" => BeyondDouble { figures: Vec<&'static str> },
     /// Few digits of the posted numbers arrive in the coefficients.
-    #[error("the posted numbers, rounded to doubles, determine the worst coefficient to about {0:.0} digits only")]
-    FewDigits(f64),
+    #[error("the posted numbers, rounded to doubles, determine the worst coefficient to about {digits:.0} digits only")]
+    "few_digits" => FewDigits { digits: f64 },
     /// Perturbation bounds of an estimate that is made by no matrix X + B.
     #[error(
         "perturbation bounds are those of one matrix X + B; this estimate is not made by one, so only least squares \
          has them"
     )]
-    NoRegularizedPerturbation,
+    "no_regularized_perturbation" => NoRegularizedPerturbation,
     /// Relative errors of coefficients that are all 0.
     #[error("the coefficients are all 0: bounds on their relative error divide by their length, so there are none")]
-    NoRelativeError,
+    "no_relative_error" => NoRelativeError,
     /// A node uncertainty above the square bound.
     #[error("the node uncertainty times the condition reaches 1: the square bound does not exist there")]
-    PerturbationUnbounded,
-    /// A limit below the norm of the estimate.
+    "perturbation_unbounded" => PerturbationUnbounded,
+    /// A limit r below the norm ‖Â‖ of the estimate.
     #[error(
-        "the limit {} of the norm is below ‖Â‖ = {} of this fit: if the true norm is above the limit too, bias-aware \
-         intervals and bands do not hold and the bounds of the bias may be exceeded", Shown(*.limit), Shown(*.norm)
+        "coefficient_norm_limit {} is below ‖Â‖ = {} of this fit: if the true norm is above the limit too, bias-aware \
+         intervals and bands do not hold, and bias_bound and sharp_bound may be exceeded", Shown(*.limit), Shown(*.norm)
     )]
-    NormLimitBelowEstimate {
-        /// r of the request.
-        limit: f64,
-        /// ‖Â‖.
-        norm: f64,
-    },
+    "norm_limit_below_estimate" => NormLimitBelowEstimate { limit: f64, norm: f64 },
     /// r is the norm of an estimate that is not distinguishable from 0 where it matters most.
     #[error(
         "r = ‖Â‖ = {norm:.3e} is an estimate, and along the direction that the nodes determine worst it is not \
-         distinguishable from 0 ({along:.2e} with a standard error of {}): the bounds of the bias hold for that r \
-         only; give the limit of the norm", Size(*.error)
+         distinguishable from 0 ({along_worst:.2e} with a standard error of {}): bias_bound and sharp_bound hold for \
+         that r only; give coefficient_norm_limit", Size(*.std_error)
     )]
-    NormLimitIsEstimate {
+    "norm_limit_is_estimate" => NormLimitIsEstimate {
         /// ‖Â‖.
         norm: f64,
         /// V₁ᵀÂ.
-        along: f64,
+        along_worst: f64,
         /// Its standard error.
-        error: f64,
+        std_error: f64,
     },
     /// A curve over λ* of a fit without regularisation.
     #[error("there is no λ* without regularisation")]
-    NoLambda,
+    "no_lambda_curve" => NoLambda,
     /// A curve over λ* of a regularisation without it.
-    #[error("{0} has no λ* to run along")]
-    NoLambdaOf(Regularized),
+    #[error("a fit by `{regularization}` has no λ*, and so no curve over it")]
+    "no_lambda_curve" => NoLambdaOf { regularization: &'static str },
     /// A matrix B of another regularisation.
     #[error("only spectral regularisation has a matrix B")]
-    MatrixBIsSpectral,
+    "no_matrix_b" => MatrixBIsSpectral,
     /// A matrix B of standardised columns.
     #[error("of standardised columns there is no B to be added to the posted ones")]
-    MatrixBOfStandardized,
+    "no_matrix_b" => MatrixBOfStandardized,
     /// A matrix B without nodes.
     #[error("the rows of B need the nodes themselves")]
-    MatrixBNeedsNodes,
+    "no_matrix_b" => MatrixBNeedsNodes,
     /// A ridge trace of another regularisation.
     #[error("only ridge has a ridge trace")]
-    NoRidgeTrace,
+    "no_ridge_trace" => NoRidgeTrace,
     /// An estimate that is the target.
     #[error(
         "nothing of the distance to the target stands out of the noise: the target itself is answered, and the \
          weight, which would be infinite, is left out"
     )]
-    AttractedEntirely,
+    "attracted_entirely" => AttractedEntirely,
     /// A target's entry of a constant that is not penalised.
     #[error("standardised columns leave the constant unpenalised: its entry of the target takes no part")]
-    TargetOfConstantUnused,
+    "target_of_constant_unused" => TargetOfConstantUnused,
     /// A discrepancy that is not reached.
-    #[error("the residuals stay below the noise for every {0}: the largest one is answered")]
-    DiscrepancyNotReached(&'static str),
+    #[error("the residuals stay below the noise for every {parameter}: the largest one is returned")]
+    "discrepancy_not_reached" => DiscrepancyNotReached { parameter: &'static str },
     /// A criterion that has no minimum within the range that is searched.
     #[error(
-        "what is asked for is not met within the range that is searched for {0}, or the criterion still falls at its \
-         end: that end is answered"
+        "the request is not met within the range that is searched for {parameter}, or the criterion still falls at its \
+         end: that end is returned"
     )]
-    LambdaAtLimit(&'static str),
+    "lambda_at_limit" => LambdaAtLimit { parameter: &'static str },
     /// A criterion without σ.
-    #[error("{0} needs σ: there are as many coefficients as nodes, so give its value; least squares is answered")]
-    SigmaMissing(NeedsSigma),
+    #[error(
+        "`{criterion}` needs σ: there are as many coefficients as nodes, so give noise_sigma; least squares is returned"
+    )]
+    "criterion_unavailable" => SigmaMissing { criterion: &'static str },
     /// A choice that is predicted to be worse than none.
     #[error(
         "this choice is predicted to have {} the mean squared coefficient error of plain least squares: the surface \
-         has a real component along the regularised directions; see the choices of the regularisation", Times(*.0)
+         has a real component along the regularised directions; see regularization.choices", Times(*.factor)
     )]
-    WorseThanLeastSquares(f64),
+    "worse_than_least_squares" => WorseThanLeastSquares { factor: f64 },
     /// M-estimation that did not converge.
     #[error(
-        "{iterations} iterations left a change of {reached:.1e} scales: the estimate is the last one; allow more \
+        "{iterations} iterations left a change of {change_scales:.1e} scales: the estimate is the last one; allow more \
          iterations or another tolerance"
     )]
-    WeightsNotConverged {
-        /// Iterations.
+    "not_converged" => WeightsNotConverged {
         iterations: usize,
         /// The last change, in scales.
-        reached: f64,
+        change_scales: f64,
     },
     /// Newton's method that did not converge.
-    #[error("{iterations} steps of Newton's method left a change of {reached:.1e} of the largest residual")]
-    NewtonNotConverged {
-        /// Steps.
+    #[error("{iterations} steps of Newton's method left a change of {relative_change:.1e} of the largest residual")]
+    "not_converged" => NewtonNotConverged {
         iterations: usize,
         /// The last change, relative to the largest residual.
-        reached: f64,
+        relative_change: f64,
     },
     /// A simplex of absolute deviations that was stopped.
-    #[error("the walk over vertices was stopped after {0} steps; see the certificate")]
-    SimplexStopped(usize),
+    #[error("the walk over vertices was stopped after {steps} steps; see the certificate")]
+    "not_converged" => SimplexStopped { steps: usize },
     /// A simplex of the rank dispersion that was stopped.
     #[error("the walk over vertices was stopped; the certificate says how far the dispersion is from its least")]
-    DispersionStopped,
+    "not_converged" => DispersionStopped,
     /// Absolute deviations with several solutions.
     #[error("other coefficients have the same least sum: one vertex of them is answered")]
-    SumNotUnique,
+    "not_unique" => SumNotUnique,
     /// A rank dispersion with several solutions.
     #[error("other coefficients have the same least dispersion: one vertex of them is answered")]
-    DispersionNotUnique,
+    "not_unique" => DispersionNotUnique,
     /// Nodes that a robust estimate passes through.
     #[error(
-        "{on} of {nodes} nodes lie on one surface to rounding: the scale is 0, the others weigh nothing beside them, \
-         and there are no standard errors"
+        "{on_surface} of {nodes} nodes lie on one surface to rounding: the scale is 0, the others have no weight, and \
+         there are no standard errors"
     )]
-    ExactFit {
-        /// Nodes on the surface.
-        on: usize,
-        /// All nodes.
-        nodes: usize,
-    },
+    "exact_fit" => ExactFit { on_surface: usize, nodes: usize },
     /// Too few residuals for a scale.
     #[error(
         "too few nodes lie off the surface to tell the scale of the residuals: it is left out, and so are standard \
          errors"
     )]
-    NoScale,
+    "no_scale" => NoScale,
     /// A low-pass filter before a fit.
     #[error(
         "a low-pass filter leaves neighbouring heights with common noise: σ, standard errors and the choice of λ* are \
          those of the filtered heights and take their noise for independent"
     )]
-    FilteredNoise,
+    "filtered_noise" => FilteredNoise,
     /// A robust filter that did not converge.
     #[error(
-        "filter {filter}: the robust filter still moved after {rounds} rounds on {lines} line(s); its last round \
-         stands"
+        "filters/{filter}: the robust filter still moved after {rounds} rounds on {lines} line(s); the result is that of \
+         the last round"
     )]
-    FilterNotConverged {
+    "filter_not_converged" => FilterNotConverged {
         /// Index of the filter, from 0.
         filter: usize,
-        /// Rounds.
         rounds: usize,
         /// Lines on which it moved.
         lines: usize,
@@ -192,172 +175,155 @@ pub enum Warning {
         "the filters leave columns that double precision cannot tell apart: condition, correlation and variance \
          inflation after filtering are left out"
     )]
-    FilteredColumnsDependent,
+    "filtered_columns_dependent" => FilteredColumnsDependent,
     /// Columns that were not filtered.
     #[error(
         "the columns were not filtered too, because that is too much work for so many nodes: condition, correlation \
          and variance inflation after filtering are left out"
     )]
-    FilteredColumnsNotExamined,
+    "filtered_columns_not_examined" => FilteredColumnsNotExamined,
     /// A condition that filtering raises.
     #[error(
-        "filtering raises the condition of the columns from {before:.3e} to {after:.3e}: what tells the terms apart \
+        "filtering raises the condition of the columns from {condition_before:.3e} to {condition_after:.3e}: what tells the terms apart \
          is partly smoothed away"
     )]
-    FilteringRaisesCollinearity {
-        /// Condition of the columns.
-        before: f64,
-        /// Condition of the filtered columns.
-        after: f64,
-    },
+    "filtering_raises_collinearity" => FilteringRaisesCollinearity { condition_before: f64, condition_after: f64 },
     /// The estimate of a stream.
     #[error(
         "an estimate of a stream keeps sums only: the largest residual, single residuals, influences and the rows of B \
          are given when the stream is finished"
     )]
-    NodesNotKept,
+    "nodes_not_kept" => NodesNotKept,
     /// A stream that forgets.
     #[error(
         "with a forgetting factor of {} the weights of all {nodes} nodes add up to {weight:.6}; weights are relative \
-         1/σ², so sigma is that of the newest node, older ones counting as noisier", Shown(*.factor)
+         1/σ², so sigma is that of the newest node, older ones counting as noisier", Shown(*.forgetting_factor)
     )]
-    Forgetting {
-        /// φ.
-        factor: f64,
+    "forgetting" => Forgetting {
+        forgetting_factor: f64,
         /// Nodes so far.
         nodes: usize,
-        /// Their weights together.
+        /// The sum of their weights.
         weight: f64,
     },
     /// The condition of a big surface that is not known.
     #[error("the extreme eigenvalues did not settle within the limit of the iteration")]
-    ConditionUnknown,
+    "condition_unknown" => ConditionUnknown,
     /// Cells without nodes.
     #[error("{empty} of {cells} cells hold no node: the surface there follows its neighbours")]
-    EmptySpans {
-        /// Number of empty cells.
-        empty: usize,
-        /// All.
-        cells: usize,
-    },
+    "empty_spans" => EmptySpans { empty: usize, cells: usize },
     /// Standard errors that are too much work.
-    #[error("standard errors of {0} penalised coefficients ask for as many solutions: too many")]
-    NoStandardErrors(usize),
+    #[error("standard errors of {coefficients} penalised coefficients ask for as many solutions: too many")]
+    "no_standard_errors" => NoStandardErrors { coefficients: usize },
     /// A study of dependent columns.
     #[error(
         "the columns depend on each other (rank {rank} of {columns}): the spectral schemes divide by λ₁ = 0 and are \
          left out, least squares is the minimum-norm solution"
     )]
-    NoSpectralSchemes {
-        /// Numerically nonzero singular values.
-        rank: usize,
-        /// Columns of X.
-        columns: usize,
-    },
+    "rank_deficient" => NoSpectralSchemes { rank: usize, columns: usize },
     /// Levels of a study with dependent columns.
     #[error(
         "the columns depend on each other at the level(s) {}: figures that do not exist there are left out",
-        listed(.0.iter().map(|level| Shown(*level)))
+        listed(.levels.iter().map(|level| Shown(*level)))
     )]
-    DependentLevels(Vec<f64>),
+    "dependent_columns" => DependentLevels { levels: Vec<f64> },
     /// A study without noise.
     #[error("without noise least squares is exact, and randomising cannot improve it: there is no optimum")]
-    NoNoise,
+    "no_noise" => NoNoise,
     /// Predictions and covariances of coefficients that the nodes leave free.
     #[error("the nodes do not determine every coefficient, so that heights elsewhere and covariances have no limit")]
-    NoPredictions,
+    "no_predictions" => NoPredictions,
     /// Influences of nodes over columns that depend on each other.
     #[error("the columns depend on each other: influences of single nodes need independent ones, and are left out")]
-    NoInfluence,
+    "no_influence" => NoInfluence,
     /// Influences of an estimator that is no linear map of the heights.
     #[error(
         "influences are those of least squares, plain or regularised: a robust estimate is no linear map of the \
          heights, and its weights say which nodes it does not trust"
     )]
-    NoInfluenceOfRobust,
+    "no_influence" => NoInfluenceOfRobust,
     /// Positions that are off, and taken as exact.
     #[error(
         "the positions of the nodes are taken as exact, as this kind of fit or its size has no way to count them: \
          intervals count the errors of the heights alone, and only the perturbation bounds know of the positions"
     )]
-    PositionsAsExact,
+    "positions_as_exact" => PositionsAsExact,
     /// Positions that are measured so badly that what follows from small errors does not hold.
     #[error(
         "positions are so uncertain that intervals may hold less often than they say: {:.0} % of what the nodes tell \
          of some sum of the coefficients is scatter of the positions (up to {:.0} % intervals hold), the bend of the \
-         fit within that scatter shifts coefficients by {bend:.1} standard errors (up to {:.1}), and weights are \
-         uncertain by {:.0} % (up to {:.0} %): measure positions better, or fit a lower degree",
-        100.0 * .share.min(1.0), 100.0 * HOLDING[0], HOLDING[1], 100.0 * .weights, 100.0 * HOLDING[2]
+         fit within that scatter shifts coefficients by {bend_std_errors:.1} standard errors (up to {:.1}), and \
+         weights are uncertain by {:.0} % (up to {:.0} %): measure positions better, or fit a lower degree",
+        100.0 * .share.min(1.0), 100.0 * HOLDING[0], HOLDING[1], 100.0 * .weight_std_error, 100.0 * HOLDING[2]
     )]
-    PositionsUncertain {
+    "positions_uncertain" => PositionsUncertain {
         /// The share of the information along the direction that has most of it.
         share: f64,
         /// In standard errors.
-        bend: f64,
+        bend_std_errors: f64,
         /// Relative standard error.
-        weights: f64,
+        weight_std_error: f64,
     },
     /// Uncertainties of positions and heights that the residuals do not bear out.
-    #[error("{0}")]
-    UncertaintyContradicted(Contradiction),
+    #[error(
+        "the residuals are {} times as large as the uncertainties of positions and heights make them, which with {} is \
+         no chance: look whether both are in the units of the nodes, {}",
+        Size(*.sigma_ratio), counted(*.degrees_of_freedom, "degree of freedom", "degrees of freedom"),
+        if *.sigma_ratio < 1.0 { "give smaller uncertainties" }
+        else { "give larger uncertainties, or look for what the model lacks" }
+    )]
+    "uncertainty_contradicted" => UncertaintyContradicted {
+        /// σ of the residuals over the given uncertainty of heights.
+        sigma_ratio: f64,
+        /// Degrees of freedom of σ.
+        degrees_of_freedom: usize,
+    },
     /// A limit of the norm that has no part in the intervals.
     #[error(
-        "the limit of the norm shortens intervals of least squares with independent errors only: those of this fit do \
-         not use it, bounds on the bias do"
+        "coefficient_norm_limit shortens intervals of least squares with independent errors only: those of this fit do \
+         not use it, bias_bound and sharp_bound do"
     )]
-    NormLimitUnused,
+    "norm_limit_unused" => NormLimitUnused,
     /// A variance that was estimated from next to nothing.
     #[error(
         "the variance of group {group} rests on {} degrees of freedom: join groups, or expect intervals that are \
-         several times as wide as with known variances", rounded(*.freedom, 2)
+         several times as wide as with known variances", rounded(*.degrees_of_freedom, 2)
     )]
-    GroupVarianceUncertain {
-        /// The group.
+    "group_variance_uncertain" => GroupVarianceUncertain {
         group: i64,
         /// Degrees of freedom in effect.
-        freedom: f64,
+        degrees_of_freedom: f64,
     },
     /// Power that too few residuals determine.
     #[error(
-        "{freedom} degrees of freedom do not fix a power of the standard deviation: intervals and bands hold less \
-         often than they say; give the power, or measure at {more} nodes more"
+        "{degrees_of_freedom} degrees of freedom do not fix a power of the standard deviation: intervals and bands hold less \
+         often than they say; give the power, or measure at {more_nodes} nodes more"
     )]
-    PowerUncertain {
-        /// Nodes less coefficients.
-        freedom: usize,
-        /// Nodes that are missing.
-        more: usize,
-    },
+    "power_uncertain" => PowerUncertain { degrees_of_freedom: usize, more_nodes: usize },
     /// A correlation at an end of what is searched.
     #[error(
         "the likeliest correlation of neighbours is {}, an end of what is searched: it is no estimate, and intervals \
-         may hold less often than they say; tell the correlation, or look for what the model lacks", rounded(*.0, 3)
+         may hold less often than they say; give the correlation, or look for what the model lacks",
+        rounded(*.correlation, 3)
     )]
-    CorrelationAtBound(f64),
+    "correlation_at_bound" => CorrelationAtBound { correlation: f64 },
     /// A predicted error that nothing corrects.
     #[error(
-        "there is no corrected predicted error here: it is that of a matrix B, ridge or Tikhonov (up to 200 \
+        "there is no predicted_mse_corrected here: it is that of spectral schemes, ridge or Tikhonov (up to 200 \
          coefficients) whose parameter is given or chosen by sums over the spectrum, with an estimate of the noise"
     )]
-    NothingToCorrect,
+    "no_corrected_error" => NothingToCorrect,
     /// Influences of too many nodes.
     #[error(
         "influences of {nodes} nodes are left out: a fit with so many coefficients has them for up to {most} nodes"
     )]
-    InfluenceOfMany {
-        /// Counted nodes.
-        nodes: usize,
-        /// Nodes at most.
-        most: usize,
-    },
+    "no_influence" => InfluenceOfMany { nodes: usize, most: usize },
     /// Places whose results exceed the range of double.
     #[error(
-        "{} left out of the predictions (number {}{}, from 0): figures there leave the range of double precision",
-        counted(*.count, "place is", "places are"),
-        .places.iter().map(usize::to_string).collect::<Vec<_>>().join(", "),
-        if .places.len() < *.count { ", …" } else { "" }
+        "{} left out of the predictions (number {}, from 0): results there leave the range of double precision",
+        counted(*.count, "place is", "places are"), first(.places, *.count)
     )]
-    PlacesBeyondDouble {
+    "beyond_double" => PlacesBeyondDouble {
         /// The places in the requested order, ten at most.
         places: Vec<usize>,
         /// Their number.
@@ -365,59 +331,87 @@ pub enum Warning {
     },
     /// A prior that there is no noise to weigh against.
     #[error(
-        "the heights lie on the model without any noise, against which the prior would be weighed: it was left aside, \
-         and least squares of these nodes is answered; give the noise, σ"
+        "the heights lie on the model without any noise, against which the prior would be weighed: it is not used, and \
+         least squares of these nodes is returned; give noise_sigma"
     )]
-    PriorWithoutNoise,
-    /// The estimated shape of a distribution at an end of its range.
-    #[error("the likeliest {0}: it is no estimate, and the errors are probably of another distribution")]
-    ShapeAtBound(ShapeBound),
+    "prior_unused" => PriorWithoutNoise,
+    /// The estimated degrees of freedom of Student's distribution at their lower end.
+    #[error(
+        "the likeliest ν is {}, the least that there is: it is no estimate, and the errors are probably of another \
+         distribution", Shown(*.degrees_of_freedom)
+    )]
+    "shape_at_bound" => FreedomAtBound { degrees_of_freedom: f64 },
+    /// The estimated exponent of the generalised normal distribution at an end of its range.
+    #[error(
+        "the likeliest exponent is {}, an end of its range: it is no estimate, and the errors are probably of another \
+         distribution", Shown(*.exponent)
+    )]
+    "shape_at_bound" => ExponentAtBound { exponent: f64 },
     /// Influences of nodes whose errors are not white.
     #[error(
         "leverages and residuals without a node are those of independent errors of one variance: with this model of \
          the errors influences are left out"
     )]
-    NoInfluenceOfErrors,
+    "no_influence" => NoInfluenceOfErrors,
     /// A correction by simulation of errors that are not simulated.
     #[error(
         "the predicted error is corrected by simulating independent errors of one variance: with this model of the \
          errors the correction is left out"
     )]
-    NoCorrectedError,
+    "no_corrected_error" => NoCorrectedError,
     /// The interval of a further height of unknown variance.
     #[error(
         "variances differ from node to node, and nothing says which a further height would have: intervals of \
          further heights are left out"
     )]
-    NoPredictionIntervals,
+    "no_prediction_intervals" => NoPredictionIntervals,
     /// The interval of a further height about a quantile.
     #[error(
         "a quantile says how many heights lie below it, not how they spread: intervals of further heights are left \
          out; fit the quantiles that are to hold them"
     )]
-    NoPredictionOfQuantile,
+    "no_prediction_intervals" => NoPredictionOfQuantile,
     /// Nodes without which the others do not determine the fit.
     #[error(
-        "{} of leverage 1 (node {}{}): the fit passes through whatever is measured there, and without it the others \
-         do not determine the coefficients, so its deletion figures do not exist",
-        counted(*.count, "node is", "nodes are"), .nodes.iter().map(usize::to_string).collect::<Vec<_>>().join(", "),
-        if .nodes.len() < *.count { ", …" } else { "" }
+        "{} of leverage 1 (node {}): the fit passes through whatever is measured there, and without it the others do \
+         not determine the coefficients, so its deletion figures do not exist",
+        counted(*.count, "node is", "nodes are"), first(.nodes, *.count)
     )]
-    FullLeverage {
+    "full_leverage" => FullLeverage {
         /// The posted nodes, ten at most.
         nodes: Vec<usize>,
         /// Their number.
         count: usize,
     },
     /// Nodes without which nothing is left of the noise.
-    #[error("{0}")]
-    NoNoiseWithout(ExactWithout),
+    #[error(
+        "without {} (node {}) the others are fitted exactly: its externally studentised residual and DFFITS divide by \
+         the noise of the others, of which there is none",
+        counted(*.count, "node", "nodes in turn"), first(.nodes, *.count)
+    )]
+    "no_noise_without" => NoNoiseWithout {
+        /// The posted nodes, ten at most.
+        nodes: Vec<usize>,
+        /// Their number.
+        count: usize,
+    },
+    /// Nodes that are all fitted exactly.
+    #[error(
+        "every height is fitted exactly: studentised residuals, Cook's distances and DFFITS divide by the noise, of \
+         which there is none"
+    )]
+    "no_noise_without" => AllExact {
+        /// The posted nodes, ten at most.
+        nodes: Vec<usize>,
+        /// Their number.
+        count: usize,
+    },
     /// A shape of a measurement matrix.
     #[error("the columns of a measurement matrix are no curve or surface: there is no shape")]
-    NoShapeOfMatrix,
+    "no_shape" => NoShapeOfMatrix,
     /// A shape of a higher degree than shapes have.
     #[error("curves and surfaces have degrees up to {most}: there is no shape of degree {degree}")]
-    NoShapeOfDegree {
+    "no_shape" => NoShapeOfDegree {
         /// The highest degree of the fit.
         degree: usize,
         /// The highest of shapes.
@@ -425,13 +419,13 @@ pub enum Warning {
     },
     /// A shape over a domain without width, or with numbers above the range of double.
     #[error("the domain is a single place, or control points leave the range of double: there is no shape")]
-    NoShapeOfPoint,
+    "no_shape" => NoShapeOfPoint,
     /// Places outside the domain.
     #[error(
         "{} outside the domain: nothing was measured there, and the bands hold only if the model does",
-        counted(*.0, "place lies", "places lie")
+        counted(*.count, "place lies", "places lie")
     )]
-    OutsideDomain(usize),
+    "outside_domain" => OutsideDomain { count: usize },
     /// Residuals that are correlated with their neighbours.
     #[error(
         "the residuals are correlated along {}: {correlation:.2} between neighbours, which independent errors have \
@@ -439,7 +433,7 @@ pub enum Warning {
          and standard errors that take them for independent are too small by a factor of about {factor:.1}",
         .along.name(), Probability(*.p)
     )]
-    CorrelatedResiduals {
+    "correlated_residuals" => CorrelatedResiduals {
         /// Direction of the scan lines.
         along: Along,
         /// `Σ rᵢrᵢ₊₁ / Σ r²` over neighbours.
@@ -451,42 +445,49 @@ pub enum Warning {
     },
     /// Nodes that are suspected of gross errors.
     #[error("{0}")]
-    OutliersSuspected(Outliers),
+    "outliers_suspected" => OutliersSuspected(Outliers),
     /// Nodes that contradict the prior.
     #[error(
-        "the nodes contradict the prior: e'S⁻¹e/n is {}, which has a probability of {} where it holds; it was \
-         let go, and least squares of these nodes is answered", Size(.0.statistic), Probability(.0.p)
+        "the nodes contradict the prior: e'S⁻¹e/n is {}, which has a probability of {} where it holds; it is not \
+         used, and least squares of these nodes is returned", Size(*.statistic), Probability(*.p)
     )]
-    PriorConflict(PriorConflict),
-    /// A prior of iterations whose noise is another.
+    "prior_conflict" => PriorConflict { statistic: f64, p: f64 },
+    /// A prior of iterations whose noise is another: σ of these nodes and of all earlier ones,
+    /// and the probability of so different ones by chance.
     #[error(
         "σ of these nodes is {}, that of the earlier iterations {} (in heights of weight 1): the prior is weighed as if \
-         they were the same; compare the set-ups and the weights", Size(.0.now), Size(.0.earlier)
+         they were the same; compare the set-ups and the weights", Size(*.now), Size(*.earlier)
     )]
-    UnequalNoise(UnequalNoise),
+    "prior_noise_differs" => UnequalNoise { now: f64, earlier: f64, p: f64 },
     /// A model that was chosen by the nodes it is fitted to.
     #[error(
-        "the model was chosen out of {0} by the nodes that it is fitted to: intervals and standard errors take it for \
+        "the model was chosen out of {count} by the nodes that it is fitted to: intervals and standard errors take it for \
          given, and hold less often than they say"
     )]
-    PostSelection(usize),
+    "post_selection" => PostSelection { count: usize },
     /// A prior of iterations without any.
-    #[error("there is no earlier iteration of this flank and tooth: least squares of these nodes is answered")]
-    NoEarlierIterations,
+    #[error("there is no earlier iteration of this flank and tooth: least squares of these nodes is returned")]
+    "no_earlier_iterations" => NoEarlierIterations,
     /// A representative piece whose directions are others.
     #[error(
-        "the directions of the representative piece lie off those of these nodes (alignment {0:.3}): much of the error \
+        "the directions of the representative piece lie off those of these nodes (alignment {alignment:.3}): much of the error \
          along the smallest eigenvalues stays; measure at the places of the piece, or let the nodes make their own B"
     )]
-    PieceMisaligned(f64),
+    "representative_misaligned" => PieceMisaligned { alignment: f64 },
     /// A fit that has nothing to give to others.
     #[error("no eigenvalue is raised by a matrix B here: there is nothing of this fit for others to use")]
-    NoPieceToGive,
+    "no_representative" => NoPieceToGive,
     /// Constraints that hold the function back.
     #[error(
         "constraints hold the function back at {}: standard errors are those with the derivatives there held at 0, \
          intervals are those of least squares, which the estimate may lie outside of",
-        counted(*.0, "place", "places")
+        counted(*.count, "place", "places")
     )]
-    ConstraintsActive(usize),
+    "constraints_active" => ConstraintsActive { count: usize },
+}
+}
+
+/// Up to ten numbers of `count`.
+fn first(numbers: &[usize], count: usize) -> String {
+    format!("{}{}", listed(numbers), if numbers.len() < count { ", …" } else { "" })
 }

@@ -17,7 +17,7 @@ pub(super) fn rounding(largest: f64) -> f64 {
 
 /// The warning about an exact fit.
 pub(super) fn warning(on: usize, m: usize) -> Warning {
-    Warning::ExactFit { on, nodes: m }
+    Warning::ExactFit { on_surface: on, nodes: m }
 }
 
 /// A scale and the results that depend on it.

@@ -66,7 +66,7 @@ impl QuantileFit {
     }
 
     pub(super) fn warnings(&self) -> Vec<Warning> {
-        let stopped = (!self.vertex.optimal).then_some(Warning::SimplexStopped(self.vertex.steps));
+        let stopped = (!self.vertex.optimal).then_some(Warning::SimplexStopped { steps: self.vertex.steps });
         let several = (!self.vertex.unique).then_some(Warning::SumNotUnique);
         stopped.into_iter().chain(several).collect()
     }

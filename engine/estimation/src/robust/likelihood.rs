@@ -33,7 +33,7 @@ use super::{
 };
 use crate::{
     error::FitError,
-    result::{LikelihoodReport, LocalSolution, ShapeBound, Warning},
+    result::{LikelihoodReport, LocalSolution, Warning},
     spec::Distribution,
 };
 use flankfit_numerics::{
@@ -86,7 +86,7 @@ pub(super) fn estimate(distribution: Distribution, measured: &Measured) -> Resul
     let mut warnings = found.warnings;
     let settled = exact::settled(Some(found.scale), tau, &found.residuals, n, problem.largest, &mut warnings);
     let weights = settled.weights.unwrap_or(weights);
-    warnings.extend(bound.filter(|_| settled.dispersion.is_some()).map(Warning::ShapeAtBound));
+    warnings.extend(bound.filter(|_| settled.dispersion.is_some()));
     let known = settled.dispersion.is_some();
     Ok(Outcome {
         solved: Solved::Step(found.x),
@@ -109,14 +109,14 @@ pub(super) fn estimate(distribution: Distribution, measured: &Measured) -> Resul
 }
 
 /// An estimated shape at an end of its range, but ν at its upper end: there errors are normal.
-fn at_bound(distribution: Distribution, shape: f64) -> Option<ShapeBound> {
+fn at_bound(distribution: Distribution, shape: f64) -> Option<Warning> {
     match distribution {
         Distribution::Student { freedom: None } => {
-            (shape <= Distribution::FREEDOM[0]).then_some(ShapeBound::Freedom(shape))
+            (shape <= Distribution::FREEDOM[0]).then_some(Warning::FreedomAtBound { degrees_of_freedom: shape })
         }
         Distribution::GeneralizedNormal { exponent: None } => {
             let [low, high] = Distribution::EXPONENT;
-            (shape <= low || shape >= high).then_some(ShapeBound::Exponent(shape))
+            (shape <= low || shape >= high).then_some(Warning::ExponentAtBound { exponent: shape })
         }
         _ => None,
     }
@@ -253,7 +253,11 @@ impl Problem<'_> {
         let mixed = -2.0 / ((nu + 1.0) * (nu + 3.0));
         let of_shape = 0.25
             * (trigamma(0.5 * nu) - trigamma(0.5 * (nu + 1.0)) - 2.0 * (nu + 5.0) / (nu * (nu + 1.0) * (nu + 3.0)));
-        let warnings = if converged { Vec::new() } else { vec![Warning::WeightsNotConverged { iterations, reached }] };
+        let warnings = if converged {
+            Vec::new()
+        } else {
+            vec![Warning::WeightsNotConverged { iterations, change_scales: reached }]
+        };
         Ok(AtShape {
             log_likelihood: count * (constant - libm::log(s) - 0.5 * (nu + 1.0) * logs),
             slope,

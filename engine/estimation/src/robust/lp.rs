@@ -54,7 +54,10 @@ pub(super) struct Walk {
 impl Walk {
     pub(super) fn warnings(&self) -> Vec<Warning> {
         let (iterations, reached) = (self.iterations, self.reached);
-        (!self.converged).then_some(Warning::NewtonNotConverged { iterations, reached }).into_iter().collect()
+        (!self.converged)
+            .then_some(Warning::NewtonNotConverged { iterations, relative_change: reached })
+            .into_iter()
+            .collect()
     }
 }
 

@@ -96,7 +96,7 @@ pub(super) fn estimate(asked: &MEstimator, measured: &Measured) -> Result<Outcom
     };
     let mut warnings = Vec::new();
     if !converged {
-        warnings.push(Warning::WeightsNotConverged { iterations, reached });
+        warnings.push(Warning::WeightsNotConverged { iterations, change_scales: reached });
     }
     let s = if is_exact { 0.0 } else { last_scale.unwrap_or(0.0) };
     let told = asked.contamination != Some(Contamination::Estimated);

@@ -91,7 +91,7 @@ impl Chosen {
                 }
             }
         }
-        result.warnings.push(Warning::PostSelection(self.selection.candidates.len()));
+        result.warnings.push(Warning::PostSelection { count: self.selection.candidates.len() });
         result.selection = Some(self.selection);
         finite::checked(result)
     }

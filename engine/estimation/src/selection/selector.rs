@@ -7,7 +7,7 @@
 use super::search::{Place, Unavailable};
 use crate::{
     error::FitError,
-    result::{Choice, LambdaCurvePoint, NeedsSigma, Warning},
+    result::{Choice, LambdaCurvePoint, Warning},
     spec::{ChosenBy, Criterion, Parameter},
 };
 use flankfit_numerics::check::Faults;
@@ -103,25 +103,20 @@ pub(crate) fn select<P: Comparison>(
     let answer = match (asked, criterion) {
         (Ok(answer), _) => Some(answer),
         (Err(Unavailable::NoSigma), Some(criterion)) => {
-            warn_of_missing_sigma(NeedsSigma::Criterion(criterion), warnings);
+            warnings.push(Warning::SigmaMissing { criterion: criterion.name() });
             None
         }
         (Err(_), Some(criterion)) => return Err(no_minimiser(criterion).into()),
         (Err(_), None) => None,
     };
     match answer.as_ref().map(P::place) {
-        Some(Place::Missed) => warnings.push(Warning::DiscrepancyNotReached(P::PARAMETER)),
-        Some(Place::Limit) => warnings.push(Warning::LambdaAtLimit(P::PARAMETER)),
+        Some(Place::Missed) => warnings.push(Warning::DiscrepancyNotReached { parameter: P::PARAMETER }),
+        Some(Place::Limit) => warnings.push(Warning::LambdaAtLimit { parameter: P::PARAMETER }),
         Some(Place::Inside) | None => {}
     }
     let curve = want_curve
         .then(|| (0..=POINTS).map(|i| problem.curve_point(problem.at_share(i as f64 / POINTS as f64))).collect());
     Ok(Selection { answer, criterion, fixed, choices, curve })
-}
-
-/// Warns that `what` needs σ, and that least squares is used without it.
-pub(crate) fn warn_of_missing_sigma(what: NeedsSigma, warnings: &mut Vec<Warning>) {
-    warnings.push(Warning::SigmaMissing(what));
 }
 
 /// Error for a criterion that a regularisation does not have.
@@ -147,6 +142,6 @@ pub(crate) fn warn_about(choices: &[Choice], chosen: &Choice, warnings: &mut Vec
         && here > there * (1.0 + 1e-9)
     {
         let factor = here / there;
-        warnings.push(Warning::WorseThanLeastSquares(factor));
+        warnings.push(Warning::WorseThanLeastSquares { factor });
     }
 }

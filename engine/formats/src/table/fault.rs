@@ -4,7 +4,10 @@ use std::fmt;
 
 use super::{Layout, Meaning, Unit};
 use crate::file_error::FileError;
-use flankfit_numerics::words::counted;
+use flankfit_numerics::{
+    warnings,
+    words::{counted, listed},
+};
 
 /// A table that cannot be read: one fault, and the first places.
 #[derive(Clone, Debug, PartialEq)]
@@ -89,59 +92,22 @@ impl fmt::Display for TableFault {
     }
 }
 
+warnings! {
 /// Assumption about a table, or a part that was left out.
-#[derive(Clone, Debug, PartialEq, Eq)]
 pub enum TableNote {
     /// No header names the columns; they are taken by their number.
-    MeaningAssumed {
-        /// Meanings assigned to the columns.
-        meanings: Vec<Meaning>,
-    },
+    #[error(
+        "no header names the columns; they are taken for {}", listed(.meanings.iter().map(|meaning| meaning.name()))
+    )]
+    "meaning_assumed" => MeaningAssumed { meanings: Vec<Meaning> },
     /// The header names no unit.
-    UnitAssumed {
-        /// Name of the column.
-        name: String,
-        /// The unit that is taken.
-        unit: Unit,
-    },
+    #[error("the column `{name}` names no unit; `{}` is assumed", .unit.name())]
+    "unit_assumed" => UnitAssumed { name: String, unit: Unit },
     /// A column is not read.
-    ColumnIgnored {
-        /// Name of the column.
-        name: String,
-    },
+    #[error("the column `{name}` is not read")]
+    "column_ignored" => ColumnIgnored { name: String },
     /// Lines before the header are no part of the table.
-    LinesLeftOut {
-        /// Their number.
-        lines: usize,
-    },
+    #[error("{} before the table left out", counted(*.lines, "line is", "lines are"))]
+    "lines_left_out" => LinesLeftOut { lines: usize },
 }
-
-impl TableNote {
-    /// Stable name.
-    pub fn code(&self) -> &'static str {
-        match self {
-            TableNote::MeaningAssumed { .. } => "meaning_assumed",
-            TableNote::UnitAssumed { .. } => "unit_assumed",
-            TableNote::ColumnIgnored { .. } => "column_ignored",
-            TableNote::LinesLeftOut { .. } => "lines_left_out",
-        }
-    }
-}
-
-impl fmt::Display for TableNote {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            TableNote::MeaningAssumed { meanings } => {
-                let names: Vec<&str> = meanings.iter().map(|meaning| meaning.name()).collect();
-                write!(f, "no header names the columns; they are taken for {}", names.join(", "))
-            }
-            TableNote::UnitAssumed { name, unit } => {
-                write!(f, "the column `{name}` names no unit; `{}` is assumed", unit.name())
-            }
-            TableNote::ColumnIgnored { name } => write!(f, "the column `{name}` is not read"),
-            TableNote::LinesLeftOut { lines } => {
-                write!(f, "{} before the table left out", counted(*lines, "line is", "lines are"))
-            }
-        }
-    }
 }

@@ -220,7 +220,7 @@ fn evaluate(gear: &Gear, readings: &[f64], rounding: Rounding, derived: bool) ->
         }
     };
     let eccentricity = eccentricity(readings).unwrap_or_else(|error| {
-        warnings.push(RunoutWarning::NoEccentricity(error));
+        warnings.push(RunoutWarning::NoEccentricity { error });
         None
     });
     let readings = readings.iter().map(|r| (!r.is_nan()).then_some(*r)).collect();

@@ -76,8 +76,8 @@ pub(super) fn suspects(subject: &Subject, all: &[Sample], runs: &[Run], excluded
 impl Suspects {
     /// Returns the warning about them.
     pub(super) fn warning(&self, excluded: bool) -> TraceWarning {
-        let first = self.places.iter().take(TraceWarning::NAMED).copied().collect();
+        let places = self.places.iter().take(TraceWarning::NAMED).copied().collect();
         let more = self.places.len() > TraceWarning::NAMED;
-        TraceWarning::OutliersSuspected { first, more, excluded, without: self.without }
+        TraceWarning::OutliersSuspected { places, more, excluded, without: self.without }
     }
 }

@@ -1,73 +1,32 @@
-//! Warnings of a grid that exceeds the usable flank.
-
-use std::fmt;
+//! Warnings about a grid that exceeds the usable flank.
 
 use crate::{Gear, Geometry};
-use flankfit_numerics::words::{Shown, counted};
+use flankfit_numerics::{
+    warnings,
+    words::{Shown, counted},
+};
 
+warnings! {
 /// A grid that leaves the flank that is really there: the involute itself goes on.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Copy)]
 pub enum GridWarning {
-    /// So many profile values, `first` the first of them, lie above the tip form diameter (mm).
-    BeyondTip {
-        /// Index of the first of them.
-        first: usize,
-        /// How many there are.
-        count: usize,
-        /// Tip form diameter, mm.
-        diameter: f64,
-    },
+    /// Profile values from index `first` on lie above the tip form diameter (mm).
+    #[error(
+        "{}, from number {first} on, beyond the tip form diameter of {} mm: no material is there",
+        counted(*.count, "profile value lies", "profile values lie"), Shown(*.diameter)
+    )]
+    "beyond_tip" => BeyondTip { first: usize, count: usize, diameter: f64 },
     /// They lie below the root form diameter (mm), where fillet or undercut has replaced the
     /// involute.
-    BelowForm {
-        /// Index of the first of them.
-        first: usize,
-        /// How many there are.
-        count: usize,
-        /// Root form diameter, mm.
-        diameter: f64,
-    },
+    #[error(
+        "{}, from number {first} on, below the root form diameter of {} mm, where fillet or undercut has replaced the \
+         involute", counted(*.count, "profile value lies", "profile values lie"), Shown(*.diameter)
+    )]
+    "below_form_diameter" => BelowForm { first: usize, count: usize, diameter: f64 },
     /// The places span more than the face width (mm).
-    BeyondFace {
-        /// Distance of the outermost places.
-        span: f64,
-        /// Face width of the gear.
-        face_width: f64,
-    },
+    #[error("the places span {} mm, the face is {} mm wide", Shown(*.span), Shown(*.face_width))]
+    "beyond_face_width" => BeyondFace { span: f64, face_width: f64 },
 }
-
-impl GridWarning {
-    /// A stable name.
-    pub fn code(&self) -> &'static str {
-        match self {
-            GridWarning::BeyondTip { .. } => "beyond_tip",
-            GridWarning::BelowForm { .. } => "below_form_diameter",
-            GridWarning::BeyondFace { .. } => "beyond_face_width",
-        }
-    }
-}
-
-impl fmt::Display for GridWarning {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match *self {
-            GridWarning::BeyondTip { first, count, diameter } => write!(
-                f,
-                "{}, from number {first} on, beyond the tip form diameter of {} mm: no material is there",
-                counted(count, "profile value lies", "profile values lie"),
-                Shown(diameter)
-            ),
-            GridWarning::BelowForm { first, count, diameter } => write!(
-                f,
-                "{}, from number {first} on, below the root form diameter of {} mm, where fillet or undercut has \
-                 replaced the involute",
-                counted(count, "profile value lies", "profile values lie"),
-                Shown(diameter)
-            ),
-            GridWarning::BeyondFace { span, face_width } => {
-                write!(f, "the places span {} mm, the face is {} mm wide", Shown(span), Shown(face_width))
-            }
-        }
-    }
 }
 
 /// Returns warnings about nodes off the flank.

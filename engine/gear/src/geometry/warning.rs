@@ -2,28 +2,25 @@
 
 use super::Geometry;
 use crate::{Gear, generation::Root};
-use flankfit_numerics::words::Shown;
+use flankfit_numerics::{warnings, words::Shown};
 
 /// Below this normal thickness (in normal modules) a tip counts as thin.
 pub const THIN_TIP: f64 = 0.2;
 /// Below this number of teeth ISO 1328-1 says nothing.
 pub const FEW_TEETH: u32 = 5;
 
+warnings! {
 /// Something a designer should know. Diameters and lengths in mm.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-#[cfg_attr(feature = "contract", derive(serde::Serialize), serde(untagged))]
+#[derive(Copy)]
 pub enum Warning {
     /// The tool's tip cuts into the involute.
     #[error(
         "undercut: the profile shift coefficient {} is below {}, and the involute starts at {} mm only",
         Shown(*.profile_shift_coefficient), Shown(*.least_profile_shift_coefficient), Shown(*.form_diameter_mm)
     )]
-    Undercut {
-        /// Profile shift coefficient x.
+    "undercut" => Undercut {
         profile_shift_coefficient: f64,
-        /// Smallest x without undercut by this tool.
         least_profile_shift_coefficient: f64,
-        /// Root form diameter, where the involute starts.
         form_diameter_mm: f64,
     },
     /// The protuberance cuts into the involute, as it is meant to where the flank is ground later.
@@ -31,109 +28,63 @@ pub enum Warning {
         "the protuberance of {} mm cuts the involute away below {} mm", Shown(*.protuberance_mm),
         Shown(*.form_diameter_mm)
     )]
-    Protuberance {
-        /// Protuberance of the tool.
-        protuberance_mm: f64,
-        /// Root form diameter, where the involute starts.
-        form_diameter_mm: f64,
-    },
+    "protuberance" => Protuberance { protuberance_mm: f64, form_diameter_mm: f64 },
     /// The flanks meet before the tip circle.
     #[error(
         "the flanks of a tooth meet on {} mm, before the tip diameter of {} mm", Shown(*.pointed_diameter_mm),
         Shown(*.tip_diameter_mm)
     )]
-    PointedTip {
-        /// Diameter where the flanks meet.
-        pointed_diameter_mm: f64,
-        /// Tip diameter of the gear.
-        tip_diameter_mm: f64,
-    },
+    "pointed_tip" => PointedTip { pointed_diameter_mm: f64, tip_diameter_mm: f64 },
     /// The tip's normal thickness is below 0.2 m_n.
     #[error("the tip is {} mm thick in the normal section, less than {} mm", Shown(*.thickness_mm), Shown(*.least_mm))]
-    ThinTip {
-        /// Normal thickness at the tip.
-        thickness_mm: f64,
-        /// 0.2 m_n.
-        least_mm: f64,
-    },
+    "thin_tip" => ThinTip { thickness_mm: f64, least_mm: f64 },
     /// The involute would start above the tip: no flank is left.
     #[error(
         "no involute is left: it would start on {} mm, beyond the tip diameter of {} mm", Shown(*.form_diameter_mm),
         Shown(*.tip_diameter_mm)
     )]
-    TipBelowForm {
-        /// Tip diameter of the gear.
-        tip_diameter_mm: f64,
-        /// Root form diameter.
-        form_diameter_mm: f64,
-    },
+    "tip_below_form_diameter" => TipBelowForm { tip_diameter_mm: f64, form_diameter_mm: f64 },
     /// An internal tooth reaches below the base circle, where no involute is.
     #[error(
         "the tip diameter of {} mm lies within the base circle of {} mm, where the involute ends",
         Shown(*.tip_diameter_mm), Shown(*.base_diameter_mm)
     )]
-    TipBelowBase {
-        /// Tip diameter of the gear.
-        tip_diameter_mm: f64,
-        /// Diameter of the base circle.
-        base_diameter_mm: f64,
-    },
+    "tip_below_base_circle" => TipBelowBase { tip_diameter_mm: f64, base_diameter_mm: f64 },
     /// The root circle asked for is deeper than the tool cuts.
     #[error(
         "the tool cuts a root diameter of {} mm and does not reach {} mm", Shown(*.generated_diameter_mm),
         Shown(*.root_diameter_mm)
     )]
-    RootBelowTool {
-        /// Root diameter asked for.
-        root_diameter_mm: f64,
-        /// Root diameter that the tool cuts.
-        generated_diameter_mm: f64,
-    },
+    "root_below_tool" => RootBelowTool { root_diameter_mm: f64, generated_diameter_mm: f64 },
     /// The tool cuts deeper than the root circle asked for.
     #[error(
         "the tool cuts a root diameter of {} mm, deeper than the {} mm asked for", Shown(*.generated_diameter_mm),
         Shown(*.root_diameter_mm)
     )]
-    RootAboveTool {
-        /// Root diameter asked for.
-        root_diameter_mm: f64,
-        /// Root diameter that the tool cuts.
-        generated_diameter_mm: f64,
-    },
+    "root_above_tool" => RootAboveTool { root_diameter_mm: f64, generated_diameter_mm: f64 },
     /// Fewer teeth than the tolerance standard covers.
     #[error("{teeth} teeth: ISO 1328-1 has tolerances from {FEW_TEETH} teeth on")]
-    FewTeeth {
-        /// Teeth of the gear.
-        teeth: u32,
-    },
+    "few_teeth" => FewTeeth { teeth: u32 },
     /// No tool is given: a standard rack tool that reaches the root circle is assumed.
     #[error(
         "no tool is given: a rack with an addendum of {} mm and a tip radius of {} mm is assumed",
         Shown(*.addendum_mm), Shown(*.tip_radius_mm)
     )]
-    ToolAssumed {
-        /// Addendum of the assumed tool.
-        addendum_mm: f64,
-        /// Tip radius of the assumed tool.
-        tip_radius_mm: f64,
-    },
+    "tool_assumed" => ToolAssumed { addendum_mm: f64, tip_radius_mm: f64 },
     /// No rack with these flanks reaches the root circle: the involute goes straight down, without
     /// a fillet.
     #[error(
         "no rack with these flanks reaches the root diameter of {} mm: the flank goes down without a fillet",
         Shown(*.root_diameter_mm)
     )]
-    NoFillet {
-        /// Root diameter of the gear.
-        root_diameter_mm: f64,
-    },
+    "no_fillet" => NoFillet { root_diameter_mm: f64 },
     /// A rack cannot cut an internal gear: the root is an arc of this radius in the transverse
     /// section.
     #[error(
         "a rack cannot cut an internal gear: its root is taken as an arc of {} mm in the transverse section",
         Shown(*.radius_mm)
     )]
-    InternalRoot {
+    "internal_root" => InternalRoot {
         /// Radius of the arc.
         radius_mm: f64,
         /// Protuberance of the tool given, which has no meaning here.
@@ -141,33 +92,8 @@ pub enum Warning {
     },
     /// That arc is smaller than asked, for the space takes no more.
     #[error("the space takes a root arc of {} mm, not of {} mm", Shown(*.used_mm), Shown(*.asked_mm))]
-    RootRadius {
-        /// Tip radius asked for.
-        asked_mm: f64,
-        /// Radius of the arc.
-        used_mm: f64,
-    },
+    "root_radius_reduced" => RootRadius { asked_mm: f64, used_mm: f64 },
 }
-
-impl Warning {
-    /// A stable name.
-    pub fn code(&self) -> &'static str {
-        match self {
-            Warning::Undercut { .. } => "undercut",
-            Warning::Protuberance { .. } => "protuberance",
-            Warning::PointedTip { .. } => "pointed_tip",
-            Warning::ThinTip { .. } => "thin_tip",
-            Warning::TipBelowForm { .. } => "tip_below_form_diameter",
-            Warning::TipBelowBase { .. } => "tip_below_base_circle",
-            Warning::RootBelowTool { .. } => "root_below_tool",
-            Warning::RootAboveTool { .. } => "root_above_tool",
-            Warning::FewTeeth { .. } => "few_teeth",
-            Warning::ToolAssumed { .. } => "tool_assumed",
-            Warning::NoFillet { .. } => "no_fillet",
-            Warning::InternalRoot { .. } => "internal_root",
-            Warning::RootRadius { .. } => "root_radius_reduced",
-        }
-    }
 }
 
 /// Everything unusual, gravest first.

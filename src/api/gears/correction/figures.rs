@@ -1,10 +1,11 @@
 //! Figures of the flanks before a correction, wanted and predicted, against their limits.
 
 use serde::{Deserialize, Serialize};
+use serde_json::json;
 use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
-use crate::api::{params::Params, warning::WarningBody};
+use crate::api::warning::WarningBody;
 use flankfit_engine::{
     estimation::inference::ConformityOutcome,
     gear::{
@@ -166,9 +167,7 @@ pub fn removes_crowning(figures: &[HeldFigure]) -> Option<WarningBody> {
         "{values}: the correction aims at the unmodified flank and takes this away. If the drawing asks for it, give \
          the job's requirements a `design` or limits of these figures; if not, send `target`: \"nominal\""
     );
-    let names = found.iter().map(|figure| format!("{}_um", figure.name));
-    let params = Params::new().list("figures", names).some();
-    Some(WarningBody { params, ..WarningBody::new("target_removes_crowning", message) })
+    Some(WarningBody::new("target_removes_crowning", message).with_values(&json!({"figures": names_of(&found)})))
 }
 
 /// Warns of figures that remain outside their limits, with the reason of each.
@@ -189,9 +188,12 @@ pub fn outside_limits(figures: &[HeldFigure], solution: &Solution) -> Option<War
         )
     });
     let message = format!("still outside the limits after the correction: {}", each.collect::<Vec<_>>().join("; "));
-    let names = found.iter().map(|figure| format!("{}_um", figure.name));
-    let params = Params::new().list("figures", names).some();
-    Some(WarningBody { params, ..WarningBody::new("predicted_outside_limits", message) })
+    Some(WarningBody::new("predicted_outside_limits", message).with_values(&json!({"figures": names_of(&found)})))
+}
+
+/// Returns the names of figures in the interface.
+fn names_of(figures: &[&HeldFigure]) -> Vec<String> {
+    figures.iter().map(|figure| format!("{}_um", figure.name)).collect()
 }
 
 fn stopped_by(figure: &HeldFigure, all: &[HeldFigure], solution: &Solution) -> String {

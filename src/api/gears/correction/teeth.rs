@@ -1,6 +1,7 @@
 //! The teeth that a correction of the gear was made for.
 
 use serde::{Deserialize, Serialize};
+use serde_json::json;
 use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
@@ -8,10 +9,7 @@ use super::{
     blocks::{Block, Blocks},
     figures::SidedBody,
 };
-use crate::{
-    api::{params::Params, warning::WarningBody},
-    jobs::side_name,
-};
+use crate::{api::warning::WarningBody, jobs::side_name};
 use flankfit_engine::gear::Side;
 
 /// The teeth whose mean a flank was corrected by.
@@ -54,8 +52,7 @@ pub(super) fn warnings(nodes: &Blocks) -> Vec<WarningBody> {
     let single: Vec<&str> = nodes.blocks.iter().filter(|block| block.mean.count == 1).filter_map(named).collect();
     if !single.is_empty() {
         let message = format!("{} flank: one tooth only; the spread between teeth is not known", single.join(" and "));
-        let params = Params::new().list("flanks", single).some();
-        warnings.push(WarningBody { params, ..WarningBody::new("one_tooth", message) });
+        warnings.push(WarningBody::new("one_tooth", message).with_values(&json!({"flanks": single})));
     }
     let measured = |side: Side| nodes.blocks.iter().any(|block| block.side == Some(side));
     for side in [Side::Left, Side::Right].into_iter().filter(|side| !measured(*side)) {
@@ -64,8 +61,8 @@ pub(super) fn warnings(nodes: &Blocks) -> Vec<WarningBody> {
              known",
             side_name(side)
         );
-        let params = Params::new().list("flanks", [side_name(side)]).some();
-        warnings.push(WarningBody { params, ..WarningBody::new("flank_not_measured", message) });
+        let flanks = json!({"flanks": [side_name(side)]});
+        warnings.push(WarningBody::new("flank_not_measured", message).with_values(&flanks));
     }
     warnings
 }

@@ -64,8 +64,7 @@ pub(in crate::api) fn nothing_measured(what: &str) -> Problem {
 /// What a reader had to say.
 pub(in crate::api) fn notices(notes: &Notes) -> Vec<NoticeBody> {
     let each = notes.list().iter();
-    each.map(|Note { line, remark }| NoticeBody::new(remark.code().as_str(), &format!("line {line}: {remark}")))
-        .collect()
+    each.map(|Note { line, remark }| NoticeBody::new(remark.code(), &format!("line {line}: {remark}"))).collect()
 }
 
 impl FileRead {

@@ -68,7 +68,7 @@ pub(crate) fn report(
         })
         .collect();
     if !infinite.is_empty() {
-        warnings.push(Warning::InfiniteInflation(infinite));
+        warnings.push(Warning::InfiniteInflation { terms: infinite });
     }
     let legendre = Legendre::new(design, factor);
     CollinearityReport {

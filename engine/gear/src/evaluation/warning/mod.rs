@@ -11,45 +11,36 @@ use std::fmt;
 use super::settings::reference_length;
 use crate::{Kind, Side, tolerance::OutOfScope};
 use flankfit_estimation::FitError;
-use flankfit_numerics::words::{Shown, counted, listed};
+use flankfit_numerics::{
+    warnings,
+    words::{Shown, counted, listed},
+};
 
+warnings! {
 /// Something that the reader of an evaluation of traces must know. Lengths are mm.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-#[cfg_attr(feature = "contract", derive(serde::Serialize), serde(untagged))]
 pub enum Warning {
     /// A gear outside the scope of ISO 1328-1.
     #[error("no classes: {0}")]
-    OutsideTheStandard(OutOfScope),
+    "outside_the_standard" => OutsideTheStandard(OutOfScope),
     /// A gear without a face width, by which helices have tolerances.
     #[error("no classes of the helix: tolerances need the face width of the gear")]
-    NoFaceWidth,
+    "no_face_width" => NoFaceWidth,
     /// Slopes extended to a length that the gear has not got: tolerances say nothing about them.
     #[error(
         "slopes are extended to {} mm, more than the {} mm of the gear: no classes",
         Shown(*.reference_mm), Shown(*.longest_mm)
     )]
-    ForeignReferenceLength {
-        /// Kind of the slopes.
-        kind: Kind,
-        /// Length that they are extended to.
-        reference_mm: f64,
-        /// The longest that the gear has.
-        longest_mm: f64,
-    },
+    "foreign_reference_length" => ForeignReferenceLength { kind: Kind, reference_mm: f64, longest_mm: f64 },
     /// A range that begins near the base circle.
     #[error(
         "the evaluation range begins at {}° of roll, close to the base circle: there a small error of diameter is a \
          large one of roll length, and the involute itself ends",
         hundredth(*.roll_deg)
     )]
-    NearBaseCircle {
-        /// Roll angle at its begin.
-        roll_deg: f64,
-    },
+    "near_base_circle" => NearBaseCircle { roll_deg: f64 },
     /// Something about one trace.
     #[error("{warning}")]
-    Trace {
+    in warning => Trace {
         /// Number of the trace, from 0.
         trace: usize,
         /// The warning.
@@ -58,7 +49,7 @@ pub enum Warning {
     },
     /// Figures of surfaces that the traces of these flanks do not determine.
     #[error("{}", undetermined(.figures, *.traces_share_zero, .flanks))]
-    FiguresUndetermined {
+    "figures_not_determined" => FiguresUndetermined {
         /// Which ones.
         figures: Vec<SurfaceFigure>,
         /// Whether all traces share one zero.
@@ -72,7 +63,7 @@ pub enum Warning {
          each leaves {rms_own_um:.2} µm of a parabola of its own; look at signs, sections and teeth of the traces \
          before its figures are used"
     )]
-    SurfaceMisfit {
+    "surface_misfit" => SurfaceMisfit {
         /// Flank of these traces.
         flank: FlankName,
         /// Rms that they leave together.
@@ -85,31 +76,11 @@ pub enum Warning {
         "{flank}: with the helices turned the contradiction falls from {rms_um:.2} to {rms_turned_um:.2} µm rms; check \
          `deviation_sign`, which says what a positive deviation of a helix means"
     )]
-    HelixSignDoubtful {
-        /// Flank of these traces.
-        flank: FlankName,
-        /// The contradiction as they are.
-        rms_um: f64,
-        /// With the helices turned.
-        rms_turned_um: f64,
-    },
+    "helix_sign_doubtful" => HelixSignDoubtful { flank: FlankName, rms_um: f64, rms_turned_um: f64 },
+}
 }
 
 impl Warning {
-    /// The stable code.
-    pub fn code(&self) -> &'static str {
-        match self {
-            Warning::OutsideTheStandard(_) => OUTSIDE_THE_STANDARD,
-            Warning::NoFaceWidth => "no_face_width",
-            Warning::ForeignReferenceLength { .. } => "foreign_reference_length",
-            Warning::NearBaseCircle { .. } => "near_base_circle",
-            Warning::Trace { warning, .. } => warning.code(),
-            Warning::FiguresUndetermined { .. } => "figures_not_determined",
-            Warning::SurfaceMisfit { .. } => "surface_misfit",
-            Warning::HelixSignDoubtful { .. } => "helix_sign_doubtful",
-        }
-    }
-
     /// Path to what it speaks of, where that is one thing.
     pub fn path(&self) -> Option<String> {
         match self {
@@ -125,47 +96,29 @@ impl Warning {
     }
 }
 
+warnings! {
 /// Something that the reader of pitch deviations must know.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-#[cfg_attr(feature = "contract", derive(serde::Serialize), serde(untagged))]
 pub enum PitchWarning {
     /// Single pitches whose sum is not 0, µm.
     #[error(
         "the single pitch deviations add up to {} µm around the gear instead of 0; that was taken off evenly",
         Shown(*.sum_um)
     )]
-    PitchesDoNotClose {
-        /// Their sum.
-        sum_um: f64,
-    },
+    "pitches_do_not_close" => PitchesDoNotClose { sum_um: f64 },
     /// Teeth that were not measured.
     #[error(
         "{} of {teeth} missing: the values are those of the others and can only be greater on the whole gear; no class \
          is given",
         counted(*.missing, "tooth", "teeth")
     )]
-    MissingTeeth {
-        /// How many.
-        missing: usize,
-        /// z.
-        teeth: usize,
-    },
+    "missing_teeth" => MissingTeeth { missing: usize, teeth: usize },
     /// A gear outside the scope of ISO 1328-1.
     #[error("no classes: {0}")]
-    OutsideTheStandard(OutOfScope),
+    "outside_the_standard" => OutsideTheStandard(OutOfScope),
+}
 }
 
 impl PitchWarning {
-    /// The stable code.
-    pub fn code(&self) -> &'static str {
-        match self {
-            PitchWarning::PitchesDoNotClose { .. } => "pitches_do_not_close",
-            PitchWarning::MissingTeeth { .. } => MISSING_TEETH,
-            PitchWarning::OutsideTheStandard(_) => OUTSIDE_THE_STANDARD,
-        }
-    }
-
     /// Says that it speaks of the list of what was measured, not of the gear.
     pub fn is_of_measured(&self) -> bool {
         match self {
@@ -175,10 +128,8 @@ impl PitchWarning {
     }
 }
 
+warnings! {
 /// Something that the reader of a run-out must know.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-#[cfg_attr(feature = "contract", derive(serde::Serialize), serde(untagged))]
 pub enum RunoutWarning {
     /// Tooth spaces without a reading.
     #[error(
@@ -186,34 +137,16 @@ pub enum RunoutWarning {
          is given",
         counted(*.missing, "tooth space", "tooth spaces")
     )]
-    MissingSpaces {
-        /// How many.
-        missing: usize,
-        /// z.
-        spaces: usize,
-    },
+    "missing_teeth" => MissingSpaces { missing: usize, spaces: usize },
     /// A gear outside the scope of ISO 1328-1.
     #[error("no class: {0}")]
-    OutsideTheStandard(OutOfScope),
+    "outside_the_standard" => OutsideTheStandard(OutOfScope),
     /// Readings without a first harmonic, and why.
-    #[error("no eccentricity: {}", reason(.0))]
+    #[error("no eccentricity: {}", reason(.error))]
     #[cfg_attr(feature = "contract", serde(skip))]
-    NoEccentricity(FitError),
+    "no_eccentricity" => NoEccentricity { error: FitError },
 }
-
-impl RunoutWarning {
-    /// The stable code.
-    pub fn code(&self) -> &'static str {
-        match self {
-            RunoutWarning::MissingSpaces { .. } => MISSING_TEETH,
-            RunoutWarning::OutsideTheStandard(_) => OUTSIDE_THE_STANDARD,
-            RunoutWarning::NoEccentricity(_) => "no_eccentricity",
-        }
-    }
 }
-
-const OUTSIDE_THE_STANDARD: &str = "outside_the_standard";
-const MISSING_TEETH: &str = "missing_teeth";
 
 /// A figure of the second-order surface of a flank. Their order is that in which warnings stand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -10,43 +10,35 @@ use super::{
     hundredth,
 };
 use crate::warning::tenth;
-use flankfit_numerics::words::{Shown, counted, listed};
+use flankfit_numerics::{
+    warnings,
+    words::{Shown, counted, listed},
+};
 
+warnings! {
 /// Something that the reader must know of a trace. Places and lengths are roll lengths or z, mm;
 /// shares are of the evaluation range.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-#[cfg_attr(feature = "contract", derive(serde::Serialize), serde(untagged))]
 pub enum TraceWarning {
     /// So many samples of the range without a deviation.
     #[error(
         "{} within the evaluation range left out", counted(*.count, "undefined sample", "undefined samples")
     )]
-    UndefinedSamples {
-        /// Number of samples.
-        count: usize,
-    },
+    "undefined_samples" => UndefinedSamples { count: usize },
     /// Fewer samples than a trace is evaluated from.
     #[error(
         "{} within the evaluation range; a trace is evaluated from {FEWEST_SAMPLES} on",
         counted(*.count, "defined sample", "defined samples")
     )]
-    TooFewSamples {
-        /// Number of samples.
-        count: usize,
-    },
+    "too_few_samples" => TooFewSamples { count: usize },
     /// Samples at so few places.
     #[error("no mean curve: the samples lie at {} only", counted(*.count, "place", "places"))]
-    NoMeanCurve {
-        /// Number of places.
-        count: usize,
-    },
+    "no_mean_curve" => NoMeanCurve { count: usize },
     /// Samples that do not reach both ends of the range.
     #[error(
         "defined samples from {} to {} mm do not cover the evaluation range from {} to {} mm: {effect}",
         place(.samples_mm[0]), place(.samples_mm[1]), Shown(.range_mm[0]), Shown(.range_mm[1])
     )]
-    RangeNotCovered {
+    "range_not_covered" => RangeNotCovered {
         /// The first and the last.
         samples_mm: [f64; 2],
         /// The evaluation range.
@@ -61,16 +53,13 @@ pub enum TraceWarning {
          what they show",
         place(*.distance_mm), percent(LONGEST_DISTANCE)
     )]
-    SparseSamples {
-        /// Usual distance.
-        distance_mm: f64,
-    },
+    "sparse_samples" => SparseSamples { distance_mm: f64 },
     /// Holes within the range.
     #[error(
         "{} without samples within the evaluation range, the longest from {} to {} mm: {effect}",
         counted(*.count, "stretch", "stretches"), place(.longest_mm[0]), place(.longest_mm[1])
     )]
-    HoleInTrace {
+    "hole_in_trace" => HoleInTrace {
         /// How many.
         count: usize,
         /// From and to of the longest.
@@ -84,7 +73,7 @@ pub enum TraceWarning {
         "{} % of the evaluation range lie in {} where samples are missing, the longest from {} to {} mm: {effect}",
         percent(*.share), counted(*.count, "stretch", "stretches"), place(.longest_mm[0]), place(.longest_mm[1])
     )]
-    SamplesMissing {
+    "samples_missing" => SamplesMissing {
         /// Share of the range in them.
         share: f64,
         /// How many.
@@ -96,11 +85,10 @@ pub enum TraceWarning {
         effect: Effect,
     },
     /// Samples that stand far out of their neighbours.
-    #[error("{}", outliers(.first, *.more, *.excluded, .without.as_ref()))]
-    OutliersSuspected {
+    #[error("{}", outliers(.places, *.more, *.excluded, .without.as_ref()))]
+    "outliers_suspected" => OutliersSuspected {
         /// The first places of them.
-        #[cfg_attr(feature = "contract", serde(rename = "places"))]
-        first: Vec<Suspect>,
+        places: Vec<Suspect>,
         /// Whether there are more.
         more: bool,
         /// Whether they are left out.
@@ -111,38 +99,19 @@ pub enum TraceWarning {
     },
     /// A slope over a hole, whose standard error is not known.
     #[error("the slope has no class: the samples are too few to tell what the hole may hide")]
-    SlopeClassUnknown,
+    "slope_class_open" => SlopeClassUnknown,
     /// A slope over a hole, whose standard error covers several classes, µm.
     #[error(
         "the slope has no class: what the hole hides leaves it open ({} ± {} µm)", hundredth(*.slope_um),
         hundredth(*.std_error_um)
     )]
-    SlopeClassOpen {
-        /// f_H.
-        slope_um: f64,
-        /// Its standard error.
-        std_error_um: f64,
-    },
+    "slope_class_open" => SlopeClassOpen { slope_um: f64, std_error_um: f64 },
+}
 }
 
 impl TraceWarning {
     /// Places of outliers that are named.
     pub const NAMED: usize = 5;
-
-    /// The stable code.
-    pub fn code(&self) -> &'static str {
-        match self {
-            TraceWarning::UndefinedSamples { .. } => "undefined_samples",
-            TraceWarning::TooFewSamples { .. } => "too_few_samples",
-            TraceWarning::NoMeanCurve { .. } => "no_mean_curve",
-            TraceWarning::RangeNotCovered { .. } => "range_not_covered",
-            TraceWarning::SparseSamples { .. } => "sparse_samples",
-            TraceWarning::HoleInTrace { .. } => "hole_in_trace",
-            TraceWarning::SamplesMissing { .. } => "samples_missing",
-            TraceWarning::OutliersSuspected { .. } => "outliers_suspected",
-            TraceWarning::SlopeClassUnknown | TraceWarning::SlopeClassOpen { .. } => "slope_class_open",
-        }
-    }
 }
 
 /// Consequences of missing samples for figures and classes.

@@ -1,12 +1,10 @@
 //! Warnings about the nodes over a whole flank.
 
 use super::{super::spacing::LEAST_COVERED, samples::percent};
-use flankfit_numerics::words::Shown;
+use flankfit_numerics::{warnings, words::Shown};
 
+warnings! {
 /// Something that the reader of a flank's surface must know. Lengths are mm.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-#[cfg_attr(feature = "contract", derive(serde::Serialize), serde(untagged))]
 pub enum SurfaceWarning {
     /// Nodes that cover too little of the trimmed range along one axis.
     #[error(
@@ -16,7 +14,7 @@ pub enum SurfaceWarning {
         Shown(.reached_mm[0]), Shown(.reached_mm[1]), percent(*.covered), Shown(.range_mm[0]),
         Shown(.range_mm[1]), percent(LEAST_COVERED)
     )]
-    RangeNotCovered {
+    "range_not_covered" => RangeNotCovered {
         /// Path to what the range was asked for by.
         #[cfg_attr(feature = "contract", serde(skip))]
         path: &'static str,
@@ -29,23 +27,11 @@ pub enum SurfaceWarning {
     },
     /// Nodes over more than the face.
     #[error("the nodes span {} mm of z, the face is {} mm wide: check the unit", Shown(*.span_mm), Shown(*.face_width_mm))]
-    BeyondFace {
-        /// Distance of the outermost nodes.
-        span_mm: f64,
-        /// Face width of the gear.
-        face_width_mm: f64,
-    },
+    "beyond_face_width" => BeyondFace { span_mm: f64, face_width_mm: f64 },
+}
 }
 
 impl SurfaceWarning {
-    /// The stable code.
-    pub fn code(&self) -> &'static str {
-        match self {
-            SurfaceWarning::RangeNotCovered { .. } => "range_not_covered",
-            SurfaceWarning::BeyondFace { .. } => "beyond_face_width",
-        }
-    }
-
     /// Path to what it speaks of.
     pub fn path(&self) -> &'static str {
         match self {
