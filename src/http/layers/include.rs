@@ -49,9 +49,7 @@ impl TableQuery {
     }
 
     pub fn instrument(&self) -> Result<Option<ShortText>, Problem> {
-        let read = |text: &String| ShortText::deserialize(StrDeserializer::<Refusal>::new(text));
-        let fault = |refusal: Refusal| Problem::invalid(Faults::one("/instrument", refusal.to_string()));
-        self.instrument.as_ref().map(read).transpose().map_err(fault)
+        value(self.instrument.as_deref(), "/instrument")
     }
 }
 
@@ -61,7 +59,7 @@ impl TableQuery {
 pub struct CorrectionQuery {
     include: Option<String>,
     /// Whether the CSV is returned although predicted figures lie outside their limits.
-    outside_limits: Option<OutsideLimitsName>,
+    outside_limits: Option<String>,
 }
 
 impl CorrectionQuery {
@@ -69,12 +67,19 @@ impl CorrectionQuery {
     pub fn form(&self, headers: &HeaderMap) -> Result<(Format, Form), Problem> {
         let format = Format::negotiated(headers, Format::Csv, "Corrections")?;
         let names: Vec<StoredIncludeName> = names(self.include.as_deref())?;
+        let permission: Option<OutsideLimitsName> = value(self.outside_limits.as_deref(), "/outside_limits")?;
         let form = match format {
-            Format::Csv => Form::Csv { outside_limits: self.outside_limits == Some(OutsideLimitsName::Allowed) },
+            Format::Csv => Form::Csv { outside_limits: permission == Some(OutsideLimitsName::Allowed) },
             _ => Form::Json(CorrectionInclude::of_stored(&names)),
         };
         Ok((format, form))
     }
+}
+
+/// Returns the value of a query parameter, which the pointer names.
+fn value<T: DeserializeOwned>(text: Option<&str>, pointer: &str) -> Result<Option<T>, Problem> {
+    let fault = |refusal: Refusal| Problem::invalid(Faults::one(pointer, refusal.to_string()));
+    text.map(|text| T::deserialize(StrDeserializer::new(text))).transpose().map_err(fault)
 }
 
 fn names<T: DeserializeOwned>(include: Option<&str>) -> Result<Vec<T>, Problem> {

@@ -317,7 +317,8 @@ async fn the_control_gets_words_and_no_figure_outside_its_limits() {
     assert!(warning["message"].as_str().unwrap().contains("`helix_angle` at its limit"), "{warning}");
     csv(&path).await.problem(409, "predicted_outside_limits");
     assert_eq!(csv(&format!("{path}?outside_limits=allowed")).await.status, 200);
-    assert_eq!(csv(&format!("{path}?outside_limits=yes")).await.status, 400);
+    let refused = csv(&format!("{path}?outside_limits=yes")).await.problem(422, "invalid_request");
+    assert_eq!(refused["errors"][0]["pointer"], "/outside_limits", "{refused}");
     // and with a target that lies outside the limits itself
     let nominal = correct(&app, &path, json!({"target": "nominal", "settings_used": "all"})).await;
     let message = nominal["warnings"].to_string();
