@@ -13,7 +13,7 @@ use crate::{
     api::{
         built::Built,
         gears::{gear::GearBody, notice::NoticeBody},
-        json::{gather::gathered, raw::Raw, text::Moment, writer::text_of},
+        json::{gather::gathered, left_out::without_nulls, raw::Raw, text::Moment, writer::text_of},
         problem::Problem,
     },
     jobs::{Job, Record, RecordDraft, RecordKind, RecordSummary},
@@ -39,7 +39,7 @@ pub struct RecordBody {
     /// have changed since; a `gear` in the request has precedence.
     #[schema(value_type = Option<GearBody>)]
     pub gear: Option<Raw<GearBody>>,
-    /// The request as posted. If it has no points or nodes, those of the iteration were used. For
+    /// The request as posted, without members that are `null`. If it has no points or nodes, those of the iteration were used. For
     /// an import: `file` (its name), `file_sha256`, `file_bytes` and `spec`. For an imported
     /// evaluation also `gear`, `traces` (all of the file, with the signs of DIN) and `evaluation`,
     /// with which `POST /v1/gears/evaluate` gives the same answer; for imported pitches likewise
@@ -92,11 +92,13 @@ pub fn of_gear(job: &Job, kind: RecordKind, text: &[u8], built: Built) -> Result
     Ok(RecordDraft { gear, ..draft(kind, text, built)? })
 }
 
-/// Returns the draft of a record of a request and its answer, both unchanged.
+/// Returns the draft of a record of a request, without its members that are `null`, and its
+/// unchanged answer.
 pub fn draft(kind: RecordKind, request: &[u8], built: Built) -> Result<RecordDraft, Problem> {
-    let text = |bytes: &[u8]| std::str::from_utf8(bytes).map(Into::into).map_err(Problem::internal);
     let class = if kind == RecordKind::Evaluation { class_of(&built.result) } else { None };
-    let (request, result) = (text(request)?, text(&built.result)?);
+    let request = str::from_utf8(request).map_err(Problem::internal)?;
+    let request = without_nulls(request).map_err(|syntax| Problem::internal(syntax.what))?;
+    let result = str::from_utf8(&built.result).map_err(Problem::internal)?.into();
     Ok(RecordDraft { kind, method: built.method, request, result, gear: None, class, measurand: None })
 }
 

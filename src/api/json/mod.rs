@@ -7,6 +7,7 @@ pub mod cursor;
 pub mod decimal;
 pub mod error;
 pub mod gather;
+pub mod left_out;
 pub mod location;
 pub mod members;
 pub mod merge;

@@ -11,19 +11,19 @@ use crate::{
 const U: [f64; 4] = [6.0, 8.0, 10.0, 12.0];
 const V: [f64; 5] = [1.0, 4.0, 7.5, 11.0, 14.0];
 
-fn flank(of: impl Fn(f64, f64) -> f64) -> Value {
+pub fn flank(of: impl Fn(f64, f64) -> f64) -> Value {
     let rows: Vec<Vec<f64>> = U.iter().map(|u| V.iter().map(|v| of(*u, *v)).collect()).collect();
     json!({"nodes": {"type": "grid", "u": U, "v": V, "z": rows},
         "axes": super::fit_figures::axes(), "model": {"type": "polynomial", "degree": 2, "terms": "total"}})
 }
 
-async fn job(app: &TestApp) -> String {
+pub async fn job(app: &TestApp) -> String {
     let job = send(app.post("/v1/jobs", json!({"name": "w", "gear": spur()}).to_string())).await.json();
     format!("/v1/jobs/{}/iterations", job["id"].as_str().unwrap())
 }
 
 /// Settings that tilt the flank along the profile and along the helix.
-fn sensitivity() -> Value {
+pub fn sensitivity() -> Value {
     let rows: Vec<[f64; 2]> =
         U.iter().flat_map(|u| V.iter().map(move |v| [(u - 9.0) / 3.0, (v - 7.5) / 6.5])).collect();
     json!({"type": "matrix", "settings": ["pressure angle", "helix angle"], "units": ["um", "um"], "matrix": rows})

@@ -6,6 +6,7 @@ mod correction;
 mod correction_applied;
 mod correction_flank;
 mod correction_kept;
+mod correction_request;
 mod correction_target;
 mod counting;
 mod evaluation;
