@@ -95,7 +95,7 @@ impl Basis {
         };
         let (built, include, result) = correction::build(text, &subject)?;
         let draft = records::of_gear(&self.job, self.kind, text, built)?;
-        let request = include.of_request(&draft.request).map_err(Problem::internal)?;
+        let request = include.of_request(&draft.request).map_err(|syntax| Problem::internal(syntax.what))?;
         let result = String::from_utf8_lossy(&result).into();
         Ok((draft, Shown { request, result }))
     }

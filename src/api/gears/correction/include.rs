@@ -1,12 +1,16 @@
 //! Parts of a correction that are returned only when requested. All of it is stored.
 
-use std::{collections::BTreeMap, sync::Arc};
+use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
-use serde_json::value::{RawValue, to_raw_value};
 use utoipa::ToSchema;
 
 use super::result::CorrectionResultBody;
+use crate::api::json::{
+    cursor::{Syntax, Token},
+    left_out::without,
+    location::Location,
+};
 use flankfit_engine::estimation::spec;
 
 /// Parts that are returned only when requested; each name only adds to the answer, and one that
@@ -37,8 +41,8 @@ pub enum CorrectionIncludeName {
 #[serde(rename_all = "snake_case")]
 #[schema(as = KeptCorrectionInclude)]
 pub enum StoredIncludeName {
-    /// Predicted and measured deviations of each node, and the lists of the request with an entry
-    /// for each node.
+    /// Predicted and measured deviations of each node, and what the request has for each node:
+    /// `trace`, `weight`, a `target` with `deviation_um`, and the `matrix` of `sensitivity`.
     Nodes,
     /// The fits of the settings, `result` and `limited_result`.
     Result,
@@ -87,22 +91,16 @@ impl CorrectionInclude {
         whole
     }
 
-    /// Leaves out the lists of a posted request that were not requested.
-    pub fn of_request(self, whole: &Arc<str>) -> serde_json::Result<Arc<str>> {
-        type Members = BTreeMap<String, Box<RawValue>>;
+    /// Leaves out the lists of a posted request that were not requested, and a target that is one.
+    pub fn of_request(self, whole: &Arc<str>) -> Result<Arc<str>, Syntax> {
         if self.nodes {
             return Ok(whole.clone());
         }
-        let mut members: Members = serde_json::from_str(whole)?;
-        members.retain(|name, _| name != "trace" && name != "weight");
-        for (part, name) in [("sensitivity", "matrix"), ("target", "deviation_um")] {
-            // a target may be a name
-            let inner = members.get(part).and_then(|part| serde_json::from_str::<Members>(part.get()).ok());
-            if let Some(mut inner) = inner {
-                inner.remove(name);
-                members.insert(part.to_owned(), to_raw_value(&inner)?);
-            }
-        }
-        Ok(serde_json::to_string(&members)?.into())
+        without(whole, |at, token| match at {
+            Location::Member(Location::Root, "target") => token == Token::Object,
+            Location::Member(Location::Root, "trace" | "weight")
+            | Location::Member(Location::Member(Location::Root, "sensitivity"), "matrix") => true,
+            _ => false,
+        })
     }
 }

@@ -54,7 +54,9 @@ pub struct CorrectionBody {
     /// none.
     #[schema(value_type = Option<GearBody>)]
     pub gear: Option<Raw<GearBody>>,
-    /// As it was posted; what it says node by node when `nodes` was included.
+    /// As it was posted, without members that are `null`. Unless `nodes` was included, it lacks
+    /// `trace`, `weight`, a `target` with `deviation_um`, and the `matrix` of `sensitivity`; to send
+    /// it again, include `nodes`.
     #[schema(value_type = Object)]
     pub request: Raw<Value>,
     pub result: CorrectionResultBody,
@@ -160,7 +162,7 @@ pub(super) fn whole(
         created_at: Moment(record.created_at),
         by: record.by.as_deref().map(str::to_owned),
         gear: record.draft.gear.as_deref().map(Raw::from),
-        request: include.of_request(&record.draft.request).map_err(Problem::internal)?.into(),
+        request: include.of_request(&record.draft.request).map_err(|syntax| Problem::internal(syntax.what))?.into(),
         result: include.of_result(result),
         applied,
         answer,
