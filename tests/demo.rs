@@ -151,6 +151,22 @@ fn real_traces_are_fitted_flank_by_flank() {
     assert!(text.contains("The decision is left to you"), "{text}");
 }
 
+/// Every file of `examples/files` with nodes or traces: all but points, which need their gear.
+#[test]
+fn every_shipped_file_of_nodes_is_shown() {
+    let files = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/files");
+    let mut files: Vec<_> = std::fs::read_dir(files).unwrap().map(|entry| entry.unwrap().path()).collect();
+    files.retain(|file| !["README.md", "points.txt"].iter().any(|other| file.ends_with(other)));
+    assert!(files.len() >= 7, "{}", files.len());
+    for file in files {
+        let folder = tempfile::tempdir().unwrap();
+        let text = printed(&demo(folder.path(), &["--exit", "--nodes", file.to_str().unwrap()]));
+        assert!(text.contains("The decision is left to you"), "{}: {text}", file.display());
+        let is_cross = ["curves.mka", "rexs_1.2.rexs", "rexs_2.0.rexs"].iter().any(|name| file.ends_with(name));
+        assert_eq!(text.contains("a plane: its nodes tell no twist"), is_cross, "{}: {text}", file.display());
+    }
+}
+
 #[test]
 fn own_nodes_in_csv_are_taken() {
     let folder = tempfile::tempdir().unwrap();

@@ -202,16 +202,30 @@ fn of_table(
     Ok(of_file(nodes, computed, measurand, spec, of))
 }
 
-/// The surface of the nodes with the most terms that they tell: of second order, without the
-/// squares across two parallel traces, or a plane; and what is to be said of it. Where traces have
-/// a zero each, what lies across parallel ones is not measured, and a plain cross tells no twist.
+/// Returns the surface of second order, or the first of [`surfaces`] that the nodes determine, and
+/// what is to be said of it.
 fn surface(
     nodes: &Nodes,
     own: Option<&OwnZeros>,
     plans: &Plans,
     on: Option<&OfFlank>,
 ) -> Result<(Computed, &'static str), Problem> {
-    let of = |degree, terms| FitSpec::new(Model::Polynomial { degree, terms, basis: PolynomialBasis::Monomial });
+    let mut refused = None;
+    for (model, said) in surfaces(nodes, own, PolynomialBasis::Monomial) {
+        // neither nodes nor model are the caller's
+        match fits::compute_at(nodes, &FitSpec::new(model), plans, on, |_| "/file".to_owned()) {
+            Ok(computed) => return Ok((computed, said)),
+            Err(problem) => refused = refused.or(Some(problem)),
+        }
+    }
+    Err(refused.unwrap_or_else(|| Problem::internal("no surface was tried")))
+}
+
+/// Returns surfaces to try, those with most terms first: of second order, without the squares
+/// across two parallel traces, or a plane; and what is to be said of each. Where traces have a zero
+/// each, what lies across parallel ones is not measured, and a plain cross determines no twist.
+pub fn surfaces(nodes: &Nodes, own: Option<&OwnZeros>, basis: PolynomialBasis) -> Vec<(Model, &'static str)> {
+    let of = |degree, terms| Model::Polynomial { degree, terms, basis };
     let whole = (of(Degree::Both(2), Terms::Total), "");
     let plane = (of(Degree::Both(1), Terms::Total), " (a plane: its nodes tell no twist)");
     let along = |degree| {
@@ -220,7 +234,7 @@ fn surface(
         (of(degree, Terms::Tensor), ALONG)
     };
     const TWO: &str = " (without the square across its two parallel traces)";
-    let told: Vec<(FitSpec, &'static str)> = match own {
+    match own {
         _ if matches!(nodes, Nodes::Curve(_)) => vec![whole],
         None => vec![
             whole,
@@ -232,14 +246,5 @@ fn surface(
         Some(OwnZeros { along: [true, false], .. }) => vec![along(Degree::Each(2, 0)), along(Degree::Each(1, 0))],
         Some(OwnZeros { along: [false, true], .. }) => vec![along(Degree::Each(0, 2)), along(Degree::Each(0, 1))],
         Some(_) => vec![plane],
-    };
-    let mut refused = None;
-    for (spec, said) in told {
-        // neither nodes nor model are the caller's
-        match fits::compute_at(nodes, &spec, plans, on, |_| "/file".to_owned()) {
-            Ok(computed) => return Ok((computed, said)),
-            Err(problem) => refused = refused.or(Some(problem)),
-        }
     }
-    Err(refused.unwrap_or_else(|| Problem::internal("no surface was tried")))
 }

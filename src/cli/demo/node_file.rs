@@ -9,11 +9,15 @@
 use std::{collections::BTreeSet, fs, path::Path, sync::Arc};
 
 use flankfit_engine::{
+    estimation::{
+        FitSpec, Nodes, Plans,
+        spec::{Degree, Model, PolynomialBasis, Terms},
+    },
     formats::{
         Table,
         table::{Crossings, Layout, Meaning, NodeSet as TableNodes},
     },
-    gear::Side,
+    gear::{Side, evaluation::OwnZeros},
 };
 use serde_json::{Value, json};
 
@@ -22,6 +26,7 @@ use crate::{
     api::{
         fits::nodes_text,
         gears::files::{content, read, spec::ImportSpecBody},
+        jobs::{fits::compute_at, import::surfaces},
         problem::Problem,
         tables::nodes,
     },
@@ -75,6 +80,29 @@ pub fn request_for(nodes: Value) -> Value {
         _ => json!({"type": "polynomial", "degree": [2, 2], "basis": "legendre"}),
     };
     json!({"nodes": nodes, "model": model})
+}
+
+/// Returns nodes of a file with the model that suits their type; on a flank that they do not
+/// determine so many terms of, with the surface that an import fits, which the report then says.
+fn determined_for(nodes: Nodes, own: Option<&OwnZeros>, report: &mut String) -> Result<Value, Problem> {
+    let suited = Model::Polynomial { degree: Degree::Both(2), terms: Terms::Tensor, basis: PolynomialBasis::Legendre };
+    let mut model = None;
+    if matches!(nodes, Nodes::Scattered(_) | Nodes::Grid(_)) {
+        let tried = own.is_none_or(|own| own.whole).then_some((suited, ""));
+        let is_determined = |(model, _): &(Model, &str)| {
+            compute_at(&nodes, &FitSpec::new(model.clone()), &Plans::default(), None, |_| String::new()).is_ok()
+        };
+        model = tried.into_iter().chain(surfaces(&nodes, own, PolynomialBasis::Legendre)).find(is_determined);
+    }
+    let nodes = serde_json::from_slice(&nodes_text::to_json(Arc::new(nodes)).whole()).map_err(Problem::internal)?;
+    let mut request = request_for(nodes);
+    if let Some((model, said)) = model {
+        if !said.is_empty() {
+            report.push_str(&format!("  The surface of the flank{said}.\n"));
+        }
+        request["model"] = serde_json::to_value(model).map_err(Problem::internal)?;
+    }
+    Ok(request)
 }
 
 fn name_of(path: &Path) -> String {
@@ -143,11 +171,10 @@ fn from_set(
         name = format!("{name}, {side} of tooth {}", set.tooth.as_deref().unwrap_or("?"));
     }
     let read = nodes::of_set(table, set, "/nodes")?;
-    let nodes =
-        serde_json::from_slice(&nodes_text::to_json(Arc::new(read.nodes)).whole()).map_err(Problem::internal)?;
+    let request = determined_for(read.nodes, read.own_zeros.as_ref(), &mut report)?;
     let units =
         if layout != Layout::Curve && nodes::is_in_micrometres(table) { Units::FlankDeviation } else { Units::Callers };
-    Ok(NodeSet { name, request: request_for(nodes), units, report })
+    Ok(NodeSet { name, request, units, report })
 }
 
 /// How well leads and profiles agree, in the unit of the heights.
@@ -186,15 +213,14 @@ fn from_tester(name: &str, content: &[u8]) -> Result<Vec<NodeSet>, Problem> {
     let mut sets = Vec::new();
     for side in [Side::Left, Side::Right] {
         let Some(flank) = read.nodes.iter().find(|flank| flank.side == side) else { continue };
-        let nodes = serde_json::from_slice(&nodes_text::to_json(Arc::new(flank.nodes()?)).whole())
-            .map_err(Problem::internal)?;
         let of = format!("{}, {} flank of tooth {}", name, content::word(side), flank.tooth);
         let count = flank.places.len();
-        let report = match flank.traces {
+        let mut report = match flank.traces {
             0 => format!("{report}  {count} points of the flank used.\n"),
             traces => format!("{report}  {count} samples of {traces} traces used.\n"),
         };
-        sets.push(NodeSet { name: of, request: request_for(nodes), units: Units::FlankDeviation, report });
+        let request = determined_for(flank.nodes()?, flank.own_zeros.as_ref(), &mut report)?;
+        sets.push(NodeSet { name: of, request, units: Units::FlankDeviation, report });
     }
     if sets.is_empty() {
         // says which flanks there are: none with a known place
