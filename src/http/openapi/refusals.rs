@@ -91,8 +91,13 @@ fn holds_what_is_purged(path: &str, operation: &Operation) -> bool {
     const OF_WHAT_STAYS: [&str; 4] = ["get_iteration", "list_iteration_fits", "list_iteration_records", "get_job"];
     const OF_JOBS: [&str; 3] = ["update_job", "delete_job", "import_iteration"];
     let id = operation.operation_id.as_deref().unwrap_or_default();
-    let places = ["/v1/jobs/{job_id}/iterations", "/v1/jobs/{job_id}/streams", "/v1/streams/{stream_id}"];
-    let within = places.iter().any(|place| path.starts_with(place));
+    const PLACES: [&str; 4] = [
+        "/v1/jobs/{job_id}/iterations",
+        "/v1/jobs/{job_id}/correction",
+        "/v1/jobs/{job_id}/streams",
+        "/v1/streams/{stream_id}",
+    ];
+    let within = PLACES.iter().any(|place| path.starts_with(place));
     OF_JOBS.contains(&id) || within && !OF_WHAT_STAYS.contains(&id)
 }
 

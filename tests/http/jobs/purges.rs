@@ -158,6 +158,8 @@ async fn what_was_purged_is_gone_and_its_numbers_stay() {
         record,
         stream.clone(),
         finished.clone(),
+        format!("{job}/streams"),
+        format!("{job}/correction"),
     ];
     for read in &reads {
         is_gone(&app.get(read).await, read);
@@ -176,6 +178,8 @@ async fn what_was_purged_is_gone_and_its_numbers_stay() {
         (format!("{job}/iterations"), iteration()),
         (format!("{job}/iterations"), with_prior),
         (format!("{job}/streams"), model),
+        (format!("{job}/correction"), json!({"sensitivity": {"type": "machine", "machine": "form_grinding"}})),
+        (format!("{job}/correction/applied"), json!({"settings": {}})),
         (format!("{stream}/nodes"), block.clone()),
         // also blocks that were acknowledged before
         (format!("{stream}/nodes"), json!({"sequence": 1, "nodes": nodes()})),
