@@ -303,7 +303,7 @@ fn what_is_wrong_with_a_file_is_said_with_its_name() {
     for (arguments, told) in [
         (&["fit", &table][..], &["nodes.csv: 1 cell is not a finite number", "line 2, column 3"][..]),
         (&["fit", &request], &["request.json: nodes.y.1: expected a number"]),
-        (&["evaluate", &curves, "--gear", &gear], &["gear.json: teeth: ", "gear.json: normal_module_mm: missing"]),
+        (&["evaluate", &curves, "--gear", &gear], &["gear.json: teeth: ", "gear.json: normal_module_mm: required"]),
         (&["evaluate", &curves], &["curves.mka: "]),
         (&["evaluate", "missing.mka"], &["cannot read missing.mka"]),
     ] {

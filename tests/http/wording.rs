@@ -78,6 +78,15 @@ async fn the_detail_alone_is_worth_logging() {
             format!(r#""nodes":{{"type":"curve","x":[0,1],"y":[0,1],"wieght":[1,1]}},{LINE}"#),
             "/nodes/wieght: there is no such field; did you mean `weight`?",
         ),
+        (
+            format!(r#"{curve},{LINE},"scaling":"unit_lenght""#),
+            "/scaling: `unit_lenght` is not known; expected one of `unit_length`, `none`, `standardized`; did you mean \
+             `unit_length`?",
+        ),
+        (
+            format!(r#"{curve},{LINE},"regularisation":{{}},"scaling":"big""#),
+            "/regularisation: there is no such field; did you mean `regularization`? And 1 more error, see `errors`.",
+        ),
     ] {
         let problem = app.fit(&format!("{{{request}}}")).await.problem(422, "invalid_request");
         assert_eq!(problem["detail"], detail, "{problem}");

@@ -271,7 +271,7 @@ impl Values {
         const AT: &str = "/method/values";
         match (method.tangents, method.values) {
             (TangentsName::Given, Some(given)) => return self.read(&given, AT, faults).map(Tangents::Given),
-            (TangentsName::Given, None) => faults.push_missing(AT, "missing; the tangents `given` need them"),
+            (TangentsName::Given, None) => faults.push_missing(AT, "required; the tangents `given` need them"),
             (_, Some(_)) => faults.push(AT, "only the tangents `given` take values"),
             (TangentsName::FiniteDifference, None) => return Some(Tangents::FiniteDifference),
             (TangentsName::CatmullRom, None) => return Some(Tangents::CatmullRom),

@@ -163,7 +163,7 @@ impl<'a> Check<'a> {
         }
         let name = cursor.string()?;
         if !names.iter().any(|known| *known == name) {
-            self.fault(at, unknown_name(&name, &one_of(&borrowed(names))));
+            self.fault(at, unknown_name(&name, &borrowed(names)));
         }
         Ok(())
     }
@@ -263,7 +263,7 @@ impl<'a> Check<'a> {
             cursor.skip_value().map(drop)
         })?;
         for place in required.iter().filter(|place| !seen[**place]) {
-            self.faults.push_missing(Location::Member(at, &properties[*place].0).pointer(), "missing");
+            self.faults.push_missing(Location::Member(at, &properties[*place].0).pointer(), "required");
         }
         Ok(())
     }
@@ -310,7 +310,7 @@ impl<'a> Check<'a> {
         let place = Location::Member(at, "type");
         let found = cursor.member("type").and_then(|mut kind| Some((kind.token().ok()?, kind)));
         let Some((token, mut kind)) = found.filter(|(token, _)| *token != Token::Null) else {
-            self.faults.push_missing(place.pointer(), "missing");
+            self.faults.push_missing(place.pointer(), "required");
             return cursor.skip_value().map(drop);
         };
         let mut look = kind.clone();

@@ -161,7 +161,7 @@ impl<'a, T> Member<'a, T> {
     /// The text, which must be there.
     pub fn required_text(&self, faults: &mut Faults) -> Option<&'a [u8]> {
         if self.text.is_none() {
-            faults.push_missing(self.pointer(), "missing");
+            faults.push_missing(self.pointer(), "required");
         }
         self.text
     }

@@ -8,7 +8,7 @@ use serde::de::{self, Expected, Unexpected};
 use super::{
     cursor::Syntax,
     location::{Location, escape},
-    wording::{one_of, unknown_name},
+    wording::unknown_name,
 };
 use crate::api::faults::{Fault, Faults, pointer_of};
 
@@ -89,7 +89,7 @@ impl de::Error for Refusal {
     }
 
     fn unknown_variant(name: &str, known: &'static [&'static str]) -> Self {
-        Refusal::new(String::new(), unknown_name(name, &one_of(known)), false)
+        Refusal::new(String::new(), unknown_name(name, known), false)
     }
 
     fn duplicate_field(name: &'static str) -> Self {
@@ -97,6 +97,6 @@ impl de::Error for Refusal {
     }
 
     fn missing_field(name: &'static str) -> Self {
-        Refusal::new(format!("/{}", escape(name)), "missing", true)
+        Refusal::new(format!("/{}", escape(name)), "required", true)
     }
 }

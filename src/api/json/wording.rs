@@ -10,9 +10,12 @@ const REPEATED: usize = 64;
 
 /// Of a number that no double holds.
 pub const BEYOND: &str = "the number is beyond double precision (about 1.8e308)";
-/// What to say of a name that is none of those known.
-pub fn unknown_name(name: &str, known: &str) -> String {
-    format!("`{}` is not known; expected {known}", shortened(name))
+
+/// Returns the message on a name that is none of those known.
+pub fn unknown_name(name: &str, known: &[&str]) -> String {
+    let near = nearest(name, known.iter().copied()).filter(|_| known.len() > 2);
+    let meant = near.map(|near| format!("; did you mean `{near}`?")).unwrap_or_default();
+    format!("`{}` is not known; expected {}{meant}", shortened(name), one_of(known))
 }
 
 /// Names to choose from.

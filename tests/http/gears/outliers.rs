@@ -136,7 +136,7 @@ async fn what_cannot_be_left_out_is_refused_at_its_place() {
         (json!([4, {"row": 0, "column": 4}]), "/exclude/1", "already excluded by entry 0"),
         (json!((0..58).filter(|k| *k != 17).collect::<Vec<usize>>()), "/exclude", "5 nodes are left for 6"),
         (json!([-1]), "/exclude/0", "-1"),
-        (json!([{"row": 1}]), "/exclude/0/column", "missing"),
+        (json!([{"row": 1}]), "/exclude/0/column", "required"),
         (json!("none"), "/exclude", "array"),
     ] {
         body["exclude"] = exclude;

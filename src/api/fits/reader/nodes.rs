@@ -57,7 +57,7 @@ impl<'a> RawNodes<'a> {
     /// The node set of a request that must have one.
     pub fn required(raw: Option<Self>, faults: &mut Faults) -> Option<Nodes> {
         let Some(raw) = raw else {
-            faults.push_missing("/nodes", "missing");
+            faults.push_missing("/nodes", "required");
             return None;
         };
         raw.check().map_err(|found| faults.append(found)).ok()
@@ -211,7 +211,7 @@ fn finish(mut faults: Faults, build: impl FnOnce() -> Result<Nodes, check::Fault
 
 fn required(numbers: Option<Numbers>, key: &str, faults: &mut Faults) -> Option<Numbers> {
     if numbers.is_none() {
-        faults.push_missing(format!("/nodes/{key}"), "missing");
+        faults.push_missing(format!("/nodes/{key}"), "required");
     }
     numbers
 }

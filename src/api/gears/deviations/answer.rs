@@ -95,7 +95,7 @@ pub fn build(text: &[u8], own: Option<&Gear>, of: Option<&Measurand>, room: Room
     let Some(mut checked) = checked.filter(|_| faults.is_empty()) else { return Err(Problem::invalid(faults)) };
     room(checked.given.count() * NODE)?;
     let Some(gear) = checked.gear.as_ref().or(own) else {
-        return Err(Problem::invalid(Faults::one("/gear", "missing")));
+        return Err(Problem::invalid(Faults::one("/gear", "required")));
     };
     let modifications =
         modification::read(gear, &checked.modifications, checked.modification_range).map_err(Problem::invalid)?;

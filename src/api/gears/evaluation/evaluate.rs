@@ -37,7 +37,7 @@ pub fn build(
     let mut body: EvaluateBody = read_json(text)?;
     let posted = body.gear.as_ref().map(|gear| gear.checked("/gear")).transpose().map_err(Problem::invalid)?;
     let Some(gear) = posted.as_ref().or(own) else {
-        return Err(Problem::invalid(Faults::one("/gear", "missing")));
+        return Err(Problem::invalid(Faults::one("/gear", "required")));
     };
     let mut read = body.traces(gear).map_err(Problem::invalid)?;
     if let Some(of) = of {

@@ -100,7 +100,7 @@ pub fn build(text: &[u8], own: Option<&Gear>) -> Result<Built, Problem> {
     let gear = members.gear.read(&mut faults);
     let gear = gear.and_then(|gear| gear.checked("/gear").map_err(|more| faults.append(more)).ok()).or(own.cloned());
     if gear.is_none() && !members.gear.is_given() {
-        faults.push_missing("/gear", "missing");
+        faults.push_missing("/gear", "required");
     }
     let side = members.flank.required(&mut faults);
     let profile = members.profile.required(&mut faults);

@@ -153,7 +153,7 @@ pub fn build(
     let mut body: PitchRequestBody = read_json(text)?;
     let posted = body.gear.as_ref().map(|gear| gear.checked("/gear")).transpose().map_err(Problem::invalid)?;
     let Some(gear) = posted.as_ref().or(own) else {
-        return Err(Problem::invalid(Faults::one("/gear", "missing")));
+        return Err(Problem::invalid(Faults::one("/gear", "required")));
     };
     if let Some(of) = of {
         body.belongs_to(of).map_err(Problem::invalid)?;
