@@ -86,7 +86,8 @@ pub struct ServeSettings {
         value_parser = within(bounds::LEAST_BODY..=bounds::MOST_BYTES))]
     pub body_limit: usize,
     /// Memory in bytes for all request bodies (as sent, decompressed and parsed) and unsent
-    /// responses together. Requests that exceed it are answered 503, or 413 if one alone needs more.
+    /// responses together. Requests that exceed it are answered 503, or 413 if one alone needs
+    /// more.
     #[arg(long, env = "FLANKFIT_BODY_MEMORY", default_value_t = 768 << 20,
         value_parser = within(bounds::LEAST_MEMORY..=bounds::MOST_BYTES))]
     pub body_memory: usize,

@@ -47,8 +47,8 @@ struct Waiting {
     details: MeasurementDetailsBody,
 }
 
-/// Checks a measurement of a job and fits its nodes, unless the fit needs other iterations. Processor
-/// work.
+/// Checks a measurement of a job and fits its nodes, unless the fit needs other iterations.
+/// CPU-bound.
 pub fn measured(
     nodes: Nodes,
     spec: FitSpec,

@@ -39,11 +39,11 @@ pub struct RecordBody {
     /// have changed since; a `gear` in the request has precedence.
     #[schema(value_type = Option<GearBody>)]
     pub gear: Option<Raw<GearBody>>,
-    /// The request as posted, without members that are `null`. If it has no points or nodes, those of the iteration were used. For
-    /// an import: `file` (its name), `file_sha256`, `file_bytes` and `spec`. For an imported
-    /// evaluation also `gear`, `traces` (all of the file, with the signs of DIN) and `evaluation`,
-    /// with which `POST /v1/gears/evaluate` gives the same answer; for imported pitches likewise
-    /// the request of `POST /v1/gears/pitch`.
+    /// The request as posted, without members that are `null`. If it has no points or nodes, those
+    /// of the iteration were used. For an import: `file` (its name), `file_sha256`, `file_bytes`
+    /// and `spec`. For an imported evaluation also `gear`, `traces` (all of the file, with the
+    /// signs of DIN) and `evaluation`, with which `POST /v1/gears/evaluate` gives the same answer;
+    /// for imported pitches likewise the request of `POST /v1/gears/pitch`.
     #[schema(value_type = Object)]
     pub request: Raw<Value>,
     /// The answer, for example that of `POST /v1/curves`; for a correction `nodes` and `result`

@@ -55,8 +55,8 @@ pub struct CorrectionBody {
     #[schema(value_type = Option<GearBody>)]
     pub gear: Option<Raw<GearBody>>,
     /// As it was posted, without members that are `null`. Unless `nodes` was included, it lacks
-    /// `trace`, `weight`, a `target` with `deviation_um`, and the `matrix` of `sensitivity`; to send
-    /// it again, include `nodes`.
+    /// `trace`, `weight`, a `target` with `deviation_um`, and the `matrix` of `sensitivity`. To
+    /// send it again, include `nodes`.
     #[schema(value_type = Object)]
     pub request: Raw<Value>,
     pub result: CorrectionResultBody,
