@@ -119,8 +119,8 @@ impl Keys {
         self.claimed.insert(OwnedKey::of(tenant, receipt), Some(kept));
     }
 
-    /// Keeps no response of a tenant for which `of` is true, given what the response is about and when
-    /// it was made.
+    /// Forgets the responses of a tenant for which `of` is true, given the job or stream and the
+    /// time of each.
     pub fn forget(&mut self, tenant: &Tenant, of: impl Fn(Option<Uuid>, Timestamp) -> bool) {
         for (key, kept) in &mut self.claimed {
             if key.tenant == tenant.as_str() && kept.as_ref().is_some_and(|kept| of(kept.about, kept.now)) {

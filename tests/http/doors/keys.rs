@@ -245,7 +245,7 @@ async fn refusals_name_what_can_be_chosen() {
         let refused = post(&app, &admin, "/v1/keys", &body).await;
         assert_eq!(refused.pointers(), [pointer], "{body}");
         let detail = text(&refused.json()["errors"][0]["detail"]);
-        assert!(detail.ends_with(ends), "{detail}");
+        assert!(detail.contains(ends), "{detail}");
     }
     let place = format!("/v1/keys/{}/rotate", &admin[4..20]);
     for (overlap, found) in [(-1_i64, "-1"), (2_592_001, "2592001"), (4_294_967_296, "4294967296")] {
