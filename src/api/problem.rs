@@ -120,15 +120,15 @@ impl Problem {
     fn summed_up(mut self) -> Self {
         let Some(first) = self.errors.first() else { return self };
         let place = if first.pointer.is_empty() { String::new() } else { format!("{}: ", first.pointer) };
-        let told = first.detail.trim_end_matches('.');
-        let (stop, and, the) = if told.ends_with('?') { ("", " And", " The") } else { (".", "; and", "; the") };
+        let message = first.detail.trim_end_matches('.');
+        let (stop, and, the) = if message.ends_with('?') { ("", " And", " The") } else { (".", "; and", "; the") };
         self.detail = match (self.errors.len() - 1, self.unlisted) {
-            (0, 0) => format!("{place}{told}{stop}"),
-            (1, 0) => format!("{place}{told}{and} 1 more error, see `errors`."),
-            (more, 0) => format!("{place}{told}{and} {more} more errors, see `errors`."),
+            (0, 0) => format!("{place}{message}{stop}"),
+            (1, 0) => format!("{place}{message}{and} 1 more error, see `errors`."),
+            (more, 0) => format!("{place}{message}{and} {more} more errors, see `errors`."),
             (more, unlisted) => {
                 let all = more + 1 + unlisted;
-                format!("{place}{told}{the} first of {all} errors, of which `errors` lists {}.", more + 1)
+                format!("{place}{message}{the} first of {all} errors, of which `errors` lists {}.", more + 1)
             }
         };
         self
