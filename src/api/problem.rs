@@ -12,7 +12,7 @@ use utoipa::ToSchema;
 
 use crate::api::{
     faults::{Fault, Faults, pointer_of},
-    json::{error::ReadError, writer::Unwritable},
+    json::{error::ReadError, writer::NotFinite},
 };
 use flankfit_engine::estimation::FitError;
 
@@ -190,12 +190,9 @@ impl Problem {
     }
 
     /// Returns 422 for a number of the answer that leaves the range of doubles, which data of
-    /// sensible magnitude never do, and 500 for stored text that is not JSON.
-    pub fn not_finite(error: Unwritable) -> Self {
-        match error {
-            Unwritable::NotFinite(_) => Problem::invalid(Faults::one("", error.to_string())),
-            Unwritable::Broken(_) => Problem::internal(error),
-        }
+    /// sensible magnitude never do.
+    pub fn not_finite(error: NotFinite) -> Self {
+        Problem::invalid(Faults::one("", error.to_string()))
     }
 
     /// Keeps what happened inside for the log.

@@ -14,7 +14,7 @@ use crate::api::{
     ENGINE,
     json::{
         raw::Raw,
-        writer::{Unwritable, whole},
+        writer::{NotFinite, whole},
     },
     warning::WarningBody,
 };
@@ -76,7 +76,7 @@ impl<'a> FitResultBody<'a> {
     }
 
     /// Returns the JSON text.
-    pub fn text(&self) -> Result<Vec<u8>, Unwritable> {
+    pub fn text(&self) -> Result<Vec<u8>, NotFinite> {
         whole(self)
     }
 }

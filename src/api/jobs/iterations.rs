@@ -1,5 +1,7 @@
 //! Iterations of a job and their fits. Stored results are returned byte for byte.
 
+use std::sync::Arc;
+
 use jiff::Timestamp;
 use serde::{
     Deserialize, Serialize,
@@ -14,10 +16,16 @@ use crate::{
     api::{
         fits::{answer::FitResultBody, spec::request::FitSpecBody},
         gears::{fit_figures::FitFiguresBody, notice::NoticeBody},
-        json::{gather::gathered, raw::Raw, text::Moment, writer::text_of},
+        json::{
+            gather::{gathered, listed},
+            raw::Raw,
+            text::Moment,
+            writer::text_of,
+        },
     },
     jobs::{
-        Decision, Event, FitRecord, FitSummary, Iteration, Measurand, MeasurementDetails, NewFit, NewIteration, Stored,
+        Computed, Decision, Event, FitRecord, FitSummary, Iteration, Measurand, MeasurementDetails, NewFit,
+        NewIteration, Stored,
     },
 };
 use flankfit_engine::estimation::spec::{ChosenBy, Scheme};
@@ -70,7 +78,8 @@ pub struct NewIterationBody {
     /// One, which is chosen until another one is.
     pub fits: Vec<IterationFitBody>,
     /// Warnings of the fit and its figures, each with `at`.
-    pub warnings: Vec<NoticeBody>,
+    #[schema(value_type = Vec<NoticeBody>)]
+    pub warnings: Raw<Vec<NoticeBody>>,
 }
 
 /// An iteration of a job, with the figures of the fits of its nodes.
@@ -124,8 +133,8 @@ pub struct IterationFitBody {
     #[schema(value_type = FitResultBody<'static>)]
     pub result: Raw<FitResultBody<'static>>,
     /// Warnings of result and figures, each with `at`; in the answer for a single fit.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub warnings: Vec<NoticeBody>,
+    #[schema(value_type = Option<Vec<NoticeBody>>)]
+    pub warnings: Option<Raw<Vec<NoticeBody>>>,
 }
 
 /// Figures of a fit for comparing λ* choices. A figure that does not exist is absent.
@@ -204,8 +213,9 @@ impl NewIterationBody {
             note: new.details.note.clone(),
             node_count: new.nodes.posted() as u64,
         };
-        let body = NewIterationBody { posted, fits: vec![IterationFitBody::of(&new.fit, true)], warnings: Vec::new() };
-        gathered(text_of(&body).into_bytes())
+        let fit = IterationFitBody::of(&new.fit, true);
+        let warnings = fit.warnings(["/fits/0/figures", "/fits/0/result"]).into();
+        text_of(&NewIterationBody { posted, fits: vec![fit], warnings }).into_bytes()
     }
 }
 
@@ -236,33 +246,44 @@ impl IterationBody {
 impl IterationFitBody {
     /// Creates a new fit of stored nodes.
     pub fn of(new: &NewFit, chosen: bool) -> Self {
-        let computed = &new.computed;
-        let texts = (&*computed.spec, computed.flank.as_deref(), &**computed.result);
-        Self::new((new.id, chosen), &new.event, texts)
+        let Computed { spec, result, flank, .. } = &new.computed;
+        Self::new((new.id, chosen), &new.event, (spec, flank.as_ref(), result.text()))
     }
 
     /// Creates a stored fit with its result, which may have more than was requested at first.
-    pub fn stored(fit: &FitRecord, result: &str) -> Self {
-        Self::new((fit.id, fit.chosen), &fit.event, (&fit.spec, fit.flank.as_deref(), result))
+    pub fn stored(fit: &FitRecord, result: &Arc<str>) -> Self {
+        Self::new((fit.id, fit.chosen), &fit.event, (&fit.spec, fit.flank.as_ref(), result))
     }
 
-    fn new((id, chosen): (Uuid, bool), event: &Event, (spec, figures, result): (&str, Option<&str>, &str)) -> Self {
+    fn new(
+        (id, chosen): (Uuid, bool),
+        event: &Event,
+        (spec, figures, result): (&Arc<str>, Option<&Arc<str>>, &Arc<str>),
+    ) -> Self {
         IterationFitBody {
             id,
             chosen,
             created_at: Moment(event.created_at),
             by: event.by.as_deref().map(str::to_owned),
             reason: event.reason.clone(),
-            spec: spec.into(),
-            figures: figures.map(Raw::from),
-            result: result.into(),
-            warnings: Vec::new(),
+            spec: Arc::clone(spec).into(),
+            figures: figures.cloned().map(Raw::from),
+            result: Arc::clone(result).into(),
+            warnings: None,
         }
     }
 
-    /// Returns the JSON text.
-    pub fn text(&self) -> Vec<u8> {
-        gathered(text_of(self).into_bytes())
+    /// Returns the list of warnings of figures and result, whose pointers are given.
+    fn warnings(&self, [figures, result]: [&str; 2]) -> String {
+        let parts = self.figures.iter().map(|part| (figures, part.text()));
+        listed(parts.chain([(result, self.result.text())]))
+    }
+
+    /// Returns the JSON text, with the warnings of figures and result.
+    pub fn text(mut self) -> Vec<u8> {
+        let warnings = self.warnings(["/figures", "/result"]);
+        self.warnings = (warnings != "[]").then(|| warnings.into());
+        text_of(&self).into_bytes()
     }
 }
 

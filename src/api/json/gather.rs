@@ -53,6 +53,25 @@ pub fn gathered(answer: Vec<u8>) -> Vec<u8> {
     [begin, before, &more, after, rest].concat()
 }
 
+/// Returns the warnings of parts as a list, each with `at`: the pointer of its part. Of each part
+/// the last list `warnings` is its own, and no other part has one.
+pub fn listed<'a>(parts: impl IntoIterator<Item = (&'a str, &'a str)>) -> String {
+    let mut all = String::from("[");
+    for (at, part) in parts {
+        let Some(place) = memmem::rfind(part.as_bytes(), br#""warnings":[{"#) else { continue };
+        let mut cursor = Cursor::new(part.as_bytes());
+        cursor.at = place + br#""warnings":"#.len();
+        let read = cursor.array(|cursor, _| {
+            let (said, place) = placed(cursor.skip_value()?, at);
+            let comma = if all.len() > 1 { "," } else { "" };
+            all.extend([comma, &String::from_utf8_lossy(said), ",\"at\":\"", &place, "\"}"]);
+            Ok(())
+        });
+        debug_assert!(read.is_ok(), "{part}");
+    }
+    all + "]"
+}
+
 /// Splits a warning into its text without closing bracket and `at`, and the pointer of its part
 /// from the outermost object; `list` is the pointer of the list it was found in.
 fn placed<'a>(entry: &'a [u8], list: &str) -> (&'a [u8], String) {
@@ -122,6 +141,17 @@ mod tests {
         let list = r#"[{"code":"a","at":"/left"},{"code":"b","at":"/left"},{"code":"a","at":"/right"}]"#;
         assert_eq!(of(&format!(r#"{{"warnings":[],{parts}}}"#)), format!(r#"{{"warnings":{list},{parts}}}"#));
         assert_eq!(of(&format!("{{{parts}}}")), format!(r#"{{{parts},"warnings":{list}}}"#));
+    }
+
+    #[test]
+    fn own_lists_of_parts_are_gathered_as_from_the_whole() {
+        let result = r#"{"n":[1,2],"warnings":[{"code":"x","params":{"k":["]"]}},{"code":"y"}],"end":{}}"#;
+        let figures = r#"{"warnings":[{"code":"z","at":"/slope"}]}"#;
+        let empty = r#"{"note":"\"warnings\":[{","warnings":[]}"#;
+        let list = listed([("/a", figures), ("/b", empty), ("/c/0", result)]);
+        let whole = of(&format!(r#"{{"warnings":[],"a":{figures},"b":{empty},"c":[{result}]}}"#));
+        assert!(whole.starts_with(&format!(r#"{{"warnings":{list},"a""#)), "{whole} {list}");
+        assert_eq!(listed([("/b", empty)]), "[]");
     }
 
     #[test]

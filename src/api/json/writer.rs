@@ -11,28 +11,25 @@ use serde_json::ser::Serializer;
 use super::null_fields::NullFields;
 use flankfit_engine::numerics::cancel::Asking;
 
-/// The reason why an answer cannot be written.
+/// A number of an answer that JSON cannot hold, with its field or the field of its list.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum Unwritable {
-    /// A number that JSON cannot hold, with its field or the field of its list.
-    #[error("`{0}` of the answer leaves the range of double precision: check the request's magnitudes and units")]
-    NotFinite(String),
-    /// Stored text that is not JSON.
-    #[error("{0}")]
-    Broken(String),
-}
+#[error("`{0}` of the answer leaves the range of double precision: check the request's magnitudes and units")]
+pub struct NotFinite(pub String);
 
 /// The text that serde writes of an answer, if every number in it is finite.
-pub fn whole(answer: &impl Serialize) -> Result<Vec<u8>, Unwritable> {
+pub fn whole(answer: &impl Serialize) -> Result<Vec<u8>, NotFinite> {
     let mut json = Json::with_capacity(16 << 10);
     json.serde(answer);
     json.finish()
 }
 
-/// The text that serde writes of a value of the contract. serde_json fails where a key is no string
-/// or an `impl Serialize` of one's own says so, and the contract has neither.
+/// serde_json fails where a key is no string or an `impl Serialize` of one's own says so, and the
+/// contract has neither.
+const WRITABLE: &str = "types of the contract can always be written";
+
+/// Returns the text that serde writes of a value of the contract.
 pub fn text_of(value: &impl Serialize) -> String {
-    serde_json::to_string(value).expect("types of the contract can always be written")
+    serde_json::to_string(value).expect(WRITABLE)
 }
 
 /// JSON text being written.
@@ -43,8 +40,6 @@ pub struct Json {
     /// The field that was begun last, and the first that had a number that is not finite.
     field: &'static str,
     culprit: Option<String>,
-    /// The error of finished JSON that is none.
-    broken: Option<String>,
 }
 
 /// An object being written.
@@ -55,7 +50,7 @@ pub struct Object<'a> {
 
 impl Json {
     pub fn with_capacity(bytes: usize) -> Self {
-        Json { text: Vec::with_capacity(bytes), finite: true, field: "", culprit: None, broken: None }
+        Json { text: Vec::with_capacity(bytes), finite: true, field: "", culprit: None }
     }
 
     pub fn object(&mut self) -> Object<'_> {
@@ -64,11 +59,10 @@ impl Json {
     }
 
     /// The text, if every number in it was finite.
-    pub fn finish(self) -> Result<Vec<u8>, Unwritable> {
-        match (self.broken, self.finite) {
-            (Some(error), _) => Err(Unwritable::Broken(error)),
-            (None, true) => Ok(self.text),
-            (None, false) => Err(Unwritable::NotFinite(self.culprit.unwrap_or_else(|| self.field.to_owned()))),
+    pub fn finish(self) -> Result<Vec<u8>, NotFinite> {
+        match self.finite {
+            true => Ok(self.text),
+            false => Err(NotFinite(self.culprit.unwrap_or_else(|| self.field.to_owned()))),
         }
     }
 
@@ -89,8 +83,7 @@ impl Json {
 
     fn serde(&mut self, value: &impl Serialize) {
         let start = self.text.len();
-        let written = serde_json::to_writer(&mut self.text, value);
-        self.broken = self.broken.take().or_else(|| written.err().map(|error| error.to_string()));
+        serde_json::to_writer(&mut self.text, value).expect(WRITABLE);
         if memmem::find(&self.text[start..], b"null").is_none() {
             return;
         }

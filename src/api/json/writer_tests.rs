@@ -16,22 +16,14 @@ fn written(write: impl FnOnce(&mut Object<'_>)) -> String {
 fn a_field_of_serde_that_is_not_finite_is_named() {
     let body = |x: f64| std::collections::BTreeMap::from([("a", 1.0), ("b", x)]);
     assert_eq!(whole(&body(2.5)).unwrap(), br#"{"a":1.0,"b":2.5}"#);
-    assert_eq!(whole(&body(f64::NAN)), Err(Unwritable::NotFinite("b".to_owned())));
+    assert_eq!(whole(&body(f64::NAN)), Err(NotFinite("b".to_owned())));
     assert_eq!(whole(&[None, Some(1.5)]).unwrap(), b"[null,1.5]", "a place of a list may be empty");
     let mut json = Json::with_capacity(0);
     json.object().field("list", &[body(1.0), body(f64::INFINITY)]).field("x", &1.0).end();
-    assert_eq!(json.finish(), Err(Unwritable::NotFinite("b".to_owned())));
+    assert_eq!(json.finish(), Err(NotFinite("b".to_owned())));
     let mut json = Json::with_capacity(0);
     json.object().field("x", &f64::NAN).end();
-    assert_eq!(json.finish(), Err(Unwritable::NotFinite("x".to_owned())));
-}
-
-#[test]
-fn stored_text_that_is_no_json_is_an_error_of_the_server() {
-    let broken: crate::api::json::raw::Raw<u8> = "{".into();
-    let error = whole(&std::collections::BTreeMap::from([("a", broken)])).unwrap_err();
-    assert!(matches!(error, Unwritable::Broken(_)));
-    assert!(crate::api::problem::Problem::not_finite(error).is(crate::api::problem::ProblemCode::Internal));
+    assert_eq!(json.finish(), Err(NotFinite("x".to_owned())));
 }
 
 #[test]
@@ -55,10 +47,10 @@ fn a_number_that_json_cannot_hold_is_told() {
     for wrong in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         let mut json = Json::with_capacity(0);
         json.object().numbers("a", &[1.0, wrong, 2.0]).end();
-        assert_eq!(json.finish(), Err(Unwritable::NotFinite("a".to_owned())));
+        assert_eq!(json.finish(), Err(NotFinite("a".to_owned())));
         let mut json = Json::with_capacity(0);
         json.object().number("a", 1.0).number("b", wrong).number("c", wrong).number("d", 2.0).end();
-        assert_eq!(json.finish(), Err(Unwritable::NotFinite("b".to_owned())));
+        assert_eq!(json.finish(), Err(NotFinite("b".to_owned())));
     }
 }
 

@@ -25,7 +25,7 @@ use crate::{
             location::escape,
             raw::Raw,
             value::read_json,
-            writer::{Unwritable, whole},
+            writer::{NotFinite, whole},
         },
         problem::{Problem, ProblemCode},
         warning::WarningBody,
@@ -180,7 +180,7 @@ impl CorrectionResultBody {
         (aim, flank): (AimName, Option<&Flank>),
         warnings: Vec<WarningBody>,
         digest: &str,
-    ) -> Result<Self, Unwritable> {
+    ) -> Result<Self, NotFinite> {
         let spec = correction.spec();
         let change: Vec<f64> = solution.settings.iter().map(|setting| setting.change).collect();
         let [profile_reference_length_mm, helix_reference_length_mm] =
