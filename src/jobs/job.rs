@@ -92,6 +92,17 @@ impl Job {
         job
     }
 
+    /// Returns the bytes of its texts.
+    pub fn text_length(&self) -> usize {
+        let texts = [&self.part_number, &self.serial_number, &self.machine];
+        let documents = [self.gear.as_deref(), self.requirements.as_deref()];
+        let tags = self.tags.iter().map(|(name, tag)| name.len() + tag.len());
+        self.name.len()
+            + texts.into_iter().flatten().map(String::len).sum::<usize>()
+            + documents.into_iter().flatten().map(str::len).sum::<usize>()
+            + tags.sum::<usize>()
+    }
+
     /// The job once it is purged.
     pub fn purged(&self, at: Timestamp) -> Job {
         Job { version: self.version + 1, updated_at: at.max(self.updated_at), purged_at: Some(at), ..self.clone() }

@@ -20,6 +20,7 @@ mod ambient;
 pub mod archive;
 pub mod audit;
 mod callers;
+pub mod completion;
 mod draft;
 mod encoded_nodes;
 mod encoded_text;

@@ -48,14 +48,13 @@ impl Jobs {
         let new = Arc::new(Purge { job, at: self.now(), reason });
         let receipt = keyed.map(|keyed| keyed.receipt(new.clone()));
         let (service, purging) = (self.service.clone(), self.repository.purge_job(new.clone(), receipt));
-        let purged = self.write(job, async move {
+        let purged = self.change(job, async move {
             purging.await?;
             // its streams take nothing more
             service.announce_stream_end();
             Ok(())
         });
         purged.await?;
-        self.service.known.remove(&self.owned(job));
         Ok(new)
     }
 }

@@ -255,13 +255,18 @@ impl Table {
             .digest()
     }
 
-    /// Returns the values of a row from columns in another order and number.
-    pub fn pick<'a>(&self, names: &str, values: &[Value<'a>]) -> Vec<Value<'a>> {
-        let value = |column: &Column| {
-            let place = names.split(',').position(|name| name.trim() == column.name);
+    /// Returns the place of each column among names in another order and number.
+    pub fn places(&self, names: &str) -> Vec<Option<usize>> {
+        let names: Vec<&str> = names.split(',').map(str::trim).collect();
+        self.columns.iter().map(|column| names.iter().position(|name| *name == column.name)).collect()
+    }
+
+    /// Returns the values of a row from those at these places.
+    pub fn pick<'a>(&self, places: &[Option<usize>], values: &[Value<'a>]) -> Vec<Value<'a>> {
+        let value = |(column, place): (&Column, &Option<usize>)| {
             place.map_or(column.kind.none(), |place| values[place].clone())
         };
-        self.columns.iter().map(value).collect()
+        self.columns.iter().zip(places).map(value).collect()
     }
 }
 

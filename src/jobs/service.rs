@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use jiff::Timestamp;
 use tokio::sync::{Semaphore, watch};
-use tracing::Instrument as _;
 use uuid::Uuid;
 
 use super::{
     archive::{Holdings, Key},
     audit::{self, Evidence, Sealed, Sealing, SigningKey, Verdict},
+    completion::to_completion,
     known_jobs::KnownJobs,
     streams::StreamCache,
     summary::first_week,
@@ -115,7 +115,7 @@ impl JobService {
 /// The jobs of one tenant and everything that a caller can do with them.
 ///
 /// Whoever waits for a use case may leave at any time. What the store has taken is then finished
-/// all the same, with what follows from it (`run_to_completion`); what it has not taken yet is not
+/// all the same, with what follows from it ([`to_completion`]); what it has not taken yet is not
 /// begun.
 #[derive(Clone)]
 pub struct Jobs {
@@ -162,7 +162,6 @@ impl Jobs {
         let receipt = keyed.map(|keyed| keyed.receipt(job.clone()));
         let new = Job::clone(&job);
         self.write(job.id, self.repository.insert_job(new, receipt)).await?;
-        self.service.known.add(self.owned(job.id));
         Ok(job)
     }
 
@@ -197,14 +196,12 @@ impl Jobs {
         patch: JobPatch,
         precondition: Precondition,
     ) -> Result<Job, RepositoryError> {
-        self.write(id, self.repository.patch_job(id, patch, precondition, self.now())).await
+        self.change(id, self.repository.patch_job(id, patch, precondition, self.now())).await
     }
 
     /// Deletes a job that has no iterations.
     pub async fn delete_job(&self, id: Uuid, precondition: Precondition) -> Result<(), RepositoryError> {
-        self.write(id, self.repository.delete_job(id, precondition)).await?;
-        self.service.known.remove(&self.owned(id));
-        Ok(())
+        self.change(id, self.repository.delete_job(id, precondition)).await
     }
 
     /// Verifies the audit of a job, or of the whole tenant.
@@ -249,14 +246,35 @@ impl Jobs {
         }
     }
 
-    /// Refuses a job that does not exist before a fit is computed for it. (The write looks again.)
-    pub async fn check_exists(&self, job: Uuid) -> Result<(), RepositoryError> {
-        let owned = self.owned(job);
-        if !self.service.known.contains(&owned) {
-            self.repository.job(job).await?;
-            self.service.known.add(owned);
+    /// Returns a job that a fit is computed for: as it is now where this process alone uses the
+    /// store, otherwise as the store has it. (The write checks it again.)
+    pub async fn known_job(&self, id: Uuid) -> Result<Arc<Job>, RepositoryError> {
+        let (known, owned) = (&self.service.known, self.owned(id));
+        let changes = match known.get(&owned) {
+            Ok(job) => return Ok(job),
+            Err(changes) => changes,
+        };
+        let job = Arc::new(self.repository.job(id).await?);
+        if !self.service.is_shared() {
+            known.keep(owned, job.clone(), changes);
         }
-        Ok(())
+        Ok(job)
+    }
+
+    /// Changes a job itself.
+    pub(super) async fn change<T: Send + 'static>(
+        &self,
+        job: Uuid,
+        changing: impl Future<Output = Result<T, RepositoryError>> + Send + 'static,
+    ) -> Result<T, RepositoryError> {
+        let (service, owned) = (self.service.clone(), self.owned(job));
+        let changed = async move {
+            let changed = changing.await;
+            // also after an error: its outcome may be unknown
+            service.known.forget(&owned);
+            changed
+        };
+        self.write(job, changed).await
     }
 
     /// Stores something of a job and wakes who listens to it, even if the caller leaves meanwhile.
@@ -266,18 +284,11 @@ impl Jobs {
         writing: impl Future<Output = Result<T, RepositoryError>> + Send + 'static,
     ) -> Result<T, RepositoryError> {
         let (service, job) = (self.service.clone(), self.owned(job));
-        run_to_completion(async move {
+        let writing = async move {
             let written = writing.await?;
             service.announce(&job);
             Ok(written)
-        })
-        .await
+        };
+        to_completion(writing).await
     }
-}
-
-/// Stores, and does what follows from it, even if the one who waits leaves meanwhile.
-pub(super) async fn run_to_completion<T: Send + 'static>(
-    storing: impl Future<Output = Result<T, RepositoryError>> + Send + 'static,
-) -> Result<T, RepositoryError> {
-    tokio::spawn(storing.in_current_span()).await.unwrap_or_else(|lost| Err(RepositoryError::Failed(lost.to_string())))
 }

@@ -252,7 +252,8 @@ pub async fn compute(
     of: &Measurand,
     fitted: (WithPermit<Nodes>, FitSpec),
 ) -> Result<(Computed, WithPermit<Nodes>), Problem> {
-    let on = OfFlank::of(&context.jobs.job(job).await?, of);
+    let own = context.jobs.known_job(job).await?;
+    let on = OfFlank::of(&own, of);
     let work = move |nodes: &Nodes, spec: &FitSpec, plans: &Plans| fits::compute_on(nodes, spec, plans, on.as_ref());
     compute_by(context, job, iteration, of, fitted, work).await
 }

@@ -79,7 +79,7 @@ async fn create_iteration(
 ) -> Result<Response, Problem> {
     let scope = format!("POST /v1/jobs/{job}/iterations");
     idempotent(state, key, scope, payload, move |state, payload, key| async move {
-        let of = state.jobs.job(job).await?;
+        let of = state.jobs.known_job(job).await?;
         let plans = state.plans.clone();
         let work = move |nodes, spec, measurement: Measurement, mapping| {
             iterate::measured(nodes, spec, measurement, mapping, &of, &plans)

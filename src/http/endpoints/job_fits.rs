@@ -74,7 +74,8 @@ async fn create_iteration_fit(
     idempotent(state, key, format!("POST {place}/fits"), payload, move |state, payload, key| async move {
         let nodes = nodes::stored(state.context(), job, number).await?;
         let measurand = state.jobs.measurand(job, number).await?;
-        let on = OfFlank::of(&state.jobs.job(job).await?, &measurand);
+        let own = state.jobs.known_job(job).await?;
+        let on = OfFlank::of(&own, &measurand);
         let plans = state.plans.clone();
         let refit = read_json(&state, payload, move |text| fit::refitted(text, nodes, on.as_ref(), &plans)).await?;
         let answer = move |fit: &NewFit, stored: Stored| created(&place, fit, stored);

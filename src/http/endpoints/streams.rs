@@ -75,7 +75,7 @@ async fn create_stream(
 ) -> Result<Response, Problem> {
     let scope = format!("POST /v1/jobs/{job}/streams");
     idempotent(state, key, scope, payload, move |state, payload, key| async move {
-        state.jobs.check_exists(job).await?;
+        state.jobs.known_job(job).await?;
         let draft = read_json(&state, payload, stream::read_stream).await?;
         let keyed = key.map(|key| key.answered_by(opened));
         let (stream, stored) =
@@ -253,7 +253,8 @@ async fn finish_stream(
         let body: MeasurementDetailsBody = read_optional_json(&state, payload).await?;
         let plans = state.plans.clone();
         let stream = state.jobs.stream(id).await?;
-        let on = OfFlank::of(&state.jobs.job(stream.job_id).await?, &stream.measurand);
+        let job = state.jobs.known_job(stream.job_id).await?;
+        let on = OfFlank::of(&job, &stream.measurand);
         let fit = move |nodes: &Nodes, spec: &FitSpec| fits::compute_on(nodes, spec, &plans, on.as_ref());
         let keyed = key.map(|key| key.answered_by(iterations::created));
         let (iteration, stored) = state.jobs.finish_stream(&state.app, id, body.into(), fit, keyed).await?;

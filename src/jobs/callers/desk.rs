@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use jiff::{SignedDuration, Timestamp};
 
-use crate::jobs::{service::run_to_completion, *};
+use crate::jobs::{completion::to_completion, *};
 
 /// A key before it has an id.
 #[derive(Clone, Debug)]
@@ -163,7 +163,7 @@ impl TenantKeys {
     /// Stores, and announces a change of keys.
     async fn changed<T: Send + 'static>(&self, storing: RepositoryFuture<'static, T>) -> Result<T, RepositoryError> {
         let service = self.service.clone();
-        run_to_completion(async move {
+        to_completion(async move {
             let stored = storing.await?;
             service.announce_keys();
             Ok(stored)

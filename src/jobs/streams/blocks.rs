@@ -17,7 +17,7 @@ use super::{
     cache::{CachedStream, Slot},
     state_codec,
 };
-use crate::jobs::{service::run_to_completion, *};
+use crate::jobs::{completion::to_completion, *};
 
 /// Nodes between two times that an estimate is stored, at least.
 const UNSAVED: u64 = 64;
@@ -96,7 +96,7 @@ impl Jobs {
         let receipt = keyed.map(|keyed| keyed.receipt(block.clone()));
         let (repository, service) = (self.repository.clone(), self.service.clone());
         let (id, job) = (self.owned(after.id), self.owned(after.job_id));
-        run_to_completion(async move {
+        to_completion(async move {
             let outcome = match repository.insert_block(block.clone(), receipt).await {
                 Ok(stored) => {
                     *slot = Some(CachedStream {

@@ -1,5 +1,7 @@
 //! The entries of the audit: made with the changes, and read.
 
+use std::slice;
+
 use futures_util::TryStreamExt as _;
 use sqlx::{FromRow, postgres::PgRow, sqlite::SqliteRow};
 
@@ -110,7 +112,7 @@ impl Draft {
     /// Notes a row that is inserted with these columns.
     pub fn note(&mut self, table: &'static str, columns: &str, values: &[Value<'_>]) {
         if let Some(table) = Table::named(table) {
-            self.note_row(table, &table.pick(columns, values));
+            self.note_row(table, &table.pick(&table.places(columns), values));
         }
     }
 
@@ -154,26 +156,39 @@ impl Draft {
     }
 }
 
-/// Inserts rows, each noted in the entry at its place, or all in the only one.
+/// Returns the statements that insert rows, each noted in the entry at its place, or all in the
+/// only one.
+pub fn insertion<'a>(
+    db: &Db,
+    table: &'static str,
+    columns: &str,
+    rows: Vec<Vec<Value<'a>>>,
+    entries: &mut [Draft],
+) -> Vec<Ready<'a>> {
+    let last = entries.len().saturating_sub(1);
+    if let Some(table) = Table::named(table) {
+        let places = table.places(columns);
+        for (k, row) in rows.iter().enumerate() {
+            entries[k.min(last)].note_row(table, &table.pick(&places, row));
+        }
+    }
+    db.insertion(table, columns, rows)
+}
+
+/// Inserts a row that is noted in an entry.
 pub async fn insert(
     db: &mut Db,
     table: &'static str,
     columns: &str,
-    rows: &[Vec<Value<'_>>],
-    entries: &mut [Draft],
+    row: Vec<Value<'_>>,
+    entry: &mut Draft,
 ) -> Result<(), sqlx::Error> {
-    let last = entries.len().saturating_sub(1);
-    for (k, row) in rows.iter().enumerate() {
-        if let Some(entry) = entries.get_mut(k.min(last)) {
-            entry.note(table, columns, row);
-        }
-    }
-    db.insert(table, columns, rows).await
+    db.run_together(insertion(db, table, columns, vec![row], slice::from_mut(entry))).await
 }
 
-/// Stores entries.
-pub async fn store(db: &mut Db, entries: &[Entry]) -> Result<(), sqlx::Error> {
-    let rows: Vec<Vec<Value<'_>>> = entries
+/// Returns the statements that store entries.
+pub fn storing<'a>(db: &Db, entries: &'a [Entry]) -> Vec<Ready<'a>> {
+    let rows = entries
         .iter()
         .map(|entry| {
             vec![
@@ -192,8 +207,8 @@ pub async fn store(db: &mut Db, entries: &[Entry]) -> Result<(), sqlx::Error> {
             ]
         })
         .collect();
-    db.insert("audit", "id, tenant, job, at, actor, action, subject, request_id, peer, contents, salt, who", &rows)
-        .await
+    let columns = "id, tenant, job, at, actor, action, subject, request_id, peer, contents, salt, who";
+    db.insertion("audit", columns, rows)
 }
 
 pub async fn audit(

@@ -89,7 +89,7 @@ impl Write for SealAudit {
                 ]
             };
             let rows: Vec<_> = links.iter().map(row).collect();
-            db.insert("audit_chain", "tenant, number, entry, sha256", &rows).await?;
+            db.insert("audit_chain", "tenant, number, entry, sha256", rows).await?;
             let seal = Seal::next(&tenant, last.as_ref(), head, *at, key.as_deref());
             insert(db, &seal, upto).await?;
             sealed.seals.push(seal);

@@ -1,7 +1,5 @@
 //! Blocks of an open stream, and the estimate's numbers after some of them.
 
-use std::slice;
-
 use super::{audit, prelude::*, streams, subject};
 
 from_row! {
@@ -58,7 +56,7 @@ pub async fn insert_block(tx: &mut Tx<'_>, write: &InsertBlock) -> Outcome<Store
     let (db, posted, version) = (tx.db(), block.nodes.posted() as u64, stream.version + 1);
     let row = args![block.stream, block.sequence, &block.sha256, posted, block.nodes.bytes(), block.created_at];
     let columns = "stream, sequence, sha256, count, data, created_at";
-    audit::insert(db, "stream_blocks", columns, &[row.to_vec()], slice::from_mut(&mut entry)).await?;
+    audit::insert(db, "stream_blocks", columns, row.to_vec(), &mut entry).await?;
     db.run(
         "UPDATE streams SET sequence = $1, node_count = $2, input_sha256 = $3, version = $4, updated_at = $5
          WHERE id = $6",

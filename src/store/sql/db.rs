@@ -5,6 +5,7 @@
 
 use std::{
     fmt::Write as _,
+    iter,
     ops::{Deref, DerefMut},
 };
 
@@ -101,6 +102,9 @@ impl Pool {
         }
     }
 }
+
+/// A statement with its values.
+pub type Ready<'a> = (String, Vec<Value<'a>>);
 
 /// Rows of one statement: their values are far fewer than either database takes.
 const MOST_ROWS: usize = 64;
@@ -230,42 +234,61 @@ impl Db {
         }
     }
 
-    /// Executes a statement with many rows: `before`, the rows as a table with the columns
-    /// `column1`, `column2` …, then `after`. The table has further rows whose values are missing,
-    /// so that few different statements are prepared.
-    pub async fn run_rows(&mut self, before: &str, rows: &[Vec<Value<'_>>], after: &str) -> Result<(), sqlx::Error> {
-        for rows in rows.chunks(MOST_ROWS) {
-            let (sql, args) = self.with_rows(before, rows, after);
-            self.run(AssertSqlSafe(sql), &args).await?;
+    /// Executes statements of which none needs the rows of another, in one go where the database
+    /// takes several at once.
+    pub async fn run_together(&mut self, statements: Vec<Ready<'_>>) -> Result<(), sqlx::Error> {
+        if self.is_postgres() {
+            for (sql, args) in statements {
+                self.run(AssertSqlSafe(sql), &args).await?;
+            }
+        } else if !statements.is_empty() {
+            let (texts, args): (Vec<_>, Vec<_>) = statements.into_iter().unzip();
+            self.run(AssertSqlSafe(texts.join(";")), &args.concat()).await?;
         }
         Ok(())
     }
 
-    /// Returns what [`Db::run_rows`] executes, for rows that it returns.
+    /// Returns a statement with many rows: `before`, the rows as a table with the columns
+    /// `column1`, `column2` …, then `after`; several for very many. The table has further rows
+    /// whose values are missing, so that few different statements are prepared.
+    pub fn of_rows<'a>(&self, before: &str, rows: Vec<Vec<Value<'a>>>, after: &str) -> Vec<Ready<'a>> {
+        let mut rows = rows.into_iter();
+        let chunks =
+            iter::from_fn(|| Some(rows.by_ref().take(MOST_ROWS).collect()).filter(|rows: &Vec<_>| !rows.is_empty()));
+        chunks.map(|rows| self.with_rows(before, rows, after)).collect()
+    }
+
+    /// Returns what a statement with many rows returns.
     pub async fn all_rows<T: Record>(
         &mut self,
         before: &str,
-        rows: &[Vec<Value<'_>>],
+        rows: Vec<Vec<Value<'_>>>,
         after: &str,
     ) -> Result<Vec<T>, sqlx::Error> {
         let mut found = Vec::new();
-        for rows in rows.chunks(MOST_ROWS) {
-            let (sql, args) = self.with_rows(before, rows, after);
+        for (sql, args) in self.of_rows(before, rows, after) {
             found.extend(self.all(AssertSqlSafe(sql), &args).await?);
         }
         Ok(found)
     }
 
-    /// Inserts rows.
-    pub async fn insert(&mut self, table: &str, columns: &str, rows: &[Vec<Value<'_>>]) -> Result<(), sqlx::Error> {
+    /// Returns the statements that insert rows.
+    pub fn insertion<'a>(&self, table: &str, columns: &str, rows: Vec<Vec<Value<'a>>>) -> Vec<Ready<'a>> {
         let before = format!("INSERT INTO {table} ({columns}) SELECT * FROM");
-        self.run_rows(&before, rows, "WHERE column1 IS NOT NULL").await
+        self.of_rows(&before, rows, "WHERE column1 IS NOT NULL")
     }
 
-    fn with_rows<'a>(&self, before: &str, rows: &[Vec<Value<'a>>], after: &str) -> (String, Vec<Value<'a>>) {
-        let (size, width) = (rows.len().next_power_of_two(), rows[0].len());
-        let missing = rows[0].iter().map(|value| value.kind().none()).cycle().take((size - rows.len()) * width);
-        let args = rows.iter().flatten().cloned().chain(missing).collect();
+    /// Inserts rows.
+    pub async fn insert(&mut self, table: &str, columns: &str, rows: Vec<Vec<Value<'_>>>) -> Result<(), sqlx::Error> {
+        self.run_together(self.insertion(table, columns, rows)).await
+    }
+
+    fn with_rows<'a>(&self, before: &str, rows: Vec<Vec<Value<'a>>>, after: &str) -> Ready<'a> {
+        let (count, width) = (rows.len(), rows[0].len());
+        let size = count.next_power_of_two();
+        let kinds: Vec<_> = rows[0].iter().map(Value::kind).collect();
+        let missing = kinds.iter().map(|kind| kind.none()).cycle().take((size - count) * width);
+        let args = rows.into_iter().flatten().chain(missing).collect();
         let mut sql = format!("{before} (VALUES ");
         for k in 0..size * width {
             sql.push_str(if k % width > 0 {
@@ -275,7 +298,8 @@ impl Db {
             } else {
                 "("
             });
-            // SQLite looks each named value up among all of them
+            // SQLite looks each named value up among all of them, and several statements in one
+            // text take the values in their order
             match self.is_postgres() {
                 true => write!(sql, "${}", k + 1).unwrap_or_default(),
                 false => sql.push('?'),

@@ -85,16 +85,16 @@ macro_rules! total {
     };
 }
 
-/// Stores fits, each noted in the entry at its place.
-pub async fn insert(db: &mut Db, fits: &[(FitPlace, &NewFit)], entries: &mut [Draft]) -> Outcome<()> {
+/// Returns the statements that store fits, each noted in the entry at its place.
+pub fn insertion<'a>(db: &Db, fits: &[(FitPlace, &'a NewFit)], entries: &mut [Draft]) -> Vec<Ready<'a>> {
     let mut rows = Vec::with_capacity(fits.len());
-    for (FitPlace { job, number, position }, fit) in fits {
+    for (FitPlace { job, number, position }, fit) in fits.iter().copied() {
         let Computed { spec, result, figures, flank } = &fit.computed;
         let beside = result.kept_beside();
         rows.push(vec![
             job.into(),
-            (*number).into(),
-            (*position).into(),
+            number.into(),
+            position.into(),
             fit.id.into(),
             fit.event.reason.as_deref().into(),
             fit.event.by.as_deref().into(),
@@ -121,7 +121,7 @@ pub async fn insert(db: &mut Db, fits: &[(FitPlace, &NewFit)], entries: &mut [Dr
         figure_columns!(),
         ", spec, result, flank_figures, coefficients, prior"
     );
-    Ok(audit::insert(db, "fits", columns, &rows, entries).await?)
+    audit::insertion(db, "fits", columns, rows, entries)
 }
 
 /// Returns the last fits of an iteration, and how many come before them.
@@ -216,7 +216,7 @@ pub async fn insert_next(db: &mut Db, job: Uuid, number: u32, fit: &NewFit, entr
     let sql = "SELECT max(position) FROM fits WHERE job = $1 AND number = $2";
     let last: i64 = db.one(sql, args![job, number]).await?;
     let place = FitPlace { job, number, position: last + 1 };
-    insert(db, &[(place, fit)], std::slice::from_mut(entry)).await?;
+    db.run_together(insertion(db, &[(place, fit)], std::slice::from_mut(entry))).await?;
     Ok(place)
 }
 

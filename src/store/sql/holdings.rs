@@ -103,7 +103,9 @@ async fn store_in(db: &mut Db, key: &Key, rows: &mut Rows<'_>) -> Outcome<()> {
     let caller = Caller { tenant: key.tenant.clone(), actor: actor::IMPORT.into(), origin: Default::default() };
     let by = By { caller: &caller, at: SystemClock.now() };
     let entry = Draft::new(by, &key.tenant, Some(key.job), Action::ImportJob, subject::job(key.job))?.end();
-    Ok(audit::store(db, &[entry]).await?)
+    let entries = [entry];
+    let storing = audit::storing(db, &entries);
+    Ok(db.run_together(storing).await?)
 }
 
 /// Keeps triggers from writing events; returns the statements that bring them back.
@@ -156,7 +158,7 @@ async fn insert(db: &mut Db, key: &Key, row: Row) -> Outcome<()> {
         }
         _ => add("job", key.job.into()),
     }
-    Ok(db.insert(row.table.name, &columns, &[values]).await?)
+    Ok(db.insert(row.table.name, &columns, vec![values]).await?)
 }
 
 impl Holdings for SqlHoldings {

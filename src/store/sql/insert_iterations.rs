@@ -136,24 +136,23 @@ async fn change(session: &mut Session, accepted: &[Numbered<'_>], entries: &mut 
     }
     let noted: Vec<Vec<Value<'_>>> =
         jobs.into_iter().map(|(job, (number, at))| vec![job.into(), number.into(), at.into()]).collect();
-    db.run_rows(
+    let mut all = db.of_rows(
         "UPDATE jobs SET iteration_count = column2,
                          changed_at = CASE WHEN changed_at < column3 THEN column3 ELSE changed_at END
          FROM",
-        &noted,
+        noted,
         "WHERE id = column1",
-    )
-    .await?;
+    );
     let columns = "job, number, id, measured_at, instrument, operator, note, flank, tooth, axes, created_at";
     let rows: Vec<_> = accepted.iter().map(iteration_row).collect();
-    audit::insert(db, "iterations", columns, &rows, entries).await?;
+    all.extend(audit::insertion(db, "iterations", columns, rows, entries));
     let nodes: Vec<_> = accepted
         .iter()
         .map(|row| row.row([row.iteration().nodes.posted().into(), row.iteration().nodes.bytes().into()]))
         .collect();
-    audit::insert(db, "nodes", "job, number, count, data", &nodes, entries).await?;
+    all.extend(audit::insertion(db, "nodes", "job, number, count, data", nodes, entries));
     let first: Vec<(FitPlace, &NewFit)> = accepted.iter().map(|row| (row.first_fit(), &row.iteration().fit)).collect();
-    fits::insert(db, &first, entries).await?;
+    all.extend(fits::insertion(db, &first, entries));
     let choices: Vec<_> = accepted
         .iter()
         .map(|row| {
@@ -161,7 +160,8 @@ async fn change(session: &mut Session, accepted: &[Numbered<'_>], entries: &mut 
             row.row([1_i64.into(), 1_i64.into(), event.by.as_deref().into(), event.created_at.into()])
         })
         .collect();
-    audit::insert(db, "fit_choices", "job, number, position, fit, actor, created_at", &choices, entries).await?;
+    all.extend(audit::insertion(db, "fit_choices", "job, number, position, fit, actor, created_at", choices, entries));
+    db.run_together(all).await?;
     for (row, entry) in accepted.iter().zip(&mut *entries) {
         records::insert(db, row.iteration().job_id, row.number, 0, &row.iteration().records, entry).await?;
     }

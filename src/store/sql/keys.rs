@@ -72,7 +72,7 @@ impl Keys {
         let free: Vec<(String, String, String)> = db
             .all_rows(
                 "INSERT INTO idempotency_keys (tenant, key, scope) SELECT * FROM",
-                &rows,
+                rows,
                 "WHERE column1 IS NOT NULL ON CONFLICT DO NOTHING RETURNING tenant, key, scope",
             )
             .await?;
@@ -129,17 +129,12 @@ impl Keys {
         }
     }
 
-    /// Writes the responses and gives the other claims back.
-    pub async fn write(&mut self, db: &mut Db) -> Result<(), sqlx::Error> {
-        let claimed = std::mem::take(&mut self.claimed);
-        let unused = claimed.iter().filter(|(_, kept)| kept.is_none()).map(|(key, _)| key.values());
-        db.run_rows(
-            "DELETE FROM idempotency_keys WHERE (tenant, key, scope) IN (SELECT * FROM",
-            &unused.collect::<Vec<_>>(),
-            ")",
-        )
-        .await?;
-        let answered = claimed.iter().filter_map(|(key, kept)| Some((key, kept.as_ref()?)));
+    /// Returns the statements that write the responses and give the other claims back.
+    pub fn writing(&self, db: &Db) -> Vec<Ready<'_>> {
+        let unused = self.claimed.iter().filter(|(_, kept)| kept.is_none()).map(|(key, _)| key.values());
+        let sql = "DELETE FROM idempotency_keys WHERE (tenant, key, scope) IN (SELECT * FROM";
+        let mut all = db.of_rows(sql, unused.collect(), ")");
+        let answered = self.claimed.iter().filter_map(|(key, kept)| Some((key, kept.as_ref()?)));
         let rows = answered.map(|(key, kept)| {
             let Kept { request_sha256, answer, about, fit, now } = kept;
             let place = fit.as_ref().map(|(place, _)| *place);
@@ -159,15 +154,15 @@ impl Keys {
             ]);
             row
         });
-        db.run_rows(
+        all.extend(db.of_rows(
             "UPDATE idempotency_keys SET request_sha256 = column4, status = column5, location = column6,
                     etag = column7, job = column8, number = column9, fit = column10, created_at = column11,
                     body = column12, body_end = column13, about = column14
              FROM",
-            &rows.collect::<Vec<_>>(),
+            rows.collect(),
             "WHERE tenant = column1 AND key = column2 AND scope = column3",
-        )
-        .await
+        ));
+        all
     }
 }
 

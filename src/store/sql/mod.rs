@@ -83,7 +83,7 @@ mod prelude {
     pub use super::{
         audit::Draft,
         columns::Cell,
-        db::Db,
+        db::{Db, Ready},
         error::{Outcome, StoreError, damaged},
         gone::JobPurge,
         value::Value,

@@ -59,7 +59,7 @@ pub async fn insert(
             *class,
             measurand.as_deref(),
         ];
-        audit::insert(db, "records", columns, &[row.to_vec()], std::slice::from_mut(entry)).await?;
+        audit::insert(db, "records", columns, row.to_vec(), entry).await?;
     }
     Ok(())
 }

@@ -195,7 +195,5 @@ async fn run(session: &mut Session, group: &mut [Box<dyn Queued>]) -> Result<(),
     session.db.run("BEGIN IMMEDIATE", &[]).await?;
     session.lock(group.iter().map(|write| write.request()).collect()).await?;
     run_group(session, group).await?;
-    session.finish().await?;
-    session.db.run("COMMIT", &[]).await?;
-    Ok(())
+    session.finish(Some("COMMIT")).await.map(drop)
 }

@@ -81,6 +81,25 @@ fn alike(found: &Value, want: &Value) {
 }
 
 #[tokio::test]
+async fn figures_are_by_the_gear_that_the_job_has_when_the_nodes_come() {
+    let app = TestApp::start().await;
+    let job = job(&app, json!({"name": "flank"})).await;
+    let iterations = format!("{job}/iterations");
+    let figures = async || posted(&app, &iterations, &iteration()).await.json()["fits"][0]["figures"].clone();
+    let change = async |body: Value| {
+        let changed = send(app.client.patch(app.url(&job)).json(&body)).await;
+        assert_eq!(changed.status, 200, "{}", changed.text);
+    };
+    let without = figures().await;
+    change(json!({"gear": spur()})).await;
+    let with = figures().await;
+    assert_ne!(with, without);
+    assert_eq!(figures().await, with);
+    change(json!({"clear": ["gear"]})).await;
+    assert_eq!(figures().await, without);
+}
+
+#[tokio::test]
 async fn fits_tell_the_figures_of_their_flank_by_what_the_job_requires_then() {
     let app = TestApp::start().await;
     let limits = json!({"class": 6, "profile_crowning_um": [0.0, 5.0], "right": {"twist_um": [20.0, 30.0]}});

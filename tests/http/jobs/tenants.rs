@@ -63,10 +63,10 @@ async fn a_job_that_is_known_is_known_to_its_tenant_alone() {
     app.state()
         .jobs
         .of(&Caller { tenant: Tenant::default(), actor: "own".into(), origin: Default::default() })
-        .check_exists(id)
+        .known_job(id)
         .await
         .unwrap();
-    missing(others.check_exists(id).await, Resource::Job);
+    missing(others.known_job(id).await, Resource::Job);
     missing(others.iteration(id, 1).await, Resource::Job);
     // nor does its bell ring for another
     let mut bell = others.listen(id);
