@@ -20,11 +20,11 @@ pub fn group() -> OpenApiRouter<AppState> {
     OpenApiRouter::new().routes(routes!(create_applied_changes)).routes(routes!(create_gear_applied_changes))
 }
 
-/// Keeps the changes that were entered on the machine after the iteration's correction.
+/// Record the changes entered for an iteration's correction
 ///
-/// The changes belong to the iteration's newest correction; the next measurement is then compared
-/// with them instead of the proposed changes. A setting that is not named counts as changed as
-/// proposed. Nothing is overwritten: the newest entry counts, and earlier ones stay in the trace.
+/// The changes belong to the iteration's newest correction. The next measurement is compared with
+/// them instead of the proposed changes. A setting that is not named counts as changed as proposed.
+/// Nothing is overwritten: the newest entry counts, and earlier ones stay in the trace.
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/iterations/{number}/correction/applied", operation_id = "create_applied_changes",
     tag = "iterations",
@@ -56,11 +56,11 @@ async fn create_applied_changes(request: RecordRequest) -> Result<Response, Prob
     request.keep_of("correction/applied", correction, build).await
 }
 
-/// Keeps the changes that were entered on the machine after the correction of the gear.
+/// Record the changes entered for a gear's correction
 ///
-/// The changes belong to the gear's newest correction; the next round is then compared with them
-/// instead of the proposed changes. A setting that is not named counts as changed as proposed. The
-/// newest entry counts, and earlier ones stay in the trace.
+/// The changes belong to the gear's newest correction. The next round is compared with them instead
+/// of the proposed changes. A setting that is not named counts as changed as proposed. The newest
+/// entry counts, and earlier ones stay in the trace.
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/correction/applied", operation_id = "create_gear_applied_changes", tag = "jobs",
     params(

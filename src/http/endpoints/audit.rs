@@ -55,9 +55,10 @@ fn read_job(job: Option<String>) -> Result<Option<Uuid>, Problem> {
     job.map(read).transpose()
 }
 
-/// List changes of the tenant, of its keys and of its jobs, oldest first.
+/// List audit entries
 ///
-/// Each change has one entry. Entries of a deleted job are kept.
+/// Each change of the tenant, of its keys and of its jobs has one entry, oldest first. Entries of a
+/// deleted job are kept.
 #[utoipa::path(
     get, path = "/v1/audit", operation_id = "list_audit", tag = "audit",
     params(AuditQuery),
@@ -71,11 +72,11 @@ async fn list_audit(
     Ok(Json(PageBody::new(state.jobs.audit(read_job(query.job)?, page).await?, List::Audit)))
 }
 
-/// Verify the audit of a job, or of the whole tenant.
+/// Verify the audit of a job or tenant
 ///
-/// Computes the digest of every row, entry, link and seal again, and lists what is not as it was
-/// written. Entries of the last seconds are not sealed yet: `unsealed` of them are verified against
-/// their rows only.
+/// Computes the digest of every row, entry, link and seal again, and lists every difference from
+/// what was written. Entries of the last seconds are not sealed yet: `unsealed` of them are
+/// verified against their rows only.
 #[utoipa::path(
     get, path = "/v1/audit/verify", operation_id = "verify_audit", tag = "audit",
     params(JobQuery),
@@ -85,11 +86,11 @@ async fn verify_audit(state: CallerState, QueryOf(query): QueryOf<JobQuery>) -> 
     Ok(Json(state.jobs.verify_audit(read_job(query.job)?).await?.into()))
 }
 
-/// List the seals of the tenant, oldest first.
+/// List the seals of the audit
 ///
-/// Every few seconds a server links the new entries of each tenant into its chain and seals the end
-/// of the chain. Keep copies of the seals where no administrator of the database can change them:
-/// they reveal a rewritten chain.
+/// Seals come oldest first. Every few seconds a server links the new entries of each tenant into
+/// its chain and seals the end of the chain. Keep copies of the seals where no administrator of the
+/// database can change them: they reveal a rewritten chain.
 #[utoipa::path(
     get, path = "/v1/audit/seals", operation_id = "list_audit_seals", tag = "audit",
     params(PageQuery),

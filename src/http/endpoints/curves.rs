@@ -31,10 +31,11 @@ pub fn group() -> OpenApiRouter<AppState> {
         .routes(routes!(export_curve))
 }
 
-/// Builds a curve through or near points, with a report on its stability; stores nothing.
+/// Build a curve through or near points
 ///
-/// By interpolation (polynomials, Hermite, splines, B-splines) or near the points (least squares,
-/// smoothing). The curve of the answer can be sent back as it is to the other operations of curves.
+/// Curves pass through the points (polynomials, Hermite, splines, B-splines) or near them (least
+/// squares, smoothing). The response includes a report on stability. Its curve can be sent
+/// unchanged to the other operations of curves. Nothing is stored.
 #[utoipa::path(
     post, path = "/v1/curves", operation_id = "create_curve", tag = "curves",
     request_body(content = CurveRequest,
@@ -47,10 +48,10 @@ async fn create_curve(State(state): State<AppState>, payload: Payload) -> Result
     Ok(json(built.result))
 }
 
-/// Evaluates a curve at many parameters: values, derivatives, curvature, arc length.
+/// Evaluate a curve at parameters
 ///
-/// The curve is one from an earlier answer or one written by hand. Parameters must lie within its
-/// domain.
+/// Returns values and, on request, derivatives, curvature and arc length. The curve comes from an
+/// earlier response or is written by hand. Parameters must lie within its domain.
 #[utoipa::path(
     post, path = "/v1/curves/evaluate", operation_id = "evaluate_curve", tag = "curves",
     request_body(content = EvaluateCurveBody, description = "A curve and its parameters."),
@@ -60,7 +61,7 @@ async fn evaluate_curve(State(state): State<AppState>, payload: Payload) -> Resu
     Ok(json(read_json(&state, payload, evaluate::answer).await?))
 }
 
-/// Finds the point of a curve that is closest to each given point.
+/// Find the closest points of a curve
 ///
 /// Returns the parameters of the closest points and the distances, which are signed for a plane
 /// curve.
@@ -73,9 +74,10 @@ async fn closest_points_of_curve(State(state): State<AppState>, payload: Payload
     Ok(json(read_json(&state, payload, closest::answer).await?))
 }
 
-/// Writes a curve as a file: IGES 126 or STEP AP242 for CAD systems, VTK or CSV for looking.
+/// Export a curve to a file
 ///
-/// The answer is a file to be saved. What a format cannot hold is refused rather than approximated.
+/// Formats are IGES 126 and STEP AP242 for CAD systems, OBJ, VTK and CSV for display. A curve that
+/// a format cannot represent is refused, not approximated.
 #[utoipa::path(
     post, path = "/v1/curves/export", operation_id = "export_curve", tag = "curves",
     request_body(content = ExportCurveBody, description = "A curve and the form of the file."),

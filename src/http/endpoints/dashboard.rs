@@ -42,7 +42,7 @@ pub const PAGES: &[&str] = &[
     "/jobs/{job_id}/iterations/{number}/statistics",
 ];
 
-/// What a page may load and do: files of this server, and its interface.
+/// Content security policy: a page may load files of this server and use its interface.
 const POLICY: HeaderValue = HeaderValue::from_static(
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; connect-src 'self'; worker-src 'self'; \
      base-uri 'none'; form-action 'none'; frame-ancestors 'none'; require-trusted-types-for 'script'; \

@@ -33,7 +33,7 @@ pub fn routes() -> Router<AppState> {
         )
 }
 
-/// Where there is no dashboard, the documentation is what a browser finds first.
+/// Shows the documentation at `/` if there is no dashboard.
 pub fn at_root() -> Router<AppState> {
     Router::new().route("/", get(|| async { Redirect::temporary("/docs/") }))
 }

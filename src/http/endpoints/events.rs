@@ -1,4 +1,4 @@
-//! What happens to a job (`GET /v1/jobs/{job_id}/events`) or to all (`GET /v1/events`), as
+//! Events of a job (`GET /v1/jobs/{job_id}/events`) or of all jobs (`GET /v1/events`), as
 //! server-sent events.
 //!
 //! Events are read from the store in pages, after the last one sent: a client that reads slowly
@@ -51,8 +51,8 @@ pub fn group() -> OpenApiRouter<AppState> {
     OpenApiRouter::new().routes(routes!(get_job_events)).routes(routes!(get_events))
 }
 
-/// Between two looks of those who listen to all jobs: what was stored is told once the transactions
-/// before it have ended, and nobody is woken by that.
+/// Time between two polls for listeners to all jobs: an event is sent once the transactions before
+/// it have ended, which wakes nobody.
 const LOOK: Duration = Duration::from_secs(1);
 
 /// The id of the last event that a client has seen, where it says one.
@@ -70,7 +70,7 @@ impl Given {
         }
     }
 
-    /// What is said of an id of another form.
+    /// Returns the problem for an id of another form.
     fn refused(&self, of: &str) -> Problem {
         let form = format!("the last event id is the `id` of an event of {of}, or `latest`");
         match self.from_header {
@@ -89,12 +89,12 @@ struct EventsQuery {
     last_event_id: Option<String>,
 }
 
-/// Sends the events of a job: `iteration`, `fit`, `decision`, `record`, `stream`, `job`
-/// (its own data), `purged`; from the first event, or after `Last-Event-ID`.
+/// Follow the events of a job
 ///
-/// As server-sent events; the connection stays open, and comment lines keep it alive. The id of
-/// each event is its number within the job; after a lost connection a client continues from the
-/// last one.
+/// Sends server-sent events: `iteration`, `fit`, `decision`, `record`, `stream`, `job` (its own
+/// data) and `purged`, from the first one, or after `Last-Event-ID`. The connection stays open, and
+/// comment lines keep it alive. The id of each event is its number within the job. After a lost
+/// connection a client continues from the last one.
 #[utoipa::path(
     get, path = "/v1/jobs/{job_id}/events", operation_id = "get_job_events", tag = "jobs",
     params(
@@ -123,7 +123,7 @@ async fn get_job_events(
     let after = match given.id.as_deref() {
         None | Some("") => 0,
         Some("latest") => last,
-        // An id beyond the last event is of another database, say of one before a backup was
+        // An id above the last event is of another database, say of one before a backup was
         // restored: everything is sent anew.
         Some(text) => text.parse().map(|id| if id > last { 0 } else { id }).map_err(|_| given.refused("this job"))?,
     };
@@ -131,12 +131,13 @@ async fn get_job_events(
     Listener::answer(state, Subject::Job { job, after }, changes)
 }
 
-/// Sends new events of all jobs of the caller's tenant, or those after `Last-Event-ID`.
+/// Follow the events of all jobs
 ///
-/// The events of the jobs, each with the `job_id`, and jobs that are created or deleted (`job`). As
-/// those of a job; the id of an event is its place among all. After an id that is older than seven
-/// days, or not of this database, as after a backup was restored, the first event is a `reset`, and
-/// sending begins with now: read the list of jobs anew then.
+/// Sends new events of all jobs of the caller's tenant, or those after `Last-Event-ID`. Each has
+/// its `job_id`; jobs that are created or deleted send `job`. The format is that of the events of a
+/// job; the id of an event is its place among all. If the given id is older than seven days, or not
+/// of this database (as after a restored backup), the first event is a `reset`, and only new events
+/// follow: read the list of jobs again then.
 #[utoipa::path(
     get, path = "/v1/events", operation_id = "get_events", tag = "jobs",
     params(
@@ -179,7 +180,7 @@ enum Subject {
         job: Uuid,
         after: u64,
     },
-    /// `missed`: something before it is not told any more, which is to be said first.
+    /// `missed`: events before it are no longer kept, which is reported first.
     All {
         after: EventPlace,
         missed: bool,

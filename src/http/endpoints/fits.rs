@@ -28,11 +28,11 @@ pub fn group() -> OpenApiRouter<AppState> {
     OpenApiRouter::new().routes(routes!(create_fit))
 }
 
-/// Fits a model to nodes and answers everything about the estimate; stores nothing.
+/// Fit a model to nodes
 ///
-/// The answer has coefficients with standard errors and bias bounds, the spectrum of the Fisher
-/// information matrix, what every criterion for λ* would choose, and which columns nearly depend on
-/// each other. Without `regularization`, λ* is chosen by `min_mse`.
+/// Returns coefficients with standard errors and bias bounds, the spectrum of the Fisher
+/// information matrix, the choice of every criterion for λ*, and near dependencies of columns.
+/// Without `regularization`, λ* is chosen by `min_mse`. Nothing is stored.
 #[utoipa::path(
     post, path = "/v1/fits", operation_id = "create_fit", tag = "fits",
     request_body(

@@ -28,13 +28,13 @@ pub fn group() -> OpenApiRouter<AppState> {
     OpenApiRouter::new().routes(routes!(create_gear_correction, get_gear_correction))
 }
 
-/// Computes changes of machine settings by all teeth of both flanks that were measured since the
-/// last correction, and keeps them with the last of these iterations.
+/// Compute a correction for a gear
 ///
-/// Of each flank the deviations are averaged over the teeth, and both flanks are corrected by the
-/// same settings. A tooth that was measured more than once counts by its newest iteration. Where
-/// nothing was measured after the last correction, the new one is made for the same iterations.
-/// Teeth are chosen by `teeth`.
+/// Uses all teeth of both flanks measured since the last correction, and is stored with the last of
+/// these iterations. The deviations of each flank are averaged over the teeth, and both flanks are
+/// corrected by the same settings. A tooth that was measured more than once counts by its newest
+/// iteration. If nothing was measured after the last correction, the new one uses the same
+/// iterations. `teeth` selects teeth.
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/correction", operation_id = "create_gear_correction", tag = "jobs",
     params(
@@ -56,12 +56,12 @@ async fn create_gear_correction(request: JobRecordRequest) -> Result<Response, P
     request.keep_of("correction", basis, corrected).await
 }
 
-/// The correction of the gear that was made last, with what the next round measured of it.
+/// Get the latest correction of a gear
 ///
-/// The next round is what was measured after the correction and before the next one. Its means are
-/// compared with those that are predicted for the changes that were entered, and the scatter of the
-/// teeth is in the errors of both. By `Accept: text/csv` it is answered for the control of the
-/// machine, a line for each setting.
+/// The next round consists of the measurements after this correction and before the next one. Its
+/// means are compared with the prediction for the entered changes; the errors of both include the
+/// scatter of the teeth. With `Accept: text/csv` the response has a line for each setting, for the
+/// control of the machine.
 #[utoipa::path(
     get, path = "/v1/jobs/{job_id}/correction", operation_id = "get_gear_correction", tag = "jobs",
     params(

@@ -46,10 +46,11 @@ pub fn group() -> OpenApiRouter<AppState> {
         .routes(routes!(create_iteration_correction, get_iteration_correction))
 }
 
-/// Keeps the deviations of measured points with an iteration.
+/// Add deviations to an iteration
 ///
-/// The points may be those of the iteration's own nodes or others of the same gear; the gear is
-/// that of the job unless the request has one.
+/// Computes the deviations of measured points and stores them with the iteration. The points may be
+/// those of the iteration's nodes or others of the same gear. The gear is that of the job unless
+/// the request has one.
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/iterations/{number}/deviations", operation_id = "create_iteration_deviations",
     tag = "iterations",
@@ -73,13 +74,12 @@ async fn create_iteration_deviations(request: RecordRequest) -> Result<Response,
     request.keep("deviations", build).await
 }
 
-/// Keeps the evaluation of measured traces with an iteration.
+/// Add an evaluation of traces to an iteration
 ///
-/// As `POST /v1/gears/evaluate`, with the gear of the job unless the request has one. Where
-/// `evaluation` has no `tolerance_limits` or no `k_bands`, those of the job's `requirements` take
-/// their place, and the answer tells them. It stays with the iteration as a record, whatever the
-/// job requires later; by `Accept: application/x-q-das-dfq` it is answered as a file for
-/// statistical process control.
+/// As `POST /v1/gears/evaluate`, with the gear of the job unless the request has one. Without
+/// `tolerance_limits` or `k_bands` in `evaluation`, those of the job's `requirements` apply and are
+/// repeated in the response. Later changes of the requirements do not affect the record. With
+/// `Accept: application/x-q-das-dfq` the response is a file for statistical process control.
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/iterations/{number}/evaluations", operation_id = "create_iteration_evaluation",
     tag = "iterations",
@@ -106,12 +106,12 @@ async fn create_iteration_evaluation(headers: HeaderMap, request: RecordRequest)
     request.keep_as(format, "evaluations", build).await
 }
 
-/// Keeps pitches of all teeth and the run-out with an iteration.
+/// Add an evaluation of pitches to an iteration
 ///
-/// As `POST /v1/gears/pitch`, with the gear of the job unless the request has one. Pitches are of
-/// all teeth; where the iteration says its flank, they are of that flank among others. Without
-/// `pitch_limits` those of the job's `requirements` hold, and the answer tells them. By
-/// `Accept: application/x-q-das-dfq` the answer is a file for statistical process control.
+/// As `POST /v1/gears/pitch`, with the gear of the job unless the request has one. Pitches cover
+/// all teeth. If the iteration has a flank, pitches of the other flank alone are refused. Without
+/// `pitch_limits`, those of the job's `requirements` apply and are repeated in the response. With
+/// `Accept: application/x-q-das-dfq` the response is a file for statistical process control.
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/iterations/{number}/pitch", operation_id = "create_iteration_pitch",
     tag = "iterations",
@@ -138,11 +138,12 @@ async fn create_iteration_pitch(headers: HeaderMap, request: RecordRequest) -> R
     request.keep_as(format, "pitch", build).await
 }
 
-/// Computes changes of machine settings by the deviations (µm) that the iteration's nodes hold, and
-/// keeps them with it.
+/// Compute a correction for an iteration
 ///
-/// By a sensitivity matrix, or by the motions of a form grinder or generating grinder, which needs
-/// flank, axes and gear. It is compared with what the next iteration of the job measures.
+/// Computes changes of machine settings from the deviations (µm) at the iteration's nodes, and
+/// stores them with the iteration. The sensitivity is a matrix, or the motions of a form or
+/// generating grinder; these need flank, axes and gear. The correction is compared with the next
+/// iteration of the job.
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/iterations/{number}/correction", operation_id = "create_iteration_correction",
     tag = "iterations",
@@ -172,12 +173,12 @@ pub fn corrected(text: &[u8], basis: &Basis, room: Room) -> Result<NewRecord, Pr
     Ok(NewRecord { draft, shown: Some(shown) })
 }
 
-/// The correction of an iteration that was made last, with what was measured of it.
+/// Get the latest correction of an iteration
 ///
-/// Predicted and measured are compared with the next iteration of the same flank and tooth, by the
-/// gear that the job had when the correction was made and by the changes that were entered
-/// (`applied`), else the proposed ones; `not_compared` says why where they cannot be.
-/// What is given node by node, and the fits of the settings, come with `include`.
+/// Its prediction is compared with the next iteration of the same flank and tooth, for the gear
+/// that the job had at the time of the correction. The comparison uses the entered changes
+/// (`applied`) if there are any, else the proposed ones. `not_compared` gives the reason if it is
+/// not possible. Values for each node and the fits of the settings are returned with `include`.
 #[utoipa::path(
     get, path = "/v1/jobs/{job_id}/iterations/{number}/correction", operation_id = "get_iteration_correction",
     tag = "iterations",

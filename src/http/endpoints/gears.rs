@@ -60,10 +60,10 @@ pub fn group() -> OpenApiRouter<AppState> {
         .routes(routes!(gear_flank_surface))
 }
 
-/// Tolerances of ISO 1328-1:2013 for a class.
+/// Compute the tolerances of a class
 ///
-/// For all nine characteristics, unrounded and rounded as in the tables of the standard. A gear
-/// outside the scope of the standard is refused.
+/// Returns the nine tolerances of ISO 1328-1:2013, unrounded and rounded as in the tables of the
+/// standard. A gear outside the scope of the standard is refused.
 #[utoipa::path(
     post, path = "/v1/gears/tolerances", operation_id = "gear_tolerances", tag = "gears",
     request_body(content = TolerancesRequestBody,
@@ -74,11 +74,11 @@ async fn gear_tolerances(State(state): State<AppState>, payload: Payload) -> Res
     Ok(json(read_json(&state, payload, tolerances::answer).await?))
 }
 
-/// Evaluates measured profiles and helices by ISO 1328-1:2013.
+/// Evaluate profile and helix traces
 ///
-/// Slope, form and total deviations of each trace with crowning and class, means over the teeth,
-/// twist, and the second-order surface through the traces of a flank. By
-/// `Accept: application/x-q-das-dfq` as a file for statistical process control.
+/// Returns slope, form and total deviations of each trace by ISO 1328-1:2013 with crowning and
+/// class, means over the teeth, twist, and the second-order surface through the traces of a flank.
+/// With `Accept: application/x-q-das-dfq` the response is a file for statistical process control.
 #[utoipa::path(
     post, path = "/v1/gears/evaluate", operation_id = "evaluate_gear", tag = "gears",
     request_body(content = EvaluateBody, description = "A gear, traces, and how they are to be evaluated."),
@@ -100,11 +100,10 @@ async fn evaluate_gear(
     Ok(format.response(read_json(&state, payload, work).await?))
 }
 
-/// Computes deviations of measured points from the nominal flanks, optionally after a registration
-/// of the part.
+/// Compute deviations of measured points
 ///
 /// Deviations are along the normal of the nominal or modified flank. With a registration, the
-/// motions of the part are estimated first, with standard errors; motions that the points cannot
+/// motions of the part are estimated first, with standard errors. Motions that the points cannot
 /// separate are listed.
 #[utoipa::path(
     post, path = "/v1/gears/deviations", operation_id = "gear_deviations", tag = "gears",
@@ -116,11 +115,11 @@ async fn gear_deviations(State(state): State<AppState>, payload: Payload) -> Res
     Ok(json_held(read_json_in_room(&state, payload, work).await?))
 }
 
-/// Evaluates pitches of both flanks and run-out by ISO 1328-1:2013.
+/// Evaluate pitches and run-out
 ///
-/// From index deviations, angles or single pitches of each flank. The run-out is that of the
-/// readings, or follows from the pitches of both flanks. By `Accept: application/x-q-das-dfq` as a
-/// file for statistical process control.
+/// Evaluates index deviations, angles or single pitches of each flank by ISO 1328-1:2013. The
+/// run-out is that of the readings, or follows from the pitches of both flanks. With `Accept:
+/// application/x-q-das-dfq` the response is a file for statistical process control.
 #[utoipa::path(
     post, path = "/v1/gears/pitch", operation_id = "gear_pitch", tag = "gears",
     request_body(content = PitchRequestBody, description = "A gear, and where its flanks are."),
@@ -138,10 +137,11 @@ async fn gear_pitch(State(state): State<AppState>, headers: HeaderMap, payload: 
     Ok(format.response(read_json(&state, payload, work).await?))
 }
 
-/// Fits the second-order surface of a flank's deviations: slopes, crownings and twist with standard
-/// errors and bias bounds.
+/// Fit the surface of a flank
 ///
-/// Over roll length and face width, by any estimator and regularisation of a fit.
+/// Fits the second-order surface of deviations over roll length and face width, with any estimator
+/// and regularisation of a fit. Returns slopes, crownings and twist with standard errors and bias
+/// bounds.
 #[utoipa::path(
     post, path = "/v1/gears/flank-surface", operation_id = "gear_flank_surface", tag = "gears",
     request_body(content = FlankSurfaceRequestBody, description = "A gear and deviations over one flank."),
@@ -151,11 +151,11 @@ async fn gear_flank_surface(State(state): State<AppState>, payload: Payload) -> 
     Ok(json(read_json(&state, payload, |text| flank_surface::build(text, None)).await?.result))
 }
 
-/// Derives diameters, pitches, thicknesses and measures of a gear, with warnings such as undercut
-/// or a pointed tip.
+/// Compute the geometry of a gear
 ///
-/// By ISO 21771, for external and internal spur and helical gears, with span measurement and
-/// dimension over balls on request.
+/// Returns diameters, pitches and thicknesses by ISO 21771 for external and internal spur and
+/// helical gears, and span measurement and dimension over balls on request. Warnings report
+/// undercut, a pointed tip and the like.
 #[utoipa::path(
     post, path = "/v1/gears/geometry", operation_id = "gear_geometry", tag = "gears",
     request_body(content = GeometryRequestBody, description = "A gear."),
@@ -165,10 +165,11 @@ async fn gear_geometry(State(state): State<AppState>, payload: Payload) -> Resul
     Ok(json(read_json(&state, payload, geometry::answer).await?))
 }
 
-/// Answers nodes of a nominal or modified flank with their normals.
+/// Compute nodes of a flank
 ///
-/// On a grid of roll lengths and face width positions, as JSON or, by `Accept: text/csv`, as points
-/// for a measuring machine.
+/// Returns nodes of a nominal or modified flank with their normals, on a grid of roll lengths and
+/// face width positions. The response is JSON or, with `Accept: text/csv`, a list of points for a
+/// measuring machine.
 #[utoipa::path(
     post, path = "/v1/gears/flank", operation_id = "gear_flank", tag = "gears",
     request_body(content = FlankRequestBody, description = "A gear, a flank, and where its nodes lie."),
@@ -199,11 +200,11 @@ struct FileFormBody {
     file: Vec<u8>,
 }
 
-/// Reads the gears in a file, in the form that jobs and other requests take.
+/// Read the gears in a file
 ///
-/// The file is a REXS model, or curves or values of a gear tester. For a gear with missing data the
-/// answer lists the missing data. It also has the contents of the file: traces and pitch tables,
-/// which an import takes, and printed values.
+/// The file is a REXS model, or curves or values of a gear tester. Gears are returned in the form
+/// of a job, with a list of missing data. The response also has the contents of the file: traces
+/// and pitch tables, which an import uses, and printed values.
 #[utoipa::path(
     post, path = "/v1/gears/read", operation_id = "read_gears", tag = "gears",
     request_body(content = FileFormBody, content_type = "multipart/form-data", description = "A REXS model, or a file \
@@ -230,10 +231,10 @@ async fn read_gears(State(state): State<AppState>, payload: Payload) -> Result<R
     Ok(json(state.pool.run(work).await??))
 }
 
-/// Returns the transverse section of a tooth with its fillets as a closed polygon, and of the whole
-/// gear on request.
+/// Compute the tooth profile of a gear
 ///
-/// The polygon consists of the tip arc, involutes, fillets and the root arc; the fillets are those
+/// Returns the transverse section of a tooth as a closed polygon, and of the whole gear on request.
+/// The polygon consists of the tip arc, involutes, fillets and the root arc. The fillets are those
 /// that the gear's tool generates.
 #[utoipa::path(
     post, path = "/v1/gears/profile", operation_id = "gear_profile", tag = "gears",
@@ -244,11 +245,11 @@ async fn gear_profile(State(state): State<AppState>, payload: Payload) -> Result
     Ok(json_held(read_json_in_room(&state, payload, profile::answer).await?))
 }
 
-/// Writes one tooth or several with fillets and rim as a solid mesh of hexahedra.
+/// Export a solid mesh of teeth
 ///
-/// For Abaqus and CalculiX, ADINA, or Gmsh, with named sets of faces or nodes: flanks, root, tip,
-/// bore, cuts and ends. The answer is a file to be saved; material, support and load are the
-/// caller's.
+/// Writes one tooth or several with fillets and rim as hexahedra for Abaqus and CalculiX, ADINA or
+/// Gmsh. Sets of faces or nodes are named: flanks, root, tip, bore, cuts and ends. Material,
+/// support and load are up to the caller.
 #[utoipa::path(
     post, path = "/v1/gears/solid-mesh", operation_id = "gear_solid_mesh", tag = "gears",
     request_body(content = SolidMeshRequestBody, description = "A gear, and how its solid is meshed."),
@@ -259,10 +260,10 @@ async fn gear_solid_mesh(State(state): State<AppState>, payload: Payload) -> Res
     attachment(state, payload, move |text, room| solid_mesh::file(text, now, room)).await
 }
 
-/// Envelops the profile of any tool numerically.
+/// Compute the envelope of a tool
 ///
 /// The tool is a rack or a pinion that rolls with the gear, given by points of its profile. The
-/// answer is the flank of the tooth that the tool generates, between two radii.
+/// response has the flank that the tool generates between two radii, computed numerically.
 #[utoipa::path(
     post, path = "/v1/gears/envelope", operation_id = "gear_envelope", tag = "gears",
     request_body(content = EnvelopeRequestBody, description = "A tool's profile and its motion."),

@@ -43,15 +43,16 @@ struct ImportFormBody {
     mapping: Option<MappingBody>,
 }
 
-/// Makes an iteration of a file of a gear tester, of a table of nodes or points or of a REXS model.
+/// Import a measurement file
 ///
+/// Creates an iteration from a file of a gear tester, a table of nodes or points, or a REXS model.
 /// The traces of a tooth flank become its nodes (u = roll length in mm, v = z in mm, heights in µm
 /// along the normal). Nodes within the evaluation range are fitted by a second-order surface, or by
-/// the terms of it that they determine. All traces and pitch tables are evaluated, and the
+/// those of its terms that they determine. All traces and pitch tables are evaluated. The
 /// evaluations are stored with the iteration, with their data and the digest of the file. For
-/// points and for the topographies of a model the deviations are stored. Nodes of a table are
-/// stored in the units of its columns, as a grid where they form one. A file of another gear than
-/// the job's is refused.
+/// points, and for topographies of a model, the deviations are stored. Nodes of a table are stored
+/// in the units of its columns, as a grid if they form one. A file of another gear than the job's
+/// is refused.
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/import", operation_id = "import_iteration", tag = "iterations",
     params(("job_id" = Uuid, Path), IdempotencyKey),

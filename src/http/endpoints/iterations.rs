@@ -49,10 +49,11 @@ pub fn group() -> OpenApiRouter<AppState> {
         .routes(routes!(get_iteration_design))
 }
 
-/// Fits nodes and keeps both, in one transaction, as the job's next iteration.
+/// Create an iteration from nodes
 ///
-/// The fit is the iteration's chosen fit until another one is chosen. A request that is repeated
-/// with the same `Idempotency-Key` gets the first answer and stores nothing.
+/// Fits the nodes and stores both in one transaction as the job's next iteration. The fit is the
+/// chosen one until another is chosen. A request that is repeated with the same `Idempotency-Key`
+/// gets the first response and stores nothing.
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/iterations", operation_id = "create_iteration", tag = "iterations",
     params(
@@ -102,10 +103,10 @@ pub fn created(iteration: &NewIteration, stored: Stored) -> Answer {
     }
 }
 
-/// Lists the iterations of a job, each with its chosen fit.
+/// List the iterations of a job
 ///
-/// By number, in pages, with the figures of the chosen fit. Slopes, crownings and twist are
-/// included where the axes place the nodes on a flank of the job's gear.
+/// Iterations come by number in pages, each with the results of its chosen fit. Slopes, crownings
+/// and twist are included if the axes place the nodes on a flank of the job's gear.
 #[utoipa::path(
     get, path = "/v1/jobs/{job_id}/iterations", operation_id = "list_iterations", tag = "iterations",
     params(("job_id" = Uuid, Path), PageQuery),
@@ -122,10 +123,10 @@ async fn list_iterations(
     Ok(axum::Json(PageBody::new(page, List::Iterations)))
 }
 
-/// An iteration with the figures of its fits.
+/// Get an iteration
 ///
-/// It names the last hundred of its fits; `GET …/fits` lists all of them, `GET …/fits/{fit_id}` has
-/// each in full.
+/// The response lists the last hundred fits with their results. `GET …/fits` lists all of them,
+/// `GET …/fits/{fit_id}` has each in full.
 #[utoipa::path(
     get, path = "/v1/jobs/{job_id}/iterations/{number}", operation_id = "get_iteration", tag = "iterations",
     params(("job_id" = Uuid, Path), ("number" = u32, Path)),
@@ -136,11 +137,11 @@ async fn get_iteration(state: CallerState, PathOf((job, number)): PathOf<(Uuid, 
     Ok(present(&state.jobs.iteration(job, number).await?))
 }
 
-/// Records a decision on the gear, or changes flank, tooth, axes or units of the nodes.
+/// Update an iteration or decide on the gear
 ///
-/// The job's trace keeps every decision with its reason, and every change with the values before
-/// it. Where a change gives the chosen fit other figures, the fit is stored again with these
-/// figures and chosen.
+/// Changes flank, tooth, axes or units of the nodes, or records a decision. The job's trace keeps
+/// every decision with its reason, and every change with the previous values. If a change gives the
+/// chosen fit other gear figures, the fit is stored again with these figures and chosen.
 #[utoipa::path(
     patch, path = "/v1/jobs/{job_id}/iterations/{number}", operation_id = "update_iteration", tag = "iterations",
     params(
@@ -173,9 +174,9 @@ pub fn present(iteration: &Iteration) -> Response {
     response
 }
 
-/// The nodes as they were posted, as JSON or as CSV.
+/// Get the nodes of an iteration
 ///
-/// Bit by bit the same numbers, missing nodes included.
+/// Returns exactly the posted numbers, missing nodes included, as JSON or CSV.
 #[utoipa::path(
     get, path = "/v1/jobs/{job_id}/iterations/{number}/nodes", operation_id = "get_iteration_nodes", tag = "iterations",
     params(("job_id" = Uuid, Path), ("number" = u32, Path)),
@@ -209,10 +210,10 @@ async fn get_iteration_nodes(
     Ok(response)
 }
 
-/// Returns the job's design at the nodes of an iteration.
+/// Get the design at the nodes of an iteration
 ///
-/// The deviations of a flank that is made as the `design` in the job's requirements says: subtract
-/// them from the measured ones for the deviations from the design.
+/// Returns the deviations of a flank that is made as the `design` in the job's requirements says.
+/// Measured deviations minus these are the deviations from the design.
 #[utoipa::path(
     get, path = "/v1/jobs/{job_id}/iterations/{number}/design", operation_id = "get_iteration_design",
     tag = "iterations",

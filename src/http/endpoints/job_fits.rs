@@ -1,4 +1,4 @@
-//! `…/iterations/{number}/fits`: further fits of stored nodes, which of them stands, and replays.
+//! `…/iterations/{number}/fits`: further fits of stored nodes, the choice among them, and replays.
 
 use axum::{
     http::{HeaderValue, header},
@@ -45,9 +45,10 @@ pub fn group() -> OpenApiRouter<AppState> {
         .routes(routes!(replay_fit))
 }
 
-/// Fits the stored nodes with another λ* or model. The fit is not used until it is chosen.
+/// Fit the nodes of an iteration again
 ///
-/// All fits of the iteration are kept for comparison.
+/// Uses another λ* or model. The fit is not used until it is chosen. All fits of the iteration are
+/// kept for comparison.
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/iterations/{number}/fits", operation_id = "create_iteration_fit",
     tag = "iterations",
@@ -95,9 +96,10 @@ fn created(place: &str, fit: &NewFit, stored: Stored) -> Answer {
     }
 }
 
-/// Lists the fits of an iteration by their figures.
+/// List the fits of an iteration
 ///
-/// In the order in which they were made; `GET …/fits/{fit_id}` returns each in full.
+/// Fits come in the order in which they were made, with their main results. `GET …/fits/{fit_id}`
+/// returns each in full.
 #[utoipa::path(
     get, path = "/v1/jobs/{job_id}/iterations/{number}/fits", operation_id = "list_iteration_fits", tag = "iterations",
     params(("job_id" = Uuid, Path), ("number" = u32, Path), PageQuery),
@@ -114,10 +116,10 @@ async fn list_iteration_fits(
     Ok(axum::Json(PageBody::new(page, List::Fits)))
 }
 
-/// A fit in full, as it was answered when it was made.
+/// Get a fit
 ///
-/// The parts that `include` names are computed from the stored nodes and added; the stored answer
-/// itself is returned byte for byte. `spec` can be changed and sent back as a refit.
+/// Returns the stored response byte for byte. The parts that `include` names are computed from the
+/// stored nodes and added. `spec` can be changed and sent back as a refit.
 #[utoipa::path(
     get, path = "/v1/jobs/{job_id}/iterations/{number}/fits/{fit_id}", operation_id = "get_iteration_fit",
     tag = "iterations",
@@ -154,7 +156,7 @@ async fn get_iteration_fit(
     Ok(json(fit::with_include(state.context(), (job, number), stored, names).await?))
 }
 
-/// Chooses a fit of the iteration. Earlier choices stay in the trace.
+/// Choose a fit of an iteration
 ///
 /// Each choice is a new row in the trace; no fit is overwritten or deleted.
 #[utoipa::path(
@@ -183,11 +185,11 @@ async fn choose_fit(
     Ok(present(&iteration))
 }
 
-/// Computes a stored fit again from the stored nodes and compares the answers bit by bit. Stores
-/// nothing.
+/// Replay a fit
 ///
-/// Shows that an answer can be reproduced, with this or a later version of the program. The body is
-/// empty or `{}`.
+/// Computes the fit again from the stored nodes and compares the results bit by bit. This shows
+/// that a result can be reproduced, with this or a later version of the program. The body is empty
+/// or `{}`. Nothing is stored.
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/iterations/{number}/fits/{fit_id}/replay", operation_id = "replay_fit",
     tag = "iterations",

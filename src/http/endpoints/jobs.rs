@@ -39,10 +39,9 @@ pub fn group() -> OpenApiRouter<AppState> {
         .routes(routes!(get_job, update_job, delete_job))
 }
 
-/// Creates a job.
+/// Create a job
 ///
-/// Iterations, streams and records belong to a job. Its gear is what corrections and evaluations
-/// refer to.
+/// Iterations, streams and records belong to a job. Corrections and evaluations use its gear.
 #[utoipa::path(
     post, path = "/v1/jobs", operation_id = "create_job", tag = "jobs",
     params(IdempotencyKey),
@@ -75,11 +74,11 @@ fn created(job: &Job, _: Stored) -> Answer {
     }
 }
 
-/// Lists jobs with the status of their last iterations, last changed first.
+/// List jobs
 ///
-/// In pages: `next_cursor` of one page is the `cursor` of the next, and the last page has none. No
-/// page repeats a job; one that is changed while the list is read by `changed` goes to its first
-/// page.
+/// Each job has the status of its last iteration. Jobs changed last come first. `next_cursor` of
+/// one page is the `cursor` of the next; the last page has none. No page repeats a job. With
+/// `sort=changed` a job that is changed while the list is read moves to the first page.
 #[utoipa::path(
     get, path = "/v1/jobs", operation_id = "list_jobs", tag = "jobs",
     params(JobsQuery),
@@ -95,9 +94,9 @@ async fn list_jobs(
     Ok(axum::Json(page.into()))
 }
 
-/// Counts jobs by status, by machine, and by the week in which they were changed last.
+/// Count jobs by status, machine and week
 ///
-/// Weeks are those of ISO 8601 in UTC.
+/// Weeks are those of ISO 8601 in UTC, by the last change of a job.
 #[utoipa::path(
     get, path = "/v1/jobs/summary", operation_id = "summarize_jobs", tag = "jobs",
     responses((status = 200, description = "Numbers of jobs.", body = JobSummary))
@@ -106,7 +105,7 @@ async fn summarize_jobs(state: CallerState) -> Result<axum::Json<JobSummary>, Pr
     Ok(axum::Json(state.jobs.summary().await?))
 }
 
-/// A job.
+/// Get a job
 ///
 /// The header `ETag` has its version, for a conditional `PATCH` or `DELETE`.
 #[utoipa::path(
@@ -119,10 +118,11 @@ async fn get_job(state: CallerState, PathOf(id): PathOf<Uuid>) -> Result<Respons
     Ok(present(state.jobs.job(id).await?))
 }
 
-/// Changes a job. Fields that are left out stay unchanged.
+/// Update a job
 ///
-/// Fields that `clear` names are removed; `gear`, `requirements` and `tags` are replaced as a
-/// whole. The new gear must have every tooth that the job has an iteration of.
+/// Omitted fields stay unchanged. Fields that `clear` names are removed. `gear`, `requirements` and
+/// `tags` are replaced as a whole. The new gear must have every tooth that the job has an iteration
+/// of.
 #[utoipa::path(
     patch, path = "/v1/jobs/{job_id}", operation_id = "update_job", tag = "jobs",
     params(
@@ -148,10 +148,9 @@ async fn update_job(
     Ok(present(state.jobs.patch_job(id, patch.try_into().map_err(Problem::invalid)?, precondition).await?))
 }
 
-/// Deletes a job that has no iterations.
+/// Delete a job without iterations
 ///
-/// A job with iterations cannot be deleted, since its trace is the record of every decision on the
-/// gear.
+/// A job with iterations cannot be deleted: its trace records every decision on the gear.
 #[utoipa::path(
     delete, path = "/v1/jobs/{job_id}", operation_id = "delete_job", tag = "jobs",
     params(

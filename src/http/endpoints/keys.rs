@@ -42,14 +42,14 @@ pub fn group() -> OpenApiRouter<AppState> {
         .routes(routes!(whoami))
 }
 
-/// Makes a key of the caller's tenant.
+/// Create a key
 ///
-/// Its scopes must be among those of the caller's key, except that a key with the role `admin`
-/// makes keys of every role of its tenant. A key of the kind `certificate` has no secret: clients
-/// with a certificate of its name need no other key.
+/// The key belongs to the caller's tenant. Its scopes must be among those of the caller's key,
+/// except that a key with the role `admin` makes keys of every role of its tenant. A key of the
+/// kind `certificate` has no secret: clients with a certificate of its name need no other key.
 ///
-/// A server that asks for no key yet must get a secret of the role `admin` first. Restarted with
-/// `--auth auto`, it asks for a key with every request, as the answer's `warnings` say.
+/// A server that does not require keys yet must first get a secret with the role `admin`. Restarted
+/// with `--auth auto`, it requires a key for every request, as the response's `warnings` say.
 #[utoipa::path(
     post, path = "/v1/keys", operation_id = "create_key", tag = "keys",
     params(IdempotencyKey),
@@ -123,9 +123,10 @@ fn check_grant(maker: &Principal, wanted: Scopes) -> Result<(), Problem> {
     }
 }
 
-/// Lists keys of the caller's tenant, newest first, those that have ended among them.
+/// List keys
 ///
-/// In pages: `next_cursor` of one page is the `cursor` of the next, and the last page has none.
+/// Lists the keys of the caller's tenant, newest first, ended ones included. `next_cursor` of one
+/// page is the `cursor` of the next; the last page has none.
 #[utoipa::path(
     get, path = "/v1/keys", operation_id = "list_keys", tag = "keys",
     params(PageQuery),
@@ -139,9 +140,10 @@ async fn list_keys(
     Ok(axum::Json(PageBody::new(page, List::Keys)))
 }
 
-/// A key, without its secret.
+/// Get a key
 ///
-/// The header `ETag` has its version, for a conditional `PATCH`.
+/// The response has no secret. The header `ETag` has the version of the key, for a conditional
+/// `PATCH`.
 #[utoipa::path(
     get, path = "/v1/keys/{key_id}", operation_id = "get_key", tag = "keys",
     params(("key_id" = String, Path)),
@@ -152,10 +154,10 @@ async fn get_key(state: CallerState, PathOf(id): PathOf<String>) -> Result<Respo
     Ok(present(&state.tenant_keys().key(key_id(&id)?).await?))
 }
 
-/// Changes the name or the expiry of a key. Fields that are left out stay unchanged.
+/// Update a key
 ///
-/// The scopes of a key cannot be changed: make another key. An expired key cannot be changed or
-/// renewed.
+/// Changes the name or the expiry; omitted fields stay unchanged. The scopes of a key cannot be
+/// changed: create another key. An expired key cannot be changed or renewed.
 #[utoipa::path(
     patch, path = "/v1/keys/{key_id}", operation_id = "update_key", tag = "keys",
     params(
@@ -186,10 +188,10 @@ async fn update_key(
     Ok(present(&keys.patch(id, patch, precondition).await?))
 }
 
-/// Ends a key for good.
+/// Revoke a key
 ///
 /// Every server refuses it within five seconds, and connections opened with it end within thirty.
-/// It is kept as revoked.
+/// The key is kept as revoked.
 #[utoipa::path(
     delete, path = "/v1/keys/{key_id}", operation_id = "revoke_key", tag = "keys",
     params(("key_id" = String, Path)),
@@ -229,11 +231,11 @@ async fn has_another_admin(keys: &TenantKeys, id: KeyId) -> Result<bool, Problem
     }
 }
 
-/// Gives the holder of a key another secret.
+/// Rotate a key
 ///
-/// The new key has an id of its own, the same name and scopes, and the same lifetime. The old key
-/// stays valid for `overlap_seconds` and cannot be rotated again. If the new key is lost, rotate
-/// the new key; its id is `replaced_by` of the old one.
+/// The new key has an id of its own, and the same name, scopes and lifetime. The old key stays
+/// valid for `overlap_seconds` and cannot be rotated again. If the new key is lost, rotate the new
+/// key; its id is `replaced_by` of the old one.
 #[utoipa::path(
     post, path = "/v1/keys/{key_id}/rotate", operation_id = "rotate_key", tag = "keys",
     params(("key_id" = String, Path), IdempotencyKey),
@@ -271,9 +273,10 @@ async fn rotate_key(
     .await
 }
 
-/// The caller: tenant, actor and scopes.
+/// Get the caller
 ///
-/// For programs that show the scopes of their key, and to find out whose key this is.
+/// Returns tenant, actor and scopes: for programs that show the scopes of their key, and to find
+/// out whose key this is.
 #[utoipa::path(
     get, path = "/v1/whoami", operation_id = "whoami", tag = "keys",
     responses((status = 200, description = "The caller.", body = WhoamiBody))
@@ -298,7 +301,7 @@ fn key_id(segment: &str) -> Result<KeyId, Problem> {
 fn present(key: &ApiKey) -> Response {
     let mut response = axum::Json(KeyBody::of(key, None)).into_response();
     set_etag(response.headers_mut(), key.version);
-    // nobody keeps what tells who may do what
+    // no cache may keep permissions
     response.headers_mut().insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
     response
 }

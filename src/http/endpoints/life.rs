@@ -39,11 +39,12 @@ pub fn group() -> OpenApiRouter<AppState> {
     OpenApiRouter::new().routes(routes!(archive_job)).routes(routes!(purge_job))
 }
 
-/// Download everything that is stored of a job: nodes, fits, records, streams, events, and the
-/// audit.
+/// Download the archive of a job
 ///
-/// JSON lines in the format of `flankfit export` and `flankfit import`. The bytes are the same
-/// until the job changes. A file without its last line, `{"archive":…}`, is incomplete.
+/// The archive has everything stored of the job: nodes, fits, records, streams, events, and the
+/// audit. It consists of JSON lines in the format of `flankfit export` and `flankfit import`. The
+/// bytes are the same until the job changes. A file without its last line, `{"archive":…}`, is
+/// incomplete.
 #[utoipa::path(
     get, path = "/v1/jobs/{job_id}/archive", operation_id = "archive_job", tag = "jobs",
     params(("job_id" = Uuid, Path)),
@@ -102,12 +103,12 @@ async fn send(to: &mpsc::Sender<Option<Bytes>>, mut line: Bytes, patience: Durat
     Ok(())
 }
 
-/// Remove nodes, results, texts and names of a job, for good.
+/// Purge a job
 ///
-/// Removes personal names and frees space. The job's row, its numbers, times and figures, and its
-/// audit are kept; requests for anything else are answered 410, and the job cannot be changed any
-/// more. Download the archive of the job before, if the data may be wanted again, and verify its
-/// audit: what is purged can be verified no more.
+/// Removes nodes, results, texts and names for good, and frees space. The job's row, its numbers,
+/// times and gear figures, and its audit are kept. Requests for anything else get status 410, and
+/// the job cannot be changed any more. First download the archive of the job, if the data may be
+/// needed again, and verify its audit: purged data cannot be verified.
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/purge", operation_id = "purge_job", tag = "jobs",
     params(("job_id" = Uuid, Path), IdempotencyKey),

@@ -38,7 +38,7 @@ pub fn operation() -> OpenApiRouter<AppState> {
     OpenApiRouter::new().routes(routes!(get_readiness)).routes(routes!(get_metrics))
 }
 
-/// What is served but is not part of the document it serves.
+/// Returns the routes that the document does not describe.
 pub fn undocumented(state: &AppState) -> Router<AppState> {
     static TAG: OnceLock<Option<HeaderValue>> = OnceLock::new();
     let router = Router::new().route("/openapi.json", get(|| async { document(openapi_json(), &TAG) }));
@@ -76,9 +76,9 @@ impl Health {
     }
 }
 
-/// Reports that the process is up.
+/// Check that the process is running
 ///
-/// For a supervisor that restarts the process when it does not answer, and for clients that look up
+/// For a supervisor that restarts the process if it does not respond, and for clients that look up
 /// the limits of requests. The store is not checked.
 #[utoipa::path(
     get, path = "/healthz", operation_id = "get_health", tag = "operation",
@@ -88,7 +88,7 @@ async fn get_health(State(state): State<AppState>) -> axum::Json<Health> {
     axum::Json(Health::of(&state))
 }
 
-/// What a process is to be ready for.
+/// Kind of requests that a process must be ready for.
 #[derive(Debug, Deserialize, IntoParams)]
 #[into_params(parameter_in = Query)]
 struct ReadinessQuery {
@@ -106,10 +106,11 @@ enum Purpose {
     Compute,
 }
 
-/// Reports whether the server can answer requests: the process is not shutting down, the database
-/// answers within a second, and its disk accepts writes.
+/// Check that the server is ready
 ///
-/// For a load balancer. The database is checked at most once a second.
+/// For a load balancer. The server is ready if the process is not shutting down, the database
+/// responds within a second, and its disk accepts writes. The database is checked at most once a
+/// second.
 #[utoipa::path(
     get, path = "/readyz", operation_id = "get_readiness", tag = "operation", params(ReadinessQuery),
     responses(
@@ -145,9 +146,9 @@ async fn get_readiness(
     }
 }
 
-/// Metrics in the Prometheus text format.
+/// Get metrics
 ///
-/// Metrics of requests, fits, queues, streams and the store, for a Prometheus server. As for
+/// Metrics of requests, fits, queues, streams and the store in the Prometheus text format. As for
 /// `/readyz`, the store is checked at most once a second, for at most a second.
 #[utoipa::path(
     get, path = "/metrics", operation_id = "get_metrics", tag = "operation",

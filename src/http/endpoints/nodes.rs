@@ -38,13 +38,14 @@ struct TableFormBody {
     mapping: Option<MappingBody>,
 }
 
-/// Reads a table of nodes or points and returns how it was read; stores nothing.
+/// Read a table of nodes
 ///
-/// Separators, decimal sign, character set, header and units are found from the content. The
-/// answer's `separator`, `decimal`, `header`, `matrix`, `columns` and `layout` form the `mapping`
-/// to send with the file to an import; correct it where it is wrong. The mapping of the last table
-/// of the same form and instrument that became an iteration is proposed first (`proposed_from`). A
-/// table that cannot be read is refused with one sentence and the first five places.
+/// Separators, decimal sign, character set, header and units are found from the content.
+/// `separator`, `decimal`, `header`, `matrix`, `columns` and `layout` of the response form the
+/// `mapping` to send with the file to an import; correct it if it is wrong. If an earlier table of
+/// the same form and instrument became an iteration, its mapping is proposed (`proposed_from`). A
+/// table that cannot be read is refused with one sentence and the first five places. Nothing is
+/// stored.
 #[utoipa::path(
     post, path = "/v1/nodes/read", operation_id = "read_nodes", tag = "fits",
     params(

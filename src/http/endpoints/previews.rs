@@ -19,10 +19,10 @@ pub fn group() -> OpenApiRouter<AppState> {
     OpenApiRouter::new().routes(routes!(preview_iteration_fit))
 }
 
-/// Fits the stored nodes with another λ* or model, and stores nothing.
+/// Preview a fit of an iteration
 ///
-/// The answer is that of `POST /v1/fits` for the same nodes. To store such a fit, post it to
-/// `…/fits`.
+/// Fits the stored nodes with another λ* or model. The response is that of `POST /v1/fits` for the
+/// same nodes. Nothing is stored. To store such a fit, post it to `…/fits`.
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/iterations/{number}/preview", operation_id = "preview_iteration_fit",
     tag = "iterations",

@@ -1,5 +1,5 @@
-//! `…/iterations/{number}/records`: what is kept with an iteration beside its fits, curves and
-//! surfaces for example.
+//! `…/iterations/{number}/records`: other data stored with an iteration than its fits, such as
+//! curves and surfaces.
 
 use std::sync::Arc;
 
@@ -48,7 +48,7 @@ pub fn group() -> OpenApiRouter<AppState> {
     OpenApiRouter::new().routes(routes!(list_iteration_records)).routes(routes!(get_iteration_record))
 }
 
-/// What a record may be made of beside its request.
+/// Data that a record may use in addition to its request.
 pub struct RecordContext {
     pub job: Job,
     /// Nodes of the iteration.
@@ -99,7 +99,7 @@ impl FromRequest<AppState> for RecordRequest {
 
 impl RecordRequest {
     /// Computes the record of the iteration's nodes on the pool, within the memory budget, stores
-    /// it with the iteration and answers it.
+    /// it with the iteration and returns it.
     pub async fn keep(
         self,
         route: &str,
@@ -228,9 +228,10 @@ fn created(iteration: &str, record: &Record, body: Vec<u8>) -> Answer {
     Answer { status: 201, location: Some(format!("{iteration}/records/{}", record.id)), etag: Some(etag(1)), body }
 }
 
-/// Lists the records of an iteration (everything stored with it except its fits), oldest first.
+/// List the records of an iteration
 ///
-/// In pages, without the requests and results themselves.
+/// Records are everything stored with an iteration except its fits. They come oldest first in
+/// pages, without requests and results.
 #[utoipa::path(
     get, path = "/v1/jobs/{job_id}/iterations/{number}/records", operation_id = "list_iteration_records",
     tag = "iterations",
@@ -248,11 +249,11 @@ async fn list_iteration_records(
     Ok(axum::Json(PageBody::new(page, List::Records)))
 }
 
-/// A record of an iteration: the request and the result.
+/// Get a record of an iteration
 ///
-/// The result is the text of the original answer. For an evaluation or for pitches, `Accept:
-/// application/x-q-das-dfq` returns a file for statistical process control, with the job's current
-/// part number and machine.
+/// Returns request and result. The result is the text of the original response. For an evaluation
+/// or for pitches, `Accept: application/x-q-das-dfq` returns a file for statistical process
+/// control, with the job's current part number and machine.
 #[utoipa::path(
     get, path = "/v1/jobs/{job_id}/iterations/{number}/records/{record_id}", operation_id = "get_iteration_record",
     tag = "iterations",

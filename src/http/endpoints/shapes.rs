@@ -20,9 +20,10 @@ pub fn group() -> OpenApiRouter<AppState> {
     OpenApiRouter::new().routes(routes!(create_iteration_curve)).routes(routes!(create_iteration_surface))
 }
 
-/// Builds a curve, by default of the iteration's own nodes, and keeps it with the iteration.
+/// Add a curve to an iteration
 ///
-/// As `POST /v1/curves`; the answer is stored with the iteration as a record.
+/// As `POST /v1/curves`, by default from the iteration's own nodes. The result is stored with the
+/// iteration as a record.
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/iterations/{number}/curves", operation_id = "create_iteration_curve",
     tag = "iterations",
@@ -45,9 +46,10 @@ async fn create_iteration_curve(request: RecordRequest) -> Result<Response, Prob
     request.keep("curves", build).await
 }
 
-/// Builds a surface, by default of the iteration's own nodes, and keeps it with the iteration.
+/// Add a surface to an iteration
 ///
-/// As `POST /v1/surfaces`; the answer is stored with the iteration as a record.
+/// As `POST /v1/surfaces`, by default from the iteration's own nodes. The result is stored with the
+/// iteration as a record.
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/iterations/{number}/surfaces", operation_id = "create_iteration_surface",
     tag = "iterations",

@@ -33,11 +33,11 @@ pub fn group() -> OpenApiRouter<AppState> {
     OpenApiRouter::new().routes(routes!(simulate_closed_loop))
 }
 
-/// Simulates a machine with wrong settings: parts are measured, the machine is corrected and the
-/// parts are machined again, with several correction methods.
+/// Simulate corrections of a machine
 ///
-/// With `store` the run of each method is stored as a job, all of them or none. The same seed gives
-/// the same answer.
+/// A machine with wrong settings makes parts, which are measured; the machine is corrected and
+/// makes new parts, with several correction methods. With `store` the run of each method is stored
+/// as a job, all of them or none. The same seed gives the same result.
 #[utoipa::path(
     post, path = "/v1/simulations/closed-loop", operation_id = "simulate_closed_loop", tag = "simulations",
     params(IdempotencyKey),
@@ -74,7 +74,8 @@ async fn simulate_closed_loop(state: CallerState, key: IdempotencyKey, payload: 
     .await
 }
 
-/// What was simulated, with the jobs that keep it where there are any: one for each way.
+/// Returns the response: the simulation, with the stored jobs if there are any, one for each
+/// method.
 fn answered(body: &ClosedLoopResultBody, ids: &[Uuid]) -> Answer {
     let mut body = body.clone();
     for (run, id) in body.runs.iter_mut().zip(ids) {

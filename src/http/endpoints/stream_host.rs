@@ -1,4 +1,4 @@
-//! What the use cases of streams take from the service: workers of the pool, and the contract.
+//! Services that the use cases of streams need: workers of the pool, and the contract.
 
 use crate::{
     api::{

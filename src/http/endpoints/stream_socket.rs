@@ -1,4 +1,4 @@
-//! `GET /v1/streams/{stream_id}/ws`: blocks and their answers over a WebSocket, for probes that
+//! `GET /v1/streams/{stream_id}/ws`: blocks and their responses over a WebSocket, for probes that
 //! send node by node.
 //!
 //! Messages are those of `POST /v1/streams/{stream_id}/nodes`, one answer for each, in order; a
@@ -49,10 +49,10 @@ pub fn group() -> OpenApiRouter<AppState> {
     OpenApiRouter::new().routes(routes!(connect_stream))
 }
 
-/// Opens a WebSocket on a stream: each message is a block, each answer an estimate or a problem.
+/// Connect to a stream by WebSocket
 ///
-/// Messages are the bodies of `POST /v1/streams/{stream_id}/nodes` and its answers. A problem is
-/// sent as a JSON message with its `code`, and the connection stays open.
+/// Each message is a body of `POST /v1/streams/{stream_id}/nodes` and gets the response of that
+/// request. A problem is sent as a JSON message with its `code`, and the connection stays open.
 #[utoipa::path(
     get, path = "/v1/streams/{stream_id}/ws", operation_id = "connect_stream", tag = "streams",
     params(("stream_id" = Uuid, Path)),

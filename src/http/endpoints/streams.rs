@@ -48,10 +48,10 @@ pub fn group() -> OpenApiRouter<AppState> {
         .routes(routes!(finish_stream))
 }
 
-/// Opens a stream: a model that is fitted to nodes as they arrive.
+/// Open a stream
 ///
-/// The spec is checked as far as it can be without nodes. Blocks of nodes follow, and in the end
-/// the stream becomes an iteration.
+/// A stream fits a model to nodes as they arrive. The spec is checked as far as possible without
+/// nodes. Blocks of nodes follow, and finally the stream becomes an iteration.
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/streams", operation_id = "create_stream", tag = "streams",
     params(
@@ -94,9 +94,10 @@ fn opened(stream: &NewStream, stored: Stored) -> Answer {
     }
 }
 
-/// Lists the streams of a job, oldest first.
+/// List the streams of a job
 ///
-/// Open ones and those that have become an iteration, in pages, without their specs and estimates.
+/// Open streams and those that have become an iteration come oldest first in pages, without specs
+/// and estimates.
 #[utoipa::path(
     get, path = "/v1/jobs/{job_id}/streams", operation_id = "list_streams", tag = "streams",
     params(("job_id" = Uuid, Path), PageQuery),
@@ -124,11 +125,12 @@ struct BlocksQuery {
 /// Memory for blocks that are read at a time, as they are stored, as nodes and as text.
 const BLOCKS_IN_MEMORY: usize = 64 << 20;
 
-/// The nodes that were posted to an open stream, block by block after the one numbered `after`.
+/// List the blocks of a stream
 ///
-/// A page holds up to a few megabytes, and at least one block if there is one. `sequence` is the
-/// number of the stream's last block: request the next page until it is reached. The blocks of a
-/// finished stream are the nodes of its iteration.
+/// Returns the posted nodes of an open stream, block by block after the block number `after`. A
+/// page holds up to a few megabytes, and at least one block if there is one. `sequence` is the
+/// number of the stream's last block: request the next page until it is reached. The nodes of a
+/// finished stream are those of its iteration.
 #[utoipa::path(
     get, path = "/v1/streams/{stream_id}/nodes", operation_id = "get_stream_nodes", tag = "streams",
     params(("stream_id" = Uuid, Path), BlocksQuery),
@@ -150,9 +152,9 @@ async fn get_stream_nodes(
     Ok(with_permit(json(text), permit))
 }
 
-/// A stream, with the estimate after its last block.
+/// Get a stream
 ///
-/// The estimate of the nodes so far, or the iteration that the stream has become.
+/// Returns the estimate after the last block, or the iteration that the stream has become.
 #[utoipa::path(
     get, path = "/v1/streams/{stream_id}", operation_id = "get_stream", tag = "streams",
     params(("stream_id" = Uuid, Path)),
@@ -171,10 +173,11 @@ async fn get_stream(state: CallerState, PathOf(id): PathOf<Uuid>) -> Result<Resp
     Ok(response)
 }
 
-/// Adds a block of nodes and answers the estimate of all nodes so far.
+/// Add a block of nodes to a stream
 ///
-/// Blocks are numbered by the client from 1. One that is sent again with the same nodes gets its
-/// first answer and does not count; one out of turn is refused with the number expected.
+/// Returns the estimate of all nodes so far. The client numbers blocks from 1. A block that is sent
+/// again with the same nodes gets its first response and does not count again. A block out of order
+/// is refused with the expected number.
 #[utoipa::path(
     post, path = "/v1/streams/{stream_id}/nodes", operation_id = "add_stream_nodes", tag = "streams",
     params(
@@ -220,10 +223,11 @@ pub async fn add_block(
     answer
 }
 
-/// Makes the stream an iteration of its job: all nodes are fitted at once, each counting in full.
+/// Finish a stream
 ///
-/// Nothing is forgotten here: the forgetting factor is for the estimates while the stream is open.
-/// The iteration is answered as by `POST /v1/jobs/{job_id}/iterations`.
+/// The stream becomes an iteration of its job: all nodes are fitted at once with full weight. The
+/// forgetting factor applies to the estimates of an open stream only. The response is that of `POST
+/// /v1/jobs/{job_id}/iterations`.
 #[utoipa::path(
     post, path = "/v1/streams/{stream_id}/finish", operation_id = "finish_stream", tag = "streams",
     params(
@@ -263,9 +267,9 @@ async fn finish_stream(
     .await
 }
 
-/// Deletes a stream with its nodes. The iteration of a finished stream is kept.
+/// Delete a stream
 ///
-/// An open stream loses its nodes.
+/// The nodes of an open stream are lost. The iteration of a finished stream is kept.
 #[utoipa::path(
     delete, path = "/v1/streams/{stream_id}", operation_id = "delete_stream", tag = "streams",
     params(

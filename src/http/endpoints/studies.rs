@@ -22,12 +22,11 @@ pub fn group() -> OpenApiRouter<AppState> {
     OpenApiRouter::new().routes(routes!(study_randomization))
 }
 
-/// Randomises a measurement matrix over a range of levels and compares with regularised estimates;
-/// stores nothing.
+/// Compare randomisation of a measurement matrix with regularisation
 ///
-/// Random matrices perturb the measurement matrix by the level; the answer has the medians and
-/// quartiles of errors and condition numbers. The same seed gives the same answer, whatever the
-/// number of threads.
+/// Random matrices perturb the measurement matrix at several levels. The response has medians and
+/// quartiles of errors and condition numbers. The same seed gives the same result for any number of
+/// threads. Nothing is stored.
 #[utoipa::path(
     post, path = "/v1/studies/randomization", operation_id = "study_randomization", tag = "studies",
     request_body(content = RandomizationRequest, description = "The matrix to randomise, and the levels."),

@@ -38,12 +38,11 @@ pub fn group() -> OpenApiRouter<AppState> {
         .routes(routes!(export_surface))
 }
 
-/// Builds a surface through or near nodes, or between borders, with a report on how its patches
-/// meet; stores nothing.
+/// Build a surface from nodes or boundaries
 ///
-/// By Coons, Gregory, Bézier and B-spline patches of borders, meshes and grids, or near scattered
-/// nodes by least squares. The surface of the answer can be sent back as it is to the other
-/// operations of surfaces.
+/// Methods are Coons, Gregory, Bézier and B-spline patches of borders, meshes and grids, and least
+/// squares near scattered nodes. The response reports the continuity between patches. Its surface
+/// can be sent unchanged to the other operations of surfaces. Nothing is stored.
 #[utoipa::path(
     post, path = "/v1/surfaces", operation_id = "create_surface", tag = "surfaces",
     request_body(content = SurfaceRequest, description = "The data of the surface and the method."),
@@ -56,11 +55,11 @@ async fn create_surface(State(state): State<AppState>, payload: Payload) -> Resu
     Ok(json(built.result))
 }
 
-/// Evaluates a surface at many parameters: values, derivatives, normals, fundamental forms,
-/// curvatures, area.
+/// Evaluate a surface at parameters
 ///
-/// The surface is one from an earlier answer or one written by hand, evaluated at single parameters
-/// or on a grid. Parameters must lie within its domain.
+/// Returns values and, on request, derivatives, normals, fundamental forms, curvatures and area.
+/// The surface comes from an earlier response or is written by hand. It is evaluated at single
+/// parameters or on a grid within its domain.
 #[utoipa::path(
     post, path = "/v1/surfaces/evaluate", operation_id = "evaluate_surface", tag = "surfaces",
     request_body(content = EvaluateSurfaceBody, description = "A surface and its parameters."),
@@ -70,10 +69,10 @@ async fn evaluate_surface(State(state): State<AppState>, payload: Payload) -> Re
     Ok(json_held(read_json_in_room(&state, payload, evaluate::answer).await?))
 }
 
-/// Finds the point of a surface that is closest to each given point.
+/// Find the closest points of a surface
 ///
-/// Returns the parameters of the closest points and the distances, positive on the side the normal
-/// points to.
+/// Returns the parameters of the closest points and the distances, positive on the side that the
+/// normal points to.
 #[utoipa::path(
     post, path = "/v1/surfaces/closest-points", operation_id = "closest_points_of_surface", tag = "surfaces",
     request_body(content = ClosestOnSurfaceBody, description = "A surface and points."),
@@ -83,12 +82,12 @@ async fn closest_points_of_surface(State(state): State<AppState>, payload: Paylo
     Ok(json(read_json(&state, payload, closest::answer).await?))
 }
 
-/// Cuts a surface by parallel planes: the curves of the sections, and the mesh of curves that two
-/// families of planes make.
+/// Cut a surface by parallel planes
 ///
-/// Curves are cubic B-splines in space or polylines. They are joined across patches, seams and
-/// poles. Where the plane touches the surface, or the section cannot be determined, the answer has
-/// a warning. The mesh can be sent unchanged to `POST /v1/surfaces`, which fills it with patches.
+/// Section curves are cubic B-splines in space or polylines. They are joined across patches, seams
+/// and poles. If the plane touches the surface, or the section cannot be determined, the response
+/// has a warning. Two families of planes also give a mesh of curves. It can be sent unchanged to
+/// `POST /v1/surfaces`, which fills it with patches.
 #[utoipa::path(
     post, path = "/v1/surfaces/sections", operation_id = "sections_of_surface", tag = "surfaces",
     request_body(content = SectionsRequest, description = "A surface and planes."),
@@ -98,10 +97,10 @@ async fn sections_of_surface(State(state): State<AppState>, payload: Payload) ->
     Ok(json_held(read_json_in_room(&state, payload, sections::answer).await?))
 }
 
-/// Writes a surface as a file: IGES 128 or STEP AP242 for CAD systems, OBJ, STL or VTK for looking,
-/// a mesh of quadrilaterals for FE systems.
+/// Export a surface to a file
 ///
-/// The answer is a file to be saved. CAD formats hold the exact surface, the others facets of it.
+/// Formats are IGES 128 and STEP AP242 for CAD systems, OBJ, STL and VTK for display, and meshes of
+/// quadrilaterals for FE systems. CAD formats contain the exact surface, the others facets of it.
 #[utoipa::path(
     post, path = "/v1/surfaces/export", operation_id = "export_surface", tag = "surfaces",
     request_body(content = ExportSurfaceBody, description = "A surface and the form of the file."),

@@ -33,10 +33,11 @@ pub fn group() -> OpenApiRouter<AppState> {
     OpenApiRouter::new().routes(routes!(create_tenant, list_tenants)).routes(routes!(get_tenant, update_tenant))
 }
 
-/// Creates a tenant, with its first key.
+/// Create a tenant
 ///
-/// The key has the role `admin` and can make the tenant's other keys. A server that asks for no key
-/// yet needs an administrator's key (`POST /v1/keys`) before the first tenant.
+/// The response has its first key, with the role `admin`, which can make the tenant's other keys. A
+/// server that does not require keys yet needs an administrator's key (`POST /v1/keys`) before the
+/// first tenant.
 #[utoipa::path(
     post, path = "/v1/tenants", operation_id = "create_tenant", tag = "tenants",
     params(IdempotencyKey),
@@ -84,9 +85,10 @@ fn created(made: &(Plant, ApiKey), secret: Option<&Secret>) -> Answer {
     }
 }
 
-/// Lists tenants, newest first.
+/// List tenants
 ///
-/// In pages: `next_cursor` of one page is the `cursor` of the next, and the last page has none.
+/// Tenants come newest first. `next_cursor` of one page is the `cursor` of the next; the last page
+/// has none.
 #[utoipa::path(
     get, path = "/v1/tenants", operation_id = "list_tenants", tag = "tenants",
     params(PageQuery),
@@ -100,7 +102,7 @@ async fn list_tenants(
     Ok(axum::Json(PageBody::new(page, List::Tenants)))
 }
 
-/// A tenant.
+/// Get a tenant
 ///
 /// The header `ETag` has its version, for a conditional `PATCH`.
 #[utoipa::path(
@@ -113,10 +115,10 @@ async fn get_tenant(state: CallerState, PathOf(name): PathOf<String>) -> Result<
     Ok(present(&state.tenant_keys().plant(named(&name)?).await?))
 }
 
-/// Changes a tenant. Fields that are left out stay unchanged.
+/// Update a tenant
 ///
-/// The keys of a suspended tenant are refused; its data is kept, and the tenant can be resumed.
-/// (Keys in the server's settings are not affected.)
+/// Omitted fields stay unchanged. The keys of a suspended tenant are refused; its data is kept, and
+/// the tenant can be resumed. (Keys in the server's settings are not affected.)
 #[utoipa::path(
     patch, path = "/v1/tenants/{tenant}", operation_id = "update_tenant", tag = "tenants",
     params(
@@ -148,7 +150,7 @@ fn named(segment: &str) -> Result<Tenant, Problem> {
 fn present(plant: &Plant) -> Response {
     let mut response = axum::Json(TenantBody::from(plant)).into_response();
     set_etag(response.headers_mut(), plant.version);
-    // nobody keeps what tells who may do what
+    // no cache may keep permissions
     response.headers_mut().insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
     response
 }

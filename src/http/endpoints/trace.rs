@@ -20,10 +20,11 @@ pub fn group() -> OpenApiRouter<AppState> {
     OpenApiRouter::new().routes(routes!(get_trace))
 }
 
-/// Every fit, λ* choice and decision of a job in the order in which they were made.
+/// Get the trace of a job
 ///
-/// They come iteration by iteration in pages; a page of big iterations may hold fewer than `limit`.
-/// Of each list of an iteration the last hundred entries are listed; `earlier` counts the others.
+/// Returns every fit, λ* choice and decision in the order in which they were made, iteration by
+/// iteration in pages. A page of large iterations may hold fewer than `limit`. Each list of an
+/// iteration has its last hundred entries; `earlier` counts the others.
 #[utoipa::path(
     get, path = "/v1/jobs/{job_id}/trace", operation_id = "get_trace", tag = "iterations",
     params(("job_id" = Uuid, Path), PageQuery),

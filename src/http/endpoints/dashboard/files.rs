@@ -15,7 +15,7 @@ use rust_embed::RustEmbed;
 use sha2::{Digest, Sha256};
 
 const INDEX: &str = include_str!("../../../../web/index.html");
-/// Where `index.html` wants the digest.
+/// Placeholder of the digest in `index.html`.
 const PLACEHOLDER: &str = "{digest}";
 /// The digest of files that may change at any time.
 const UNFINISHED: &str = "folder";
@@ -32,7 +32,7 @@ struct App;
 #[exclude = "*.d.ts"]
 struct Vendor;
 
-/// Where the files come from.
+/// Source of the files.
 #[derive(Clone, Debug)]
 pub enum Files {
     Embedded,
@@ -57,7 +57,7 @@ pub struct File {
     packed: Arc<OnceLock<Option<Bytes>>>,
 }
 
-/// What lies in the program.
+/// Files embedded in the program.
 struct Embedded {
     files: BTreeMap<String, File>,
     digest: String,
@@ -105,7 +105,7 @@ impl Files {
         fs::metadata(folder.join("index.html")).map(drop).map_err(missing)
     }
 
-    /// What stands in the path of every file.
+    /// Returns the digest, which is part of the path of every file.
     pub fn digest(&self) -> &str {
         match self {
             Files::Embedded => &EMBEDDED.digest,
