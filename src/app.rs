@@ -113,7 +113,7 @@ impl App {
         self.tls.is_some()
     }
 
-    /// What the handlers reach.
+    /// State that handlers use.
     pub fn state(&self) -> &AppState {
         &self.state
     }
@@ -156,7 +156,7 @@ impl App {
         let service = Service { router: http::router(self.state.clone()), state: self.state, tls: self.tls };
         server::serve(self.listener, service, stop, limits).await;
         let deadline = stopped.await.unwrap_or_else(|_| Instant::now()).min(Instant::now() + DRAIN_TIME);
-        // WebSockets have left their connections; they were told to end at once
+        // WebSockets have left their connections; they were asked to end at once
         let _late = tokio::time::timeout_at(deadline, state.shutdown.drained()).await;
         state.pool.stop();
         drop(operation_ends);
@@ -245,7 +245,7 @@ async fn bind(address: SocketAddr, setting: &'static str) -> Result<TcpListener,
     })
 }
 
-/// What goes on beside the requests, until it is dropped.
+/// Tasks in the background of the requests, until they are dropped.
 fn background(state: &AppState, tls: Option<Arc<Tls>>, seals: Arc<SealKeeper>) -> JoinSet<()> {
     let mut all = JoinSet::new();
     all.spawn(telemetry::upkeep());

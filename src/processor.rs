@@ -2,7 +2,7 @@
 //!
 //! `.cargo/config.toml` compiles for x86-64-v3. On an older processor the first such instruction
 //! would end the process by a signal, without a word; so the program asks before anything else.
-//! `is_x86_feature_detected!` cannot be asked: it answers at compile time what the target has. Nor
+//! `is_x86_feature_detected!` cannot be used: it returns at compile time what the target has. Nor
 //! may the answer be a list or a text made here: moving it could be such an instruction.
 
 /// Whether the processor has all of x86-64-v3, where the program was compiled for it.

@@ -46,7 +46,7 @@ pub const STORE_SECONDS: &str = "flankfit_store_duration_seconds";
 /// Transactions of the store that were tried again.
 pub const STORE_RETRIES: &str = "flankfit_store_retries_total";
 
-/// 1 where the store answers and can be written, as far as it was asked.
+/// 1 if the store responds and can be written, as of the last check.
 pub const STORE_UP: &str = "flankfit_store_up";
 /// Seconds by which the clock of the database is before that of this process.
 pub const CLOCK_SKEW: &str = "flankfit_clock_skew_seconds";
@@ -79,7 +79,7 @@ pub const AUDIT_SEAL_INTERVAL: &str = "flankfit_audit_seal_interval_seconds";
 pub const SPANS_DROPPED: &str = "flankfit_trace_spans_dropped_total";
 /// 1 if the last request for the identity provider's keys succeeded.
 pub const IDENTITY_PROVIDER_UP: &str = "flankfit_identity_provider_up";
-/// Bytes of bodies and answers that are held.
+/// Bytes of bodies and responses in memory.
 pub const BODY_MEMORY: &str = "flankfit_body_memory_bytes";
 /// Connections that are open.
 pub const CONNECTIONS: &str = "flankfit_connections";
@@ -234,7 +234,7 @@ pub fn record_seal_interval(interval: Duration) {
     metrics::gauge!(AUDIT_SEAL_INTERVAL).set(interval.as_secs_f64());
 }
 
-/// Notes whether the store answers and can be written.
+/// Records whether the store responds and can be written.
 pub fn record_store_up(up: bool) {
     metrics::gauge!(STORE_UP).set(f64::from(up));
 }
@@ -244,7 +244,7 @@ fn record_dropped_spans(count: u64) {
     metrics::counter!(SPANS_DROPPED).increment(count);
 }
 
-/// Notes whether the identity provider told its keys.
+/// Records whether the keys of the identity provider could be loaded.
 pub fn record_identity_provider(up: bool) {
     metrics::gauge!(IDENTITY_PROVIDER_UP).set(f64::from(up));
 }

@@ -1,6 +1,6 @@
 //! Answers of requests that can be kept.
 
-/// What was made of a request: the contract's name of the method, and the answer.
+/// Result of a request: the contract's name of the method, and the response.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Built {
     pub method: String,

@@ -7,7 +7,7 @@ pub struct RequestExample {
     pub operation_id: &'static str,
     /// Its name in the document.
     pub name: &'static str,
-    /// What it shows.
+    /// Subject of the example.
     pub summary: &'static str,
     /// The JSON text.
     pub text: &'static str,

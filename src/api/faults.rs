@@ -1,6 +1,6 @@
-//! Faults of a request, by JSON Pointers.
+//! Errors of a request, by JSON Pointers.
 //!
-//! The engine names its faults by paths, which become pointers.
+//! The engine names errors by paths, which become pointers.
 
 use std::fmt;
 
@@ -11,9 +11,9 @@ use flankfit_engine::numerics::check;
 pub struct Fault {
     /// JSON Pointer (RFC 6901) into the request, such as `/nodes/z/3/7`.
     pub pointer: String,
-    /// What is wrong there and what to do.
+    /// The error at this place, and its remedy.
     pub detail: String,
-    /// Whether it is that nothing stands there.
+    /// True if the value is missing.
     pub missing: bool,
 }
 
@@ -25,7 +25,7 @@ pub struct Faults {
 }
 
 impl Faults {
-    /// How many faults are kept.
+    /// Number of errors that are kept.
     pub const MOST: usize = 100;
 
     /// A single fault.
@@ -40,7 +40,7 @@ impl Faults {
         self.add(Fault { pointer: pointer.into(), detail: detail.into(), missing: false });
     }
 
-    /// Adds that nothing stands where something must.
+    /// Adds that a required value is missing.
     pub fn push_missing(&mut self, pointer: impl Into<String>, detail: impl Into<String>) {
         self.add(Fault { pointer: pointer.into(), detail: detail.into(), missing: true });
     }
@@ -53,7 +53,7 @@ impl Faults {
         }
     }
 
-    /// Adds a fault whose sentence takes time to find: it is looked for only while faults are kept.
+    /// Adds an error whose message takes time to make: it is made only while errors are kept.
     pub fn push_with(&mut self, pointer: impl Into<String>, detail: impl FnOnce() -> String) {
         let kept = self.faults.len() < Self::MOST;
         self.push(pointer, if kept { detail() } else { String::new() });
@@ -65,7 +65,7 @@ impl Faults {
         self
     }
 
-    /// Takes over another list's faults.
+    /// Takes over the errors of another list.
     pub fn append(&mut self, other: impl Into<Faults>) {
         let other = other.into();
         self.count += other.count;
@@ -73,7 +73,7 @@ impl Faults {
         self.faults.extend(other.faults.into_iter().take(room));
     }
 
-    /// The faults kept.
+    /// The errors that are kept.
     pub fn list(&self) -> &[Fault] {
         &self.faults
     }
@@ -108,19 +108,20 @@ pub fn is_within(path: &str, places: &[&str]) -> bool {
     places.iter().any(|place| check::rest_of(path, place).is_some())
 }
 
-/// The pointer of a path of the engine, where what is at the first of a pair stands at the second.
+/// Returns the pointer of a path of the engine; the first of each pair of places becomes the
+/// second.
 pub fn moved(path: &str, places: &[(&str, &str)]) -> String {
     let within = places.iter().find_map(|(from, to)| Some((check::rest_of(path, from)?, to)));
     within.map_or_else(|| pointer_of(path), |(rest, to)| format!("{to}{}", pointer_of(rest)))
 }
 
 impl Faults {
-    /// The engine's faults of the object at `base`, a JSON Pointer.
+    /// Converts the engine's errors of the object at `base`, a JSON Pointer.
     pub fn of_engine(base: &str, found: &check::Faults) -> Self {
         Self::placed(found, |path| format!("{base}{}", pointer_of(path)))
     }
 
-    /// The engine's faults where a request has other places.
+    /// Converts the engine's errors if a request has other places.
     pub fn placed(found: &check::Faults, pointer: impl Fn(&str) -> String) -> Self {
         let each = found.list().iter().map(|check::Fault { path, message }| Fault {
             pointer: pointer(path),

@@ -1,5 +1,4 @@
-//! The wire: what is read from requests and written into answers, and how it becomes checked domain
-//! types.
+//! The wire types of requests and responses, and their conversion to checked domain types.
 //!
 //! Knows serde and the OpenAPI schemas, no HTTP server and no SQL, so that the store and the
 //! command line use it too. One folder for each feature; imports go upwards in this list: `json`,

@@ -34,13 +34,13 @@ pub struct Problem {
     /// Stable name of the kind of problem.
     #[schema(value_type = String, example = "invalid_request")]
     pub code: Cow<'static, str>,
-    /// What is wrong and how to correct it. For faults in the request: the first with its pointer,
-    /// and the number of further ones.
+    /// The error and its remedy. For errors in the request: the first one with its pointer, and the
+    /// number of further ones.
     pub detail: String,
-    /// Every fault found in the request (the first 100), by its place.
+    /// Every error of the request (at most 100), by its place.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub errors: Vec<ProblemError>,
-    /// Faults beyond those listed.
+    /// Number of errors that are not listed.
     #[serde(skip)]
     pub unlisted: usize,
     /// Id of the request, as in the header `x-request-id`.
@@ -52,7 +52,7 @@ pub struct Problem {
     /// The header `WWW-Authenticate`.
     #[serde(skip)]
     pub challenge: Option<&'static str>,
-    /// What happened inside; logged, never sent.
+    /// The internal cause; logged, never sent.
     #[serde(skip)]
     pub cause: Option<String>,
 }
@@ -60,13 +60,13 @@ pub struct Problem {
 /// Asks for the memory that an answer takes, where a short request can ask for a long one.
 pub type Room<'a> = &'a mut dyn FnMut(usize) -> Result<(), Problem>;
 
-/// One fault, by its place in the request.
+/// An error, by its place in the request.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 pub struct ProblemError {
     /// JSON Pointer (RFC 6901) into the request.
     #[schema(example = "/nodes/z/3/7")]
     pub pointer: String,
-    /// What is wrong there and how to correct it.
+    /// The error at this place and its remedy.
     pub detail: String,
 }
 
@@ -88,7 +88,7 @@ impl Problem {
         }
     }
 
-    /// Whether it is of this kind.
+    /// Returns true if it is of this kind.
     pub fn is(&self, code: ProblemCode) -> bool {
         self.code == code.name()
     }
@@ -167,8 +167,8 @@ impl Problem {
         }
     }
 
-    /// The same with faults at `place` and below it said to be at `asked`: where what the request
-    /// names was looked up, and what was found is at fault.
+    /// Moves errors at `place` and below to `asked`, for data that the request named and that
+    /// turned out to be wrong.
     pub fn moved(mut self, place: &str, asked: &str) -> Self {
         for error in self.errors.iter_mut().filter(|error| error.pointer.starts_with(place)) {
             error.pointer = asked.to_owned();

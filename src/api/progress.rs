@@ -7,9 +7,9 @@ use utoipa::ToSchema;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Progress, example = json!({"progress": 0.25, "remaining_seconds": 12.0}))]
 pub struct ProgressBody {
-    /// Completed share of the work, from 0 to 1, as far as the computation reports it.
+    /// Completed share of the work, from 0 to 1, as reported by the computation.
     pub progress: f64,
-    /// Estimated seconds until the answer; absent where there is no estimate.
+    /// Estimated seconds until the response; absent where there is no estimate.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub remaining_seconds: Option<f64>,
 }

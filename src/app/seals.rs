@@ -21,7 +21,7 @@ use crate::{
     telemetry,
 };
 
-/// Longest time between two times that the age is told.
+/// Longest time between two reports of the age.
 const TELL: Duration = Duration::from_secs(5);
 
 /// Time until the next turn if another process is sealing.

@@ -73,7 +73,7 @@ pub fn router(state: AppState) -> Router {
     complete(served, beside, state)
 }
 
-/// What the listener for operation serves.
+/// Builds the router of the listener for operation.
 pub fn operation_router(state: AppState) -> Router {
     complete(meta::health().merge(meta::operation()), Router::new().fallback(async || dashboard::no_path()), state)
 }

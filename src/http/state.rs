@@ -25,14 +25,14 @@ pub struct AppState(Arc<Shared>);
 
 pub struct Shared {
     pub settings: ServeSettings,
-    /// Where fits are computed.
+    /// Workers that compute fits.
     pub pool: WorkPool,
-    /// Memory for bodies and answers.
+    /// Memory for bodies and responses.
     pub budget: Budget,
-    /// What grids and specs decide before a height is seen.
+    /// Cached plans: the part of a fit that depends on places and spec only.
     pub plans: Plans,
     pub metrics: &'static PrometheusHandle,
-    /// What `/` shows; none where that is the documentation.
+    /// Files of the dashboard; `None` if `/` shows the documentation.
     pub dashboard: Option<Files>,
     /// Jobs of every tenant; a handler has those of its caller's (`CallerState`).
     pub jobs: Arc<JobService>,

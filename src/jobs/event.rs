@@ -66,7 +66,7 @@ pub enum EventKind {
     },
 }
 
-/// Change of a job itself. `created` and `deleted` are sent only to those who listen to all jobs.
+/// Change of a job itself. `created` and `deleted` are sent only to listeners to all jobs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize, utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[schema(as = JobEventState)]

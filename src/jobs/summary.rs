@@ -36,7 +36,7 @@ pub struct JobCounts {
 pub struct JobSummary {
     /// All jobs.
     pub total: u64,
-    /// Every status, also those that no job has.
+    /// Every status, including those without a job.
     pub by_status: Vec<StatusCount>,
     /// Machines by their jobs, those with most first, at most 100.
     pub by_machine: Vec<MachineCount>,
@@ -44,10 +44,10 @@ pub struct JobSummary {
     pub other_machines: Option<OtherMachines>,
     /// Jobs without a machine.
     pub without_machine: u64,
-    /// Weeks in which jobs were changed last, oldest first: of the last 53, this one included,
-    /// those with jobs.
+    /// Weeks of the last changes, oldest first: those of the last 53 weeks, this one included, with
+    /// jobs.
     pub by_week: Vec<WeekCount>,
-    /// Jobs changed last before those 53 weeks.
+    /// Jobs that were last changed before those 53 weeks.
     pub earlier: u64,
 }
 

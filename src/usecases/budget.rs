@@ -1,5 +1,5 @@
-//! A budget of bytes: bodies as they were sent and unpacked, what is made of them, answers that are
-//! not sent yet.
+//! A budget of bytes: bodies as sent and unpacked, what is made of them, and responses not sent
+//! yet.
 //!
 //! Whoever holds such bytes has a [`Permit`] for them, taken before the bytes are there and given
 //! back when it is dropped. Nobody waits for one: what does not fit is refused at once (503, or 413
@@ -89,28 +89,28 @@ impl Permit {
         Ok(())
     }
 
-    /// Takes more for a request that holds something else too: what would never have room beside
-    /// that is refused for good.
+    /// Takes more for a request that holds something else too; refuses for good what would never
+    /// fit together with that.
     pub fn grow_beside(&mut self, other: &Permit, more: usize) -> Result<(), Problem> {
         self.check_total(more.saturating_add(other.bytes))?;
         self.grow(more)
     }
 
-    /// Refuses at once what has no room, without taking any.
+    /// Refuses at once what does not fit, without taking any.
     pub fn check(&self, more: usize) -> Result<(), Problem> {
         self.check_total(more)?;
         let room = self.budget.limit_for(self.bytes.saturating_add(more));
         if self.budget.held().saturating_add(more) > room { Err(busy()) } else { Ok(()) }
     }
 
-    /// Refuses what would never have room, whoever else holds something.
+    /// Refuses what would never fit, even if nobody else held anything.
     pub fn check_total(&self, more: usize) -> Result<(), Problem> {
         let wanted = self.bytes.saturating_add(more);
         let room = self.budget.limit_for(wanted);
         if wanted > room { Err(never(room)) } else { Ok(()) }
     }
 
-    /// Takes more whether there is room or not, for what is there already and must not be lost.
+    /// Takes more even above the limit, for what is there already and must not be lost.
     pub fn force(&mut self, more: usize) {
         self.budget.0.held.fetch_add(more, Ordering::Relaxed);
         self.bytes += more;
@@ -123,7 +123,7 @@ impl Permit {
         self.bytes -= back;
     }
 
-    /// What is held.
+    /// Number of bytes held.
     pub fn bytes(&self) -> usize {
         self.bytes
     }

@@ -18,7 +18,7 @@ use flankfit_engine::estimation::Plans;
 
 use crate::{jobs::Jobs, pool::WorkPool};
 
-/// What a use case works with.
+/// Dependencies of a use case.
 #[derive(Clone, Copy)]
 pub struct Context<'a> {
     /// Jobs of the caller's tenant.

@@ -37,7 +37,7 @@ use flankfit_engine::estimation::{
 /// are looked at.
 const MOST_BETWEEN: usize = 1000;
 
-/// What the fit stands on, with permits for its nodes.
+/// Earlier data that the fit uses, with permits for its nodes.
 pub struct Gathered {
     pub earlier: Arc<[Earlier]>,
     permits: Vec<Permit>,
@@ -244,7 +244,7 @@ pub fn waits(spec: &FitSpec) -> bool {
 }
 
 /// Fits nodes with what their spec asks for of the job, and the figures of the flank that they are
-/// told to be on; the nodes come back with the fit.
+/// said to be on; the nodes come back with the fit.
 pub async fn compute(
     context: Context<'_>,
     job: Uuid,

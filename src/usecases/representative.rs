@@ -59,12 +59,12 @@ pub async fn resolved(context: Context<'_>, job: Uuid, spec: FitSpec) -> Result<
     Ok(FitSpec { regularization: Regularization::Representative(asked), ..spec })
 }
 
-/// What is wrong with a piece that came from an iteration is said where that was asked for.
+/// Moves errors of a piece that came from an iteration to the field that named the iteration.
 pub fn refused_by_iteration(problem: Problem) -> Problem {
     problem.moved("/regularization/piece", ITERATION)
 }
 
-/// The fit of that id, else the one that stands.
+/// Returns the fit of that id, or the chosen fit without one.
 async fn stored_fit(
     context: Context<'_>,
     job: Uuid,

@@ -26,7 +26,7 @@ pub struct NewKeyBody {
     /// Name of the key's holder, a person or a program.
     #[schema(value_type = String, min_length = 1, max_length = 200)]
     pub name: ShortText,
-    /// What it allows. Either this or `scopes`.
+    /// Set of scopes. Either this or `scopes`.
     #[serde(default)]
     #[schema(schema_with = offered::role_schema)]
     pub role: Option<Role>,
@@ -34,10 +34,10 @@ pub struct NewKeyBody {
     #[serde(default)]
     #[schema(schema_with = offered::scopes_schema)]
     pub scopes: Option<Vec<Scope>>,
-    /// When it ends; without it the key does not end by itself.
+    /// Time when it ends; without it the key does not expire.
     #[schema(value_type = Option<String>, format = DateTime)]
     pub expires_at: Option<Moment>,
-    /// A secret if it is left out.
+    /// Kind of the key; by default a secret.
     #[serde(default)]
     #[schema(required = false)]
     pub kind: KeyKindName,
@@ -54,8 +54,8 @@ pub struct KeyPatchBody {
     /// The new name.
     #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
     pub name: Option<ShortText>,
-    /// The new end, later than now; of a key that was replaced no later than the one it has. (A key
-    /// that shall end now is deleted.)
+    /// The new end, later than now; for a replaced key no later than its current end. (To end a key
+    /// now, delete it.)
     #[schema(value_type = Option<String>, format = DateTime)]
     pub expires_at: Option<Moment>,
 }
@@ -78,32 +78,32 @@ pub struct RotationBody {
 pub struct KeyBody {
     /// 16 hexadecimal digits, not secret: the part of the key after `ffk_`.
     pub id: String,
-    /// Whose it is; absent of a key of no tenant.
+    /// Tenant of the key; absent for a key of no tenant.
     pub tenant: Option<String>,
     /// Name of the key's holder, a person or a program.
     pub name: String,
-    /// Absent where scopes were named one by one.
+    /// Absent if scopes were given one by one.
     pub role: Option<Role>,
     /// Scopes of the key.
     pub scopes: Vec<Scope>,
     pub kind: KeyKindName,
     /// For a certificate: its subject alternative name.
     pub san: Option<String>,
-    /// When the key was made.
+    /// Time when the key was made.
     #[schema(value_type = String, format = DateTime, example = "2026-11-21T08:30:00.000000Z")]
     pub created_at: Moment,
-    /// When it ends, or has ended.
+    /// Time when it ends or ended.
     #[schema(value_type = Option<String>, format = DateTime)]
     pub expires_at: Option<Moment>,
     /// Time of the last accepted request, within a minute; absent before the first.
     #[schema(value_type = Option<String>, format = DateTime)]
     pub last_used_at: Option<Moment>,
-    /// When it was ended for good.
+    /// Time when it was revoked.
     #[schema(value_type = Option<String>, format = DateTime)]
     pub revoked_at: Option<Moment>,
-    /// The key that took its place when it was rotated.
+    /// The key that replaced it in a rotation.
     pub replaced_by: Option<String>,
-    /// The key itself, only in the answer to the request that made it. It cannot be retrieved
+    /// The key itself, only in the response to the request that made it. It cannot be retrieved
     /// later.
     pub key: Option<String>,
     /// Consequences of making the key.
@@ -111,7 +111,7 @@ pub struct KeyBody {
     pub warnings: Vec<WarningBody>,
 }
 
-/// What is said of an end that is over.
+/// Message for an end that has passed.
 const IN_THE_FUTURE: &str = "the end must be later than now";
 
 impl NewKeyBody {
@@ -177,7 +177,7 @@ impl KeyPatchBody {
 }
 
 impl KeyBody {
-    /// A key with its secret, where whoever asks is to be told it.
+    /// Converts a key, with its secret if the caller may see it.
     pub fn of(key: &ApiKey, secret: Option<&Secret>) -> Self {
         KeyBody {
             id: key.id.to_string(),

@@ -18,11 +18,11 @@ use crate::{
 #[serde(deny_unknown_fields)]
 #[schema(as = NewTenant, example = json!({"name": "plant-7", "description": "Gear plant 7, halls A and B"}))]
 pub struct NewTenantBody {
-    /// 1 to 63 lower-case letters, digits and hyphens, a hyphen neither first nor last, as a host's
-    /// name has them.
+    /// 1 to 63 lower-case letters, digits and hyphens, as in a host name; a hyphen is neither first
+    /// nor last.
     #[schema(min_length = 1, max_length = 63)]
     pub name: String,
-    /// For people.
+    /// Free text.
     #[schema(value_type = Option<String>, min_length = 1, max_length = 4000)]
     pub description: Option<LongText>,
 }
@@ -48,17 +48,17 @@ pub struct TenantBody {
     pub id: String,
     /// Name of the tenant, unique.
     pub name: String,
-    /// For people.
+    /// Free text.
     pub description: Option<String>,
     /// True if its keys are refused.
     pub suspended: bool,
     /// When it was stored.
     #[schema(value_type = String, format = DateTime, example = "2026-11-21T08:30:00.000000Z")]
     pub created_at: Moment,
-    /// When it was changed last.
+    /// Time of the last change.
     #[schema(value_type = String, format = DateTime, example = "2026-11-21T08:30:00.000000Z")]
     pub updated_at: Moment,
-    /// Its first key, with the role `admin`, only in the answer to the request that made the
+    /// Its first key, with the role `admin`, only in the response to the request that made the
     /// tenant.
     pub admin_key: Option<KeyBody>,
 }
@@ -81,7 +81,7 @@ impl From<TenantPatchBody> for PlantPatch {
 }
 
 impl TenantBody {
-    /// A new tenant with its first key, and the secret of that where whoever asks is to be told it.
+    /// Converts a new tenant with its first key, and the key's secret if the caller may see it.
     pub fn created((plant, key): &(Plant, ApiKey), secret: Option<&Secret>) -> Self {
         TenantBody { admin_key: Some(KeyBody::of(key, secret)), ..TenantBody::from(plant) }
     }

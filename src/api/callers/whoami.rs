@@ -16,7 +16,7 @@ use crate::{
 #[derive(Clone, Debug, Serialize, Deserialize, ToSchema)]
 #[schema(as = Whoami)]
 pub struct WhoamiBody {
-    /// Whose jobs they see; absent of a caller of no tenant.
+    /// Tenant of the caller; absent for a caller of no tenant.
     pub tenant: Option<String>,
     /// Name of the caller: `key-` and the id of the key, or the beginning of the key's digest if
     /// the server's settings contain it; for a token its subject; `anonymous` where no key is

@@ -1,4 +1,4 @@
-//! What generators of clients make wrong code of, taken out of their copy of the document
+//! Removes what generators of clients turn into wrong code from their copy of the document
 //! (`docs/how-to/clients.md`).
 //!
 //! - A union of numbers and arrays, or of arrays of different depth, becomes a value of any form:
@@ -6,14 +6,14 @@
 //!   forms there are. Unions of objects stay; they have discriminators or different required
 //!   properties.
 //! - Where a body may be JSON or a form, the form is left out, and where it may be a form or a
-//!   file, the file: one method with two bodies is beyond most generators.
+//!   file, the file: most generators cannot handle one method with two bodies.
 //! - The address of a server, since clients have none from which the document came.
 
 use std::collections::BTreeSet;
 
 use serde_json::{Map, Value, json};
 
-/// Where a server listens that is started without settings.
+/// Address of a server that is started without settings.
 const SERVER: &str = "http://127.0.0.1:8080";
 
 /// Takes out what generators cannot do.

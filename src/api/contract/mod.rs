@@ -3,8 +3,8 @@
 //!
 //! Validators and generators of clients take less than OpenAPI allows. So every object is one flat
 //! list of properties, every alternative of a union has a name, what is refused in requests is
-//! refused by their schemas, and nothing stands there that nothing leads to. [`v3_0`] makes the
-//! copy for OpenAPI 3.0, which is the one that generators take (`docs/how-to/clients.md`).
+//! refused by their schemas, and nothing is there that is not used. [`v3_0`] makes the copy for
+//! OpenAPI 3.0, which is the one that generators take (`docs/how-to/clients.md`).
 
 mod closed;
 mod flat;

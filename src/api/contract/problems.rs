@@ -1,4 +1,4 @@
-//! What refusals look like, by their status: the examples of the document.
+//! Examples of problems by their status.
 
 use serde_json::Value;
 

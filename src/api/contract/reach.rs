@@ -10,7 +10,7 @@ use utoipa::openapi::{
 
 type Schemas = BTreeMap<String, RefOr<Schema>>;
 
-/// Where a schema stands in an operation.
+/// Place of a schema in an operation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
     /// In a JSON body that is sent.

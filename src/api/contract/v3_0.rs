@@ -1,9 +1,9 @@
 //! OpenAPI 3.1 to 3.0, for generators: what most of them do not read yet, and what they make wrong
 //! code of.
 //!
-//! What differs in the parts that are used here: type arrays become `nullable`, `examples` of a
+//! The differences in the parts that are used here: type arrays become `nullable`, `examples` of a
 //! schema becomes `example`, `const` becomes a one-value `enum`, exclusive bounds become booleans
-//! beside the bounds, and the licence identifier (3.1 only) is dropped.
+//! next to the bounds, and the licence identifier (3.1 only) is dropped.
 
 use serde_json::{Map, Value, json};
 
@@ -85,7 +85,7 @@ fn schema(value: &mut Value) {
         }
     }
     object.remove("propertyNames");
-    // Whatever stands beside a 3.0 reference is ignored, so a described one is wrapped.
+    // A 3.0 reference ignores its siblings, so a described one is wrapped.
     if object.len() > 1
         && let Some(reference) = object.remove("$ref")
     {
@@ -125,7 +125,7 @@ fn null_alternative(object: &mut Map<String, Value>) {
     }
 }
 
-/// `nullable` counts beside `type` only. What is nullable without one is a reference to an object.
+/// `nullable` counts with `type` only. What is nullable without one is a reference to an object.
 fn typed_null(object: &mut Map<String, Value>) {
     let described = ["allOf", "oneOf", "anyOf", "$ref"].iter().any(|key| object.contains_key(*key));
     if object.get("nullable") == Some(&Value::Bool(true)) && described {

@@ -34,20 +34,20 @@ request! {
     }
 }
 
-/// Closest points, everything in the order of the given ones.
+/// Closest points, in the order of the given points.
 #[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = CurveFeet)]
 pub struct CurveFeetBody {
     /// Parameters of the closest points on the curve.
     pub parameters: Vec<f64>,
-    /// They themselves; of a graph (x, y).
+    /// The closest points; for a graph (x, y).
     #[schema(value_type = Vec<Coordinates>)]
     pub points: Vec<Vec<f64>>,
     /// Distance of each given point from the curve, in the caller's unit, never negative.
     pub distances: Vec<f64>,
-    /// For a plane curve or graph: > 0 where the given point lies to the left of the curve. Left
-    /// out where the curve has no direction at one of the closest points.
+    /// For a plane curve or graph: > 0 where the given point lies to the left of the curve. Absent
+    /// where the curve has no direction at one of the closest points.
     pub signed_distances: Option<Vec<f64>>,
 }
 

@@ -27,21 +27,21 @@ use flankfit_engine::{
 const MOST_LENGTHS: usize = 10_000;
 
 request! {
-    /// A curve and where it is evaluated.
+    /// A curve and the parameters at which it is evaluated.
     #[schema(as = EvaluateCurve)]
     pub struct EvaluateCurveBody as EvaluateCurveMembers {
         required curve: CurveShape,
         /// Parameters within the curve's domain, in any order.
         required at: Vec<f64>,
-        /// Highest order of derivatives that are answered. Default 0.
+        /// Highest order of the returned derivatives. Default 0.
         #[schema(minimum = 0, maximum = 3)]
         optional derivatives: usize,
-        /// What is answered only when asked for.
+        /// Parts that are returned only when requested.
         optional include: Vec<CurveIncludeName>,
     }
 }
 
-/// Optional parts of the answer: `arc_length` for at most 10,000 parameters.
+/// Optional parts of the result: `arc_length` for at most 10,000 parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[schema(as = CurveInclude)]
@@ -49,7 +49,7 @@ pub enum CurveIncludeName {
     ArcLength,
 }
 
-/// A curve at parameters, everything in the order of `at`.
+/// A curve at parameters, in the order of `at`.
 #[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = CurveValues)]
@@ -65,14 +65,14 @@ pub struct CurveValuesBody {
     /// With three derivatives: torsion of a space curve; absent where its curvature is 0 at one of
     /// the parameters.
     pub torsion: Option<Vec<f64>>,
-    /// Length from the start of the domain to each parameter; of a graph that of the line (x,
+    /// Length from the start of the domain to each parameter; for a graph that of the line (x,
     /// y(x)).
     pub arc_length: Option<Vec<f64>>,
     /// Length of the whole curve.
     pub length: Option<f64>,
     /// Estimated error of the lengths.
     pub length_error: Option<f64>,
-    /// What to know about the answer; empty where there is nothing to say.
+    /// Warnings about the result.
     pub warnings: Vec<WarningBody>,
 }
 
@@ -153,7 +153,7 @@ struct Bends {
     torsion: Vec<f64>,
     /// Whether every place so far has a torsion.
     has_torsion: bool,
-    /// The first place where the curve stands still, and how many there are.
+    /// The first place with zero derivative, and the number of such places.
     still: Option<(usize, usize)>,
 }
 

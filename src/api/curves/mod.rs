@@ -1,4 +1,4 @@
-//! Curves through and near points: requests, readers, answers, evaluation and closest points.
+//! Curves through and near points: requests, readers, responses, evaluation and closest points.
 
 pub mod closest;
 pub mod evaluate;

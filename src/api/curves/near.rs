@@ -69,7 +69,7 @@ pub fn build(given: &GivenPoints, method: NearMethod, spec: FitSpec) -> Result<V
     }
 }
 
-/// Where the knots are.
+/// Returns the placement of the knots.
 fn placement(method: &BSplineLeastSquaresCurveMethod) -> Result<KnotPlacement, Problem> {
     let BSplineLeastSquaresCurveMethod { knots, spans, control_count, tolerance, .. } = method;
     match (knots, spans, control_count, tolerance) {

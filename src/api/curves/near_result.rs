@@ -1,5 +1,5 @@
-//! What is said of curves and surfaces near points: fits of coordinates, inserted knots, smoothing,
-//! and fits of many coefficients.
+//! Results of curves and surfaces near points: fits of coordinates, inserted knots, smoothing, and
+//! fits of many coefficients.
 
 use std::borrow::Cow;
 
@@ -16,7 +16,7 @@ use flankfit_engine::estimation::{result::Arithmetic, spec::Criterion};
 pub struct CoordinateFitBody<'a> {
     /// `y` of a curve's graph, `z` of a surface's; else `x`, `y` or `z`.
     pub coordinate: Cow<'static, str>,
-    /// The fit as in the answer of `POST /v1/fits`, without the shape.
+    /// The fit, as returned by `POST /v1/fits`, without the shape.
     pub result: FitResultBody<'a>,
 }
 
@@ -24,9 +24,9 @@ pub struct CoordinateFitBody<'a> {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = KnotInsertion)]
 pub struct KnotInsertionBody {
-    /// Why it ended.
+    /// Reason why it ended.
     pub stop: KnotInsertionStop,
-    /// The rounds in their order.
+    /// The rounds, in order.
     pub steps: Vec<KnotInsertionStep>,
 }
 
@@ -45,7 +45,7 @@ pub enum KnotInsertionStop {
 pub struct KnotInsertionStep {
     /// Spans between knots.
     pub spans: usize,
-    /// The farthest a point is off.
+    /// Largest distance of a point from the curve.
     pub max_error: f64,
     /// Root mean square of the residuals after the round.
     pub rms: f64,
@@ -58,7 +58,7 @@ pub struct KnotInsertionStep {
 pub struct SmoothingBody {
     /// The weight of ∫ f″².
     pub lambda: f64,
-    /// Left out where λ or the degrees of freedom were given.
+    /// Absent where λ or the degrees of freedom were given.
     pub criterion: Option<Criterion>,
     /// True if the criterion is met within the range of λ.
     pub reached: bool,
@@ -85,7 +85,7 @@ pub struct CoordinateResidualsBody {
     pub rms: f64,
     /// Largest amount of a residual, in the caller's unit.
     pub max_abs: f64,
-    /// √(RSS/(m − effective degrees of freedom)); left out where there is nothing left.
+    /// √(RSS/(m − effective degrees of freedom)); absent where there is nothing left.
     pub sigma: Option<f64>,
     /// For a surface of many coefficients without a penalty: standard errors of the control points,
     /// row by row.
@@ -105,8 +105,8 @@ pub struct BandedFitBody {
     pub degrees_of_freedom: f64,
     /// The number of coefficients, or the trace of the smoother under a penalty.
     pub effective_degrees_of_freedom: f64,
-    /// Condition number of the Fisher information matrix (with penalty) on a unit diagonal; left
-    /// out where it could not be found.
+    /// Condition number of the Fisher information matrix (with penalty) on a unit diagonal; absent
+    /// where it could not be found.
     pub condition: Option<f64>,
     /// The residuals of each coordinate: one entry for a graph, two or three for points.
     pub coordinates: Vec<CoordinateResidualsBody>,
@@ -131,7 +131,7 @@ pub struct BandedFitBody {
 pub struct PenaltyBody {
     /// Factor λ of the penalty that is added to the sum of squares.
     pub lambda: f64,
-    /// Left out where λ was given.
+    /// Absent where λ was given.
     pub criterion: Option<Criterion>,
     /// True if the criterion is met within the range of λ.
     pub reached: bool,

@@ -30,7 +30,7 @@ pub enum CurvePointsBody {
 request! {
     /// Points (x, y) of a graph.
     pub struct GraphPoints as GraphPointsMembers {
-        /// No two alike. Everything but polynomials wants them ascending; no order is ever changed.
+        /// All different. Ascending, except for polynomials; the order is never changed.
         required x: Vec<f64>,
         /// The value at each x.
         required y: Vec<f64>,

@@ -11,7 +11,7 @@ use flankfit_engine::{
     words::rounded,
 };
 
-/// A curve, everything needed to build it again, and how far it can be trusted.
+/// A curve, everything needed to build it again, and its stability.
 #[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = BuiltCurve)]
@@ -24,13 +24,13 @@ pub struct BuiltCurveBody<'a> {
     pub parameters: Option<Vec<f64>>,
     /// For methods that pass through all points.
     pub stability: Option<StabilityBody>,
-    /// For least squares: the fit of each coordinate, as `POST /v1/fits` answers it.
+    /// For least squares: the fit of each coordinate, as `POST /v1/fits` returns it.
     pub fits: Option<Vec<CoordinateFitBody<'a>>>,
     /// For least squares with a `tolerance`: how knots were inserted.
     pub knot_insertion: Option<KnotInsertionBody>,
     /// For a smoothing spline.
     pub smoothing: Option<SmoothingBody>,
-    /// What to know about the answer; empty where there is nothing to say.
+    /// Warnings about the result.
     pub warnings: Vec<WarningBody>,
 }
 
@@ -44,8 +44,8 @@ pub struct StabilityBody {
     pub lebesgue_constant: Option<f64>,
     /// The parameter at which they grow most.
     pub lebesgue_at: Option<f64>,
-    /// The farthest that the curve leaves the range of the two points it runs between; left out
-    /// where it never does.
+    /// The farthest that the curve leaves the range of the two points it runs between; absent where
+    /// it never does.
     pub overshoot: Option<Overshoot>,
     /// Condition number of the equations that were solved, in the 2-norm.
     pub condition: Option<f64>,

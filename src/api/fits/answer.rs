@@ -23,7 +23,7 @@ use flankfit_engine::{
     geometry::{curve::CurveShape, surface::SurfaceShape},
 };
 
-/// The answer to a fit.
+/// The result of a fit.
 #[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = FitResult)]
@@ -39,7 +39,7 @@ pub struct FitResultBody<'a> {
     /// The fitted surface, where the nodes have u and v: of the model `b_spline`, its control
     /// points being the coefficients; of `polynomial` where `shape` was included, as `curve`.
     pub surface: Option<SurfaceShape>,
-    /// What to know about the answer; empty where there is nothing to say.
+    /// Warnings about the result.
     pub warnings: Vec<WarningBody>,
     pub provenance: ProvenanceBody,
     /// The fit request without nodes, with every default filled in. For `POST /v1/fits`; a
@@ -48,11 +48,11 @@ pub struct FitResultBody<'a> {
     pub spec: Option<Raw<FitSpecBody>>,
 }
 
-/// Engine, versions and digest of the input of the answer.
+/// Program and digest of the input.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Provenance)]
 pub struct ProvenanceBody {
-    /// Program and version that computed the answer.
+    /// Program and version that computed the result.
     #[schema(value_type = String, example = "flankfit 0.1.0")]
     pub engine: Cow<'static, str>,
     /// SHA-256 of the canonical form of nodes and spec, independent of white space and key

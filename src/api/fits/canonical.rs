@@ -6,7 +6,7 @@
 //! 1. `flankfit-input-v1\n`;
 //! 2. the nodes in the binary form of [`crate::jobs::nodes_codec`] (which has lengths before
 //!    everything), in which every −0 is +0, every NaN is the one with bits `0x7ff8000000000000`, an
-//!    all-ones weight or all-true mask stands as posted;
+//!    all-ones weight or all-true mask is kept as posted;
 //! 3. the spec as the JSON text of [`super::spec::json::to_json`]: every default filled in, keys
 //!    in the contract's order, no white space, numbers in their shortest form, −0 as 0; without
 //!    `include`, which adds to the answer and changes nothing of it;
@@ -75,7 +75,7 @@ pub fn nodes_sha256(nodes: &Nodes) -> [u8; 32] {
     digest.finalize().into()
 }
 
-/// Where the chain of digests of a stream begins: `flankfit-stream-v1\n`, its spec without
+/// The start of the chain of digests of a stream: `flankfit-stream-v1\n`, its spec without
 /// `include`, and the bits of its forgetting factor. Each block makes it the digest of the one
 /// before and the block's.
 pub fn stream_sha256(spec: &FitSpec, forgetting_factor: f64) -> [u8; 32] {

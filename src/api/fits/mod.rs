@@ -1,4 +1,4 @@
-//! Fits: requests and how they are read, answers, and the digest of what was fitted.
+//! Fits: requests and their readers, responses, and the digest of the input.
 
 pub mod answer;
 pub mod canonical;

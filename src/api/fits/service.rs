@@ -12,7 +12,7 @@ use flankfit_engine::estimation::{self, FitResult, FitSpec, Nodes, Plans, near};
 /// A fit and its texts.
 pub struct Written {
     pub result: FitResult,
-    /// What was asked, with every default.
+    /// The spec with every default filled in.
     pub spec: String,
     /// The answer.
     pub text: Vec<u8>,

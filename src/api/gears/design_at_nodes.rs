@@ -19,11 +19,11 @@ use crate::{
 };
 use flankfit_engine::{estimation::Nodes, gear::correction::Flank};
 
-/// The deviations of a flank that is made as designed.
+/// Deviations of a flank that is made as designed.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[schema(as = DesignAtNodes, example = json!({"deviation_um": [-4.0, -1.0, 0.0, -1.0, -4.0]}))]
 pub struct DesignAtNodesBody {
-    /// Along the normal, positive where material stands out: an entry for each node in the order
+    /// Along the normal, positive where material protrudes: an entry for each node in the order
     /// posted, row by row of a grid, missing nodes included.
     pub deviation_um: Vec<f64>,
 }

@@ -82,7 +82,7 @@ fn required_ranges(gear: &Gear, requirements: &RequirementsBody) -> [Option<[f64
     [profile.map(ascending), design.helix_range_mm.map(ascending)]
 }
 
-/// A helix slope that is extended far beyond the nodes.
+/// A helix slope that is extended far outside the nodes.
 fn extended(spanned: &Spanned<'_>) -> Option<Uncovered> {
     let (reached, reference) = (spanned.ranges[1], spanned.helix_reference);
     let span = reached[1] - reached[0];

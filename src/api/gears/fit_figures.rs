@@ -56,7 +56,7 @@ pub struct FitFiguresBody {
     /// Range of the nodes in z.
     #[schema(min_items = 2, max_items = 2)]
     pub z_range_mm: Option<[f64; 2]>,
-    /// What to know about the figures, and why those are absent that are.
+    /// Warnings about the figures, and the reasons for absent ones.
     pub warnings: Vec<NoticeBody>,
 }
 
@@ -110,12 +110,12 @@ pub fn missing(axes: &AxesBody, side: Option<Side>, gear: bool) -> Vec<(&'static
     all
 }
 
-/// Whether nodes may be on a flank, so that their figures depend on the job.
+/// Returns true if nodes may be on a flank, so that their figures depend on the job.
 pub fn may_be_told(nodes: &Nodes) -> bool {
     matches!(nodes, Nodes::Scattered(_) | Nodes::Grid(_))
 }
 
-/// Whether all axes of a flank are described.
+/// Returns true if all axes of a flank are described.
 fn is_told(axes: &AxesBody) -> bool {
     axes.u.is_some() && axes.v.is_some() && axes.z.is_some()
 }
@@ -205,7 +205,7 @@ impl OfFlank {
     }
 }
 
-/// What was asked of a fit.
+/// Figures requested from a fit.
 pub struct Asked<'a> {
     of: &'a OfFlank,
     nodes: &'a Nodes,
@@ -292,7 +292,7 @@ fn undetermined(name: &str) -> NoticeBody {
     notice("figures_not_determined", &message)
 }
 
-/// What the nodes of a flank span.
+/// Returns the ranges of the nodes of a flank.
 fn spanned<'a>(flank: &FittedFlank<'a>) -> Spanned<'a> {
     let FittedFlank { gear, side, terms, roll_lengths, z, .. } = *flank;
     Spanned { gear, side, terms, ranges: [roll_lengths, z], helix_reference: flank.references()[1] }
@@ -348,7 +348,7 @@ fn notice(code: &str, message: &str) -> NoticeBody {
     NoticeBody::new(code, &message)
 }
 
-/// Why a model tells no figures of second order.
+/// Returns the reason why a model has no figures of second order.
 fn not_second_order(spec: &FitSpec) -> Option<&'static str> {
     if spec.select.is_some() {
         return Some("the model was chosen among several; fit the chosen one to have its figures");
@@ -366,7 +366,7 @@ fn not_second_order(spec: &FitSpec) -> Option<&'static str> {
     }
 }
 
-/// What the counted nodes of a surface span along u and v.
+/// Returns the ranges of the counted nodes of a surface along u and v.
 fn spans(nodes: &Nodes) -> Option<[(f64, f64); 2]> {
     let span = |places: &mut dyn Iterator<Item = f64>| {
         let (low, high) = places.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));

@@ -37,7 +37,7 @@ pub struct GearBody {
     /// Default right, where the helix angle is not below 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hand: Option<Hand>,
-    /// x, positive towards the tip of the tooth, on internal gears too. Default 0.
+    /// x, positive towards the tip of the tooth, also for internal gears. Default 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(minimum = -100, maximum = 100)]
     pub profile_shift_coefficient: Option<f64>,
@@ -53,7 +53,7 @@ pub struct GearBody {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 0.001, maximum = 1e6)]
     pub root_diameter_mm: Option<f64>,
-    /// Whether the teeth point inwards. Default false.
+    /// True if the teeth point inwards. Default false.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub internal: Option<bool>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -78,7 +78,7 @@ impl GearBody {
         assumed.then(|| NoticeBody::new("hand_assumed", &"no `hand` is given: the helix is taken for a right-hand one"))
     }
 
-    /// The gear; faults stand under `at`.
+    /// Returns the gear; pointers of errors begin with `at`.
     pub fn checked(&self, at: &str) -> Result<Gear, Faults> {
         let helix = self.helix_angle_deg.unwrap_or(0.0);
         let left = helix < 0.0;

@@ -16,23 +16,24 @@ use flankfit_engine::gear::{
     geometry,
 };
 
-/// Something that the reader must know.
+/// A warning.
 #[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[schema(as = GearWarning)]
 pub struct NoticeBody {
-    /// Stable.
+    /// Stable name.
     pub code: String,
-    /// JSON Pointer into the request, where it belongs to a place there.
+    /// JSON Pointer to the place in the request, if there is one.
     pub pointer: Option<String>,
-    /// In words, with the numbers that matter.
+    /// Sentence with the relevant numbers.
     pub message: String,
-    /// What the message speaks of, by names that tell the units: with `code` enough to say it in
-    /// another language. Left out where it speaks of nothing, or where the words are the caller's.
+    /// Values of the message, by names that end in their units. With `code` they suffice to write
+    /// the message in another language. Absent if there are none, or if the message quotes the
+    /// caller.
     #[schema(value_type = Option<Object>)]
     pub params: Option<Map<String, Value>>,
-    /// The part of the answer that warns, as a JSON Pointer; absent where the warning is of the
-    /// whole.
+    /// JSON Pointer to the part of the response that the warning is about; absent if it is about
+    /// all of it.
     pub at: Option<String>,
 }
 

@@ -1,4 +1,4 @@
-//! What is kept with an iteration is of its flank and tooth.
+//! Checks that data stored with an iteration are of its flank and tooth.
 
 use crate::api::faults::Faults;
 use crate::jobs::Measurand;
@@ -21,9 +21,9 @@ pub fn tooth_number(of: &Measurand) -> Option<u32> {
     Position::number(of.tooth.as_deref()?).and_then(|number| u32::try_from(number).ok())
 }
 
-/// Refuses what is said to be of other flanks or teeth than the iteration's, all of it: a record
-/// may hold more than its iteration, not something else. The fault stands at the first place where
-/// flanks are meant, at the second where teeth are.
+/// Refuses data that are entirely of other flanks or teeth than the iteration: a record may hold
+/// more than its iteration, not something else. The error is at the first place for flanks, at the
+/// second for teeth.
 pub fn refuse_others<'a>(
     of: &Measurand,
     flanks: impl Iterator<Item = (ToothOf<'a>, Side)>,
@@ -58,7 +58,7 @@ pub fn refuse_others<'a>(
     Err(Faults::one(if on_flank.is_some() { tooth_at } else { flank_at }, detail))
 }
 
-/// The name of the tooth without the letter of a trace beside its middle.
+/// Returns the name of the tooth without the letter of a trace off its middle.
 fn own_name(tooth: &str) -> String {
     let tooth = canonical(tooth).unwrap_or_else(|_| tooth.to_owned());
     Position::split(&tooth).0.to_owned()

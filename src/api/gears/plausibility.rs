@@ -423,7 +423,7 @@ mod tests {
         // a strip that is none of a flank in inches, a single profile, a single helix
         assert_eq!(of(whole, [10.0, 10.6, 10.1, 10.2]), None);
         assert_eq!((of(whole, [0.5; 4]), of([8.0; 4], width)), (None, None));
-        // roll lengths 8 to 8.2 mm: in inches they would lie beyond the tip
+        // roll lengths 8 to 8.2 mm: in inches they would lie outside the tip
         assert_eq!(of([8.0, 8.2, 8.1, 8.1], width), None);
     }
 

@@ -1,4 +1,4 @@
-//! What the flanks of a job must be like.
+//! Requirements of the flanks of a job.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -23,8 +23,8 @@ use flankfit_engine::gear::{
     trace::Direction,
 };
 
-/// What the flanks of a job must be like. Evaluations of its iterations are held against it unless
-/// they bring limits or bands of their own; what was answered keeps what it was held against.
+/// Requirements of the flanks of a job. Evaluations of its iterations are compared with them unless
+/// they have limits or bands of their own. Later changes do not affect stored results.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = Requirements, example = json!({
@@ -37,16 +37,14 @@ pub struct RequirementsBody {
     /// Class and limits of figures.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tolerance_limits: Option<SidedLimits>,
-    /// Limits of pitch deviations and run-out. Without a class that of `tolerance_limits` bounds
-    /// them.
+    /// Limits of pitch deviations and run-out. Without a class, that of `tolerance_limits` applies.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pitch_limits: Option<PitchLimits>,
-    /// What corrections aim at. Limits are of the flank, not of its distance from the design.
+    /// Target of corrections. Limits apply to the flank, not to its distance from the design.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub design: Option<DesignBody>,
-    /// Direction in which figures of flanks count (fits, surfaces of topographies, corrections) and
-    /// in which their limits are given. Default `normal`. Evaluations of traces are transverse, as
-    /// ISO 1328-1 has them.
+    /// Direction of the figures of flanks (fits, surfaces of topographies, corrections) and of
+    /// their limits. Default `normal`. Evaluations of traces are transverse, as in ISO 1328-1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub direction: Option<Direction>,
     /// Length that slopes of flanks refer to. Default `reference_length`.
@@ -59,7 +57,7 @@ pub struct RequirementsBody {
 }
 
 impl RequirementsBody {
-    /// What a job requires.
+    /// Returns the requirements of a job.
     pub fn of(job: &Job) -> Option<Self> {
         job.requirements.as_deref().and_then(Self::stored)
     }
@@ -142,7 +140,7 @@ impl RequirementsBody {
     }
 }
 
-/// What is said of a class that the job requires and that bounds nothing on the gear.
+/// Returns the warning about a required class that limits nothing on the gear.
 pub fn class_left_aside(why: &str) -> NoticeBody {
     aside(&format!("the class that the job requires: {why}"))
 }

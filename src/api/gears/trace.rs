@@ -19,32 +19,31 @@ use flankfit_engine::{
 #[serde(deny_unknown_fields)]
 #[schema(as = GearTrace)]
 pub struct TraceBody {
-    /// Its number from 1, behind it a letter for traces beside the middle: `1k` and `1f` are
-    /// helices near the tip and near the root, `1u` and `1o` profiles at the lower and at the upper
-    /// end. These count for the twist, not in the means. A number is written in one way: `01` is
-    /// refused.
+    /// Number of the tooth from 1, followed by a letter for traces off the middle: `1k` and `1f`
+    /// are helices near the tip and near the root, `1u` and `1o` profiles at the lower and at the
+    /// upper end. These count for the twist, not in the means. Leading zeros are refused.
     pub tooth: String,
     pub flank: Side,
     pub kind: Kind,
-    /// Of a profile: where its samples lie, as diameters …
+    /// For a profile: positions of its samples as diameters …
     pub diameter_mm: Option<Vec<f64>>,
     /// … or as roll lengths.
     pub roll_length_mm: Option<Vec<f64>>,
-    /// Of a helix: where its samples lie.
+    /// For a helix: z of its samples.
     pub z_mm: Option<Vec<f64>>,
-    /// `null` where undefined. Positive as `deviation_sign` of the evaluation says; by default
-    /// (sign `din`) profiles where material stands out, helices where the flank is turned
+    /// `null` where undefined. The sign is `deviation_sign` of the evaluation. By default (`din`)
+    /// profiles are positive where material protrudes, helices where the flank is turned
     /// counterclockwise: material on left and space on right flanks. Material-positive helices of
     /// right flanks need `"deviation_sign": "material"`.
     pub deviation_um: Vec<Option<f64>>,
-    /// Which samples count. Default all that are defined.
+    /// True for samples that count. By default all that are defined.
     pub valid: Option<Vec<bool>>,
-    /// The design line of a modified flank at the samples, in the sign of the deviations: taken
-    /// away from them.
+    /// The design line of a modified flank at the samples, in the sign of the deviations. It is
+    /// subtracted from them.
     pub design_um: Option<Vec<f64>>,
-    /// Of a profile: its z.
+    /// For a profile: its z.
     pub section_z_mm: Option<f64>,
-    /// Of a helix: its diameter.
+    /// For a helix: its diameter.
     pub section_diameter_mm: Option<f64>,
 }
 
@@ -73,7 +72,7 @@ impl From<&Trace> for TraceBody {
 }
 
 impl TraceBody {
-    /// The trace; faults stand under `at`.
+    /// Returns the trace; pointers of errors begin with `at`.
     pub fn read(&self, gear: &Gear, at: &str, faults: &mut Faults) -> Option<Trace> {
         let before = faults.count();
         let kind = self.kind;

@@ -40,7 +40,7 @@ pub struct MeasurandChangeBody {
 }
 
 impl MeasurandChangeBody {
-    /// What is stored of a change; were it damaged, the record would still be shown.
+    /// Reads a stored change; `None` if it is damaged, so that the record can still be shown.
     pub fn stored(document: &str) -> Option<Self> {
         serde_json::from_str(document).ok()
     }

@@ -1,4 +1,4 @@
-//! The audit in answers.
+//! The audit in responses.
 
 use std::collections::BTreeMap;
 
@@ -12,7 +12,7 @@ use crate::jobs::{
     rows::to_hex,
 };
 
-/// Most faults that an answer lists.
+/// Greatest number of changes that a response lists.
 const MOST_FAULTS: usize = 100;
 
 /// A change: its time, the caller, and digests of the stored rows. SHA-256 digests have 64
@@ -72,24 +72,24 @@ pub struct SealBody {
     pub last_sha256: String,
     /// `sha256` of the seal before it; of the first, a digest of the tenant.
     pub previous: String,
-    /// SHA-256 of all before.
+    /// SHA-256 of all fields above.
     pub sha256: String,
-    /// Ed25519 signature of the 32 bytes of `sha256`. Absent where the server has no key for it.
+    /// Ed25519 signature of the 32 bytes of `sha256`. Absent if the server has no signing key.
     pub signature: Option<String>,
-    /// The key that the signature is checked by.
+    /// Public key that verifies the signature.
     pub public_key: Option<String>,
 }
 
-/// Something that is not as it was written.
+/// Something that differs from what was written.
 #[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = AuditFault)]
 pub struct FaultBody {
-    /// The job, if it is of one.
+    /// The job, if there is one.
     pub job_id: Option<Uuid>,
     /// The name of the row, such as `decisions/3/1`; `entry` or `seal` and its number in the chain.
     pub place: String,
-    /// Kind of fault.
+    /// Kind of the difference.
     pub what: What,
 }
 
@@ -101,9 +101,9 @@ pub struct VerdictBody {
     pub intact: bool,
     /// Number of entries.
     pub entries: u64,
-    /// Number of these that are in no seal yet: they are verified against their rows only.
+    /// Number of these that are not sealed yet: they are verified against their rows only.
     pub unsealed: u64,
-    /// What was changed, at most 100 of it.
+    /// Differences, at most 100.
     pub faults: Vec<FaultBody>,
 }
 

@@ -17,17 +17,17 @@ use crate::{
 #[schema(as = JobEvent, example = json!({"number": 3, "type": "decision", "created_at": "2026-11-21T08:30:00.000000Z",
     "iteration_number": 1, "decision": "accepted"}))]
 pub struct JobEventBody {
-    /// 1, 2, 3 … within the job; 0 where the job was created or deleted, and of a `reset`, which
-    /// only those hear who listen to all jobs.
+    /// 1, 2, 3 … within the job; 0 if the job was created or deleted, and for a `reset`, which only
+    /// listeners to all jobs receive.
     pub number: u64,
-    /// The job; where events of all jobs are listened to.
+    /// The job; for events of all jobs.
     pub job_id: Option<Uuid>,
     #[serde(rename = "type")]
     pub kind: EventName,
-    /// When it was stored.
+    /// Time when it was stored.
     #[schema(value_type = String, format = DateTime)]
     pub created_at: Moment,
-    /// The iteration added, fitted again, decided on, or made of a stream.
+    /// The iteration that was added, fitted again, decided on, or made from a stream.
     pub iteration_number: Option<u32>,
     /// Id of the iteration, a UUIDv7.
     pub iteration_id: Option<Uuid>,

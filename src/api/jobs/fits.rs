@@ -26,7 +26,7 @@ use flankfit_engine::estimation::{
     spec::{Earlier, Include, Piece, Regularization, Scaling},
 };
 
-/// What a replay is told: nothing.
+/// The request of a replay, which is empty.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ReplayRequest {}
@@ -36,14 +36,14 @@ pub struct ReplayRequest {}
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Replay, example = json!({"identical": true}))]
 pub struct ReplayBody {
-    /// True if the two answers are identical bit by bit.
+    /// True if the two results are identical bit by bit.
     pub identical: bool,
-    /// Largest relative difference over all numbers of the two answers; absent when they are
-    /// identical, or do not line up.
+    /// Largest relative difference over all numbers of the two results; absent if they are
+    /// identical, or differ in structure.
     pub max_relative_difference: Option<f64>,
-    /// Engine of the stored answer; absent when the answers are identical.
+    /// Engine of the stored result; absent if the results are identical.
     pub stored_engine: Option<String>,
-    /// Engine of the new answer; absent when the answers are identical.
+    /// Engine of the new result; absent if the results are identical.
     pub replay_engine: Option<String>,
 }
 
@@ -65,7 +65,7 @@ pub fn compute(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<Computed,
     compute_at(nodes, spec, plans, None, pointer_of)
 }
 
-/// The same with the figures of the flank that the nodes are on, where they are told to be on one.
+/// The same with the figures of the flank that the nodes are on, if they are said to be on one.
 pub fn compute_on(nodes: &Nodes, spec: &FitSpec, plans: &Plans, on: Option<&OfFlank>) -> Result<Computed, Problem> {
     compute_at(nodes, spec, plans, on, pointer_of)
 }
@@ -87,8 +87,8 @@ pub fn compute_at(
     Ok(Computed { spec: spec.into(), result: text.into(), figures: Figures::of(&result), flank })
 }
 
-/// The answer of a stored fit with what is asked for beside: computed from the stored nodes, and
-/// added, with the warnings that belong to it; what is stored stays as it is. Processor work.
+/// Returns the response of a stored fit with the requested additional parts, which are computed
+/// from the stored nodes, and their warnings; the stored part is not changed. CPU-bound.
 pub fn with_include(
     nodes: &Nodes,
     stored: &FitRecord,
@@ -127,7 +127,7 @@ fn stored_spec(stored: &FitRecord, earlier: Option<Arc<[Earlier]>>) -> Result<Fi
     })
 }
 
-/// What of a stored fit is used for others.
+/// Data of a stored fit that other fits use.
 pub enum Given {
     Piece(Box<Piece>),
     /// It is regularised otherwise, or not at all.
@@ -138,7 +138,7 @@ pub enum Given {
     NothingRaised,
 }
 
-/// What of a stored fit is used for others. Processor work.
+/// Returns the data of a stored fit that other fits use. CPU-bound.
 pub fn piece(nodes: &Nodes, stored: &FitRecord) -> Result<Given, Problem> {
     let spec = stored_spec(stored, None)?;
     if !matches!(spec.regularization, Regularization::Spectral { .. }) {
@@ -170,7 +170,7 @@ fn difference(stored: &str, replayed: &str) -> Result<Difference, serde_json::Er
     })
 }
 
-/// Over all numbers that stand in the same places; `None` when the answers do not line up.
+/// Returns it over all numbers at the same places; `None` if the responses differ in structure.
 fn largest_difference(a: &Value, b: &Value) -> Option<f64> {
     match (a, b) {
         (Value::Number(a), Value::Number(b)) => {

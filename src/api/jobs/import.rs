@@ -45,7 +45,7 @@ use flankfit_engine::{
     words::counted,
 };
 
-/// What a file makes impossible, where the request has nothing but the file.
+/// Moves errors to the file if the request has nothing else.
 fn in_file(found: &Faults) -> Problem {
     let mut faults = Faults::default();
     for Fault { pointer, detail, .. } in found.list() {
@@ -54,7 +54,7 @@ fn in_file(found: &Faults) -> Problem {
     Problem::invalid(faults)
 }
 
-/// What is kept as the request of a record: which file it was, and what it held of it.
+/// The stored request of a record: the file, and the data taken from it.
 #[skip_serializing_none]
 #[derive(Clone, Serialize)]
 struct Asked<'a> {
@@ -70,7 +70,7 @@ struct Asked<'a> {
 /// End of the note on traces with separate zeros.
 const ZEROS_SET: &str = "; zeros of its traces are set so that they meet in one surface";
 
-/// What of the file was evaluated, as it would be posted to be evaluated again.
+/// Evaluated data of the file, in the form in which it can be posted again.
 #[derive(Clone, Copy, Serialize)]
 #[serde(untagged)]
 enum Again<'a> {

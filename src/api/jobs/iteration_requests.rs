@@ -1,5 +1,5 @@
-//! What is posted of iterations: nodes with what is known of their measurement, further fits, and
-//! what becomes of the gear.
+//! Requests of iterations: nodes with details of the measurement, further fits, and decisions on
+//! the gear.
 
 use serde::{Deserialize, Serialize};
 use serde_with_macros::skip_serializing_none;
@@ -61,11 +61,11 @@ pub struct IterationFormSpec {
 }
 
 request! {
-    /// What is known of a measurement.
+    /// Details of a measurement.
     #[derive(Default)]
     pub struct Measurement as MeasurementMembers, read whole {
         flatten measurand: MeasurandBody,
-        /// That the units are right, however implausible (warning `implausible_unit`).
+        /// Confirms units that seem implausible (warning `implausible_unit`).
         optional accept_units: bool,
         flatten details: MeasurementDetailsBody,
         /// Changes that were entered on the machine before this measurement, as in `POST
@@ -81,7 +81,7 @@ request! {
     #[serde(deny_unknown_fields)]
     #[schema(as = StreamFinish)]
     pub struct MeasurementDetailsBody as MeasurementDetailsMembers, read whole {
-        /// RFC 3339, any offset; answered in UTC.
+        /// RFC 3339, any offset; returned in UTC.
         #[schema(value_type = Option<String>, format = DateTime, example = "2026-11-21T08:30:00Z")]
         optional measured_at: Moment,
         /// Measuring instrument.
@@ -132,7 +132,7 @@ request! {
     /// Why something is done.
     #[derive(Default)]
     pub struct Why as WhyMembers, read whole {
-        /// Kept in the trace.
+        /// Reason, which the trace keeps.
         #[schema(value_type = Option<String>, min_length = 1, max_length = 4000)]
         optional reason: LongText,
     }
@@ -146,7 +146,7 @@ request! {
 pub struct ChosenFitBody {
     /// A fit of this iteration.
     pub fit_id: Uuid,
-    /// Kept in the trace.
+    /// Reason, which the trace keeps.
     #[schema(value_type = Option<String>, min_length = 1, max_length = 4000)]
     pub reason: Option<LongText>,
 }
@@ -158,8 +158,8 @@ pub struct ChosenFitBody {
 #[serde(deny_unknown_fields)]
 #[schema(as = IterationPatch, example = json!({"decision": "remachine", "reason": "profile slope out of tolerance"}))]
 pub struct IterationPatchBody {
-    /// `accepted` needs a `reason` where a figure does not conform, gross errors are suspected or
-    /// the units are implausible; in a job with limits it needs the figures that they are of.
+    /// `accepted` needs a `reason` if a figure does not conform, gross errors are suspected or the
+    /// units are implausible. In a job with limits it needs the figures that have limits.
     pub decision: Option<Decision>,
     /// The flank that was measured.
     pub flank: Option<Side>,
@@ -168,15 +168,15 @@ pub struct IterationPatchBody {
     pub tooth: Option<ShortText>,
     /// Quantities and units on the axes of the nodes. An axis that is left out stays unchanged.
     pub axes: Option<AxesBody>,
-    /// That the units are right, however implausible (`implausible_unit`).
+    /// Confirms units that seem implausible (`implausible_unit`).
     pub accept_units: Option<bool>,
-    /// Kept in the trace.
+    /// Reason, which the trace keeps.
     #[schema(value_type = Option<String>, min_length = 1, max_length = 4000)]
     pub reason: Option<LongText>,
 }
 
 impl IterationPatchBody {
-    /// Whether it changes the measurand of the nodes.
+    /// Returns true if it changes the measurand of the nodes.
     pub fn says_measurand(&self) -> bool {
         self.flank.is_some() || self.tooth.is_some() || self.axes.is_some() || self.accept_units.is_some()
     }

@@ -41,14 +41,14 @@ pub struct MeasuredIterationBody {
     #[serde(flatten)]
     #[schema(inline)]
     pub measurand: KnownMeasurandBody,
-    /// When the nodes were measured, as it was posted.
+    /// Time of the measurement, as posted.
     #[schema(value_type = Option<String>, format = DateTime)]
     pub measured_at: Option<Moment>,
     /// Measuring instrument.
     pub instrument: Option<String>,
     /// Operator who measured the nodes.
     pub operator: Option<String>,
-    /// When it was stored.
+    /// Time when it was stored.
     #[schema(value_type = String, format = DateTime)]
     pub created_at: Moment,
 }
@@ -99,7 +99,7 @@ pub struct IterationBody {
     pub fits: Vec<FitSummaryBody>,
     /// Number of fits before the listed ones; `GET …/fits` lists all.
     pub earlier_fits: Option<u64>,
-    /// When its nodes, results, texts and names were taken away; absent where they are there.
+    /// Time of the purge of its nodes, results, texts and names; absent without a purge.
     #[schema(value_type = Option<String>, format = DateTime)]
     pub purged_at: Option<Moment>,
     /// Warnings of the chosen fit's figures, each with `at`.
@@ -115,24 +115,24 @@ pub struct IterationFitBody {
     pub id: Uuid,
     /// True for the chosen fit.
     pub chosen: bool,
-    /// When it was stored.
+    /// Time when it was stored.
     #[schema(value_type = String, format = DateTime)]
     pub created_at: Moment,
     /// Actor of the caller who made it; absent where no key was required.
     pub by: Option<String>,
-    /// Why it was made, as it was posted.
+    /// Reason of the fit, as posted.
     pub reason: Option<String>,
     /// The fit request without nodes, with every default filled in. It can be sent as a refit, or
     /// with nodes as a new fit.
     #[schema(value_type = FitSpecBody)]
     pub spec: Raw<FitSpecBody>,
-    /// Slopes, crownings and twist, or why there are none; absent of curves and matrices, of jobs
-    /// without gear and requirements, and of fits from before there were any.
+    /// Slopes, crownings and twist, or the reason why there are none; absent for curves and
+    /// matrices, for jobs without gear and requirements, and for fits older than these figures.
     #[schema(value_type = Option<FitFiguresBody>)]
     pub figures: Option<Raw<FitFiguresBody>>,
     #[schema(value_type = FitResultBody<'static>)]
     pub result: Raw<FitResultBody<'static>>,
-    /// Warnings of result and figures, each with `at`; in the answer for a single fit.
+    /// Warnings of result and figures, each with `at`; in the response for a single fit.
     #[schema(value_type = Option<Vec<NoticeBody>>)]
     pub warnings: Option<Raw<Vec<NoticeBody>>>,
 }
@@ -154,7 +154,7 @@ pub struct FitSummaryBody {
     pub scheme: Option<Scheme>,
     /// L: how many of the smallest eigenvalues were regularised.
     pub count: Option<u32>,
-    /// Condition number of the scaled Fisher information matrix; left out where it is infinite.
+    /// Condition number of the scaled Fisher information matrix; absent where it is infinite.
     pub condition: Option<f64>,
     /// The same after regularisation.
     pub regularized_condition: Option<f64>,
@@ -170,12 +170,12 @@ pub struct FitSummaryBody {
     /// full); absent where `axes` do not give u, v and z, and for fits that are older than these
     /// figures.
     pub figures: Option<FitFiguresBody>,
-    /// When it was stored.
+    /// Time when it was stored.
     #[schema(value_type = String, format = DateTime)]
     pub created_at: Moment,
     /// Actor of the caller who made it; absent where no key was required.
     pub by: Option<String>,
-    /// Why it was made, as it was posted.
+    /// Reason of the fit, as posted.
     pub reason: Option<String>,
 }
 

@@ -37,14 +37,14 @@ pub struct NewJobBody {
     /// Serial number of this gear.
     #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
     pub serial_number: Option<ShortText>,
-    /// The machine that it is made on.
+    /// The machine that makes it.
     #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
     pub machine: Option<ShortText>,
     /// The gear that corrections and evaluations of the job's iterations refer to.
     pub gear: Option<GearBody>,
     /// Limits and design of its flanks.
     pub requirements: Option<RequirementsBody>,
-    /// At most 50, for finding the job again.
+    /// At most 50, for finding the job.
     #[serde(default)]
     #[schema(value_type = std::collections::BTreeMap<String, String>, required = false)]
     pub tags: Tags,
@@ -63,22 +63,22 @@ pub struct JobBody {
     pub part_number: Option<String>,
     /// Serial number of this gear.
     pub serial_number: Option<String>,
-    /// The machine that it is made on.
+    /// The machine that makes it.
     pub machine: Option<String>,
     pub gear: Option<GearBody>,
     /// Limits and design of its flanks.
     pub requirements: Option<RequirementsBody>,
-    /// Names and values by which the job can be found again.
+    /// Names and values for finding the job.
     #[schema(value_type = std::collections::BTreeMap<String, String>)]
     pub tags: Tags,
     pub status: JobStatus,
-    /// When the job was stored.
+    /// Time when the job was stored.
     #[schema(value_type = String, format = DateTime, example = "2026-11-21T08:30:00.000000Z")]
     pub created_at: Moment,
-    /// When the job was changed last.
+    /// Time of the last change.
     #[schema(value_type = String, format = DateTime, example = "2026-11-21T08:30:00.000000Z")]
     pub updated_at: Moment,
-    /// When its nodes, results, texts and names were taken away; absent where they are there.
+    /// Time of the purge of its nodes, results, texts and names; absent without a purge.
     #[schema(value_type = Option<String>, format = DateTime)]
     pub purged_at: Option<Moment>,
 }
@@ -103,7 +103,7 @@ pub struct JobPatchBody {
     pub machine: Option<ShortText>,
     /// The new gear, which replaces the old one as a whole.
     pub gear: Option<GearBody>,
-    /// The new requirements, which replace the old ones as a whole. Earlier answers keep the
+    /// The new requirements, which replace the old ones as a whole. Earlier results keep the
     /// requirements they were compared with.
     pub requirements: Option<RequirementsBody>,
     /// The new tags, which replace the old ones as a whole; `{}` leaves none.
@@ -115,7 +115,7 @@ pub struct JobPatchBody {
     pub clear: Vec<ClearableName>,
 }
 
-/// A field that a job need not have.
+/// An optional field of a job.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[schema(as = JobOptionalField)]

@@ -25,32 +25,32 @@ pub struct ListedJobBody {
     pub job: JobBody,
     /// Number of iterations.
     pub iteration_count: u32,
-    /// When anything of the job was stored last: its data, an iteration, a fit, a choice, a
+    /// Time when anything of the job was last stored: its data, an iteration, a fit, a choice, a
     /// decision, a record.
     #[schema(value_type = String, format = DateTime, example = "2026-11-21T08:30:00.000000Z")]
     pub changed_at: Moment,
-    /// When the last iteration was measured, as it was posted, or stored where that was left out;
-    /// absent without iterations.
+    /// Time of the last iteration's measurement as posted, or when it was stored; absent without
+    /// iterations.
     #[schema(value_type = Option<String>, format = DateTime)]
     pub last_measured_at: Option<Moment>,
-    /// The flank that the last iteration is of.
+    /// Flank of the last iteration.
     pub flank: Option<Side>,
-    /// Status of the left flanks alone, defined as `status`. Absent where none was measured.
+    /// Status of the left flanks alone, defined as `status`. Absent if none was measured.
     pub left_status: Option<JobStatus>,
-    /// The same of the right flanks.
+    /// The same for the right flanks.
     pub right_status: Option<JobStatus>,
     /// The latest decision on the last iteration; absent before the first.
     pub decision: Option<Decision>,
     /// Root mean square of the residuals of the last iteration's chosen fit, in the unit of its
-    /// heights; left out where it does not exist.
+    /// heights; absent where it does not exist.
     pub rms: Option<f64>,
-    /// Condition number of the scaled Fisher information matrix of that fit; left out where it is
+    /// Condition number of the scaled Fisher information matrix of that fit; absent where it is
     /// infinite.
     pub condition: Option<f64>,
     /// Slopes, crownings and twist by that fit; absent where the fit has none.
     pub figures: Option<ShortFiguresBody>,
     /// Class of ISO 1328-1, 1 to 11, in the latest evaluation; absent where the evaluation has
-    /// none, or where a figure is beyond 11.
+    /// none, or where a figure exceeds class 11.
     pub class: Option<u8>,
 }
 

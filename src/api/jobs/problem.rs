@@ -79,7 +79,7 @@ impl From<RepositoryError> for Problem {
     }
 }
 
-/// What is said where the store or its disk takes nothing at present.
+/// Returns the problem if the store or its disk accepts no writes.
 fn of_store(error: RepositoryError) -> Problem {
     match error {
         RepositoryError::Overloaded => Problem::new(
@@ -108,7 +108,7 @@ fn of_store(error: RepositoryError) -> Problem {
     }
 }
 
-/// What is said of purges, and of what was purged.
+/// Returns the problem about a purge, or about purged data.
 fn of_purge(error: RepositoryError) -> Problem {
     match error {
         RepositoryError::Purged { at, reason } => Problem::new(
@@ -123,7 +123,7 @@ fn of_purge(error: RepositoryError) -> Problem {
     }
 }
 
-/// What is said of keys that are not changed or made.
+/// Returns the message for a key that cannot be changed or made.
 fn of_key(error: &RepositoryError) -> String {
     match error {
         RepositoryError::KeyRevoked => "The key is revoked, which is for good; make a new one.".to_owned(),
@@ -141,7 +141,7 @@ fn of_key(error: &RepositoryError) -> String {
     }
 }
 
-/// What is said of what is not there.
+/// Returns the message for a resource that does not exist.
 fn missing(what: Resource) -> &'static str {
     match what {
         Resource::Job => "There is no such job.",
@@ -154,8 +154,8 @@ fn missing(what: Resource) -> &'static str {
     }
 }
 
-/// What the store refuses of an iteration or a stream whose tooth stands in the request, at the
-/// place `at`.
+/// Returns the problem if the store refuses an iteration or a stream; its tooth is at the pointer
+/// `at`.
 pub fn of_measured(error: RepositoryError, at: &str) -> Problem {
     match error {
         RepositoryError::NoSuchTooth { tooth, teeth } => {

@@ -14,7 +14,7 @@ use crate::{
 #[serde(deny_unknown_fields)]
 #[schema(as = PurgeRequest, example = json!({ "reason": "The operator asked for it" }))]
 pub struct PurgeRequestBody {
-    /// Reason of the purge. It is stored and returned with later requests for the removed data: do
+    /// Reason of the purge. It is stored, and returned for later requests for the removed data: do
     /// not name persons here.
     #[schema(value_type = String, min_length = 1, max_length = 4000)]
     pub reason: LongText,
@@ -26,10 +26,10 @@ pub struct PurgeRequestBody {
 pub struct PurgeBody {
     /// The job; its row, numbers and audit are kept.
     pub job_id: Uuid,
-    /// When.
+    /// Time of the purge.
     #[schema(value_type = String, format = DateTime)]
     pub purged_at: Moment,
-    /// Why, as it was posted.
+    /// Reason, as posted.
     pub reason: String,
 }
 

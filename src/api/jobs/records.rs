@@ -30,7 +30,7 @@ pub struct RecordBody {
     pub kind: RecordKind,
     /// Method, as named in the request.
     pub method: String,
-    /// When it was stored.
+    /// Time when it was stored.
     #[schema(value_type = String, format = DateTime)]
     pub created_at: Moment,
     /// Actor of the caller; absent where no key was required.
@@ -42,15 +42,15 @@ pub struct RecordBody {
     /// The request as posted, without members that are `null`. If it has no points or nodes, those
     /// of the iteration were used. For an import: `file` (its name), `file_sha256`, `file_bytes`
     /// and `spec`. For an imported evaluation also `gear`, `traces` (all of the file, with the
-    /// signs of DIN) and `evaluation`, with which `POST /v1/gears/evaluate` gives the same answer;
+    /// signs of DIN) and `evaluation`, for which `POST /v1/gears/evaluate` gives the same result;
     /// for imported pitches likewise the request of `POST /v1/gears/pitch`.
     #[schema(value_type = Object)]
     pub request: Raw<Value>,
-    /// The answer, for example that of `POST /v1/curves`; for a correction `nodes` and `result`
-    /// only with `include`.
+    /// The result, for example that of `POST /v1/curves`; for a correction with `nodes` and
+    /// `result` only on request (`include`).
     #[schema(value_type = Object)]
     pub result: Raw<Value>,
-    /// Warnings of the answer and its parts, each with `at`.
+    /// Warnings of the result and its parts, each with `at`.
     pub warnings: Vec<NoticeBody>,
 }
 
@@ -64,7 +64,7 @@ pub struct RecordSummaryBody {
     pub kind: RecordKind,
     /// Method, as named in the request.
     pub method: String,
-    /// When it was stored.
+    /// Time when it was stored.
     #[schema(value_type = String, format = DateTime)]
     pub created_at: Moment,
     /// Actor of the caller; absent where no key was required.

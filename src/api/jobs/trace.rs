@@ -16,13 +16,13 @@ use crate::{
 };
 use flankfit_engine::estimation::result::{Coefficient, PriorReport};
 
-/// The whole story of a job. Nothing in it is ever overwritten: changes of mind are new entries.
+/// The history of a job. Nothing in it is overwritten: changes are new entries.
 #[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Trace)]
 pub struct TraceBody {
     pub job: JobBody,
-    /// By number.
+    /// Iterations by number.
     pub iterations: Vec<TracedIterationBody>,
     /// Cursor of the next page; absent on the last one.
     pub next_cursor: Option<String>,
@@ -40,14 +40,14 @@ pub struct TracedIterationBody {
     pub decision: Option<Decision>,
     /// In the order in which they were made.
     pub fits: Vec<TracedFitBody>,
-    /// Which fit stood, from when on and why; the first is made with the iteration.
+    /// Choices of a fit; the first is made with the iteration.
     pub choices: Vec<TracedChoiceBody>,
     /// In the order in which they were made.
     pub decisions: Vec<TracedDecisionBody>,
     /// Records of the iteration, oldest first.
     #[serde(default)]
     pub records: Vec<RecordSummaryBody>,
-    /// Absent where the lists are whole.
+    /// Absent if the lists are complete.
     pub earlier: Option<EarlierBody>,
 }
 
@@ -59,7 +59,7 @@ pub struct TracedFitBody {
     #[serde(flatten)]
     #[schema(inline)]
     pub summary: FitSummaryBody,
-    /// In the order of the fit's answer; empty after a purge of the job.
+    /// In the order of the fit; empty after a purge of the job.
     #[schema(value_type = Vec<Coefficient>)]
     pub coefficients: Raw<Vec<Coefficient>>,
     /// Prior of the fit; absent without one.
@@ -82,23 +82,23 @@ pub struct EarlierBody {
     pub records: u64,
 }
 
-/// That from then on a certain fit stood.
+/// Choice of a fit.
 #[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = TracedChoice)]
 pub struct TracedChoiceBody {
-    /// The fit that stood from then on.
+    /// The fit that was chosen.
     pub fit_id: Uuid,
     /// Actor of the caller who chose it; absent where no key was required.
     pub by: Option<String>,
-    /// Why it was chosen, as it was posted.
+    /// Reason of the choice, as posted.
     pub reason: Option<String>,
-    /// When it was chosen.
+    /// Time of the choice.
     #[schema(value_type = String, format = DateTime)]
     pub created_at: Moment,
 }
 
-/// That something was decided.
+/// A decision.
 #[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = TracedDecision)]
@@ -109,9 +109,9 @@ pub struct TracedDecisionBody {
     pub concession: Option<bool>,
     /// Actor of the caller who decided; absent where no key was required.
     pub by: Option<String>,
-    /// Why it was decided so, as it was posted.
+    /// Reason of the decision, as posted.
     pub reason: Option<String>,
-    /// When it was decided.
+    /// Time of the decision.
     #[schema(value_type = String, format = DateTime)]
     pub created_at: Moment,
 }

@@ -1,4 +1,4 @@
-//! All faults of a value, found by the schema of its type.
+//! All errors of a value, found by the schema of its type.
 //!
 //! serde stops at the first value that it refuses, and does not say where in a union that is. This
 //! walk over the text builds nothing.

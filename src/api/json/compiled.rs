@@ -202,7 +202,7 @@ impl<'a> Compiler<'a> {
         }
     }
 
-    /// Returns the value of `type` that tells an object from the others of its union.
+    /// Returns the value of `type` that distinguishes an object from the others of its union.
     fn tag(&self, id: Id) -> Option<String> {
         let Kind::Object(Object { properties, .. }) = &self.nodes[id].kind else { return None };
         let (_, tag) = properties.iter().find(|(name, _)| name == "type")?;

@@ -15,7 +15,7 @@ pub struct Syntax {
     pub what: String,
 }
 
-/// What begins at the cursor.
+/// Kind of the value at the cursor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Token {
     Object,
@@ -89,7 +89,7 @@ impl<'a> Cursor<'a> {
         there
     }
 
-    /// Takes `byte` or says what stands there instead.
+    /// Takes `byte`, or reports the token found instead.
     pub fn expect(&mut self, byte: u8, place: &str) -> Result<(), Syntax> {
         if self.takes(byte) { Ok(()) } else { self.unexpected(&format!("`{}` {place}", char::from(byte))) }
     }
@@ -141,7 +141,7 @@ impl<'a> Cursor<'a> {
         rest.starts_with(word.as_bytes()) && !rest.get(word.len()).is_some_and(u8::is_ascii_alphanumeric)
     }
 
-    /// A number, correctly rounded; infinite when it is beyond double. −0 is read as 0, so that
+    /// A number, correctly rounded; infinite above the range of double. −0 is read as 0, so that
     /// requests with the same digest have the same answer to the last sign.
     #[inline]
     pub fn number(&mut self) -> Result<f64, Syntax> {
@@ -448,7 +448,7 @@ mod tests {
         fn what_serde_refuses_is_refused(text in r#"[-+0-9.eE]{1,8}|[\[\]{},:"a1 \\-]{1,10}"#) {
             let mine = whole(&text).is_ok();
             let serde = serde_json::from_str::<serde_json::Value>(&text);
-            // serde looks no further than a number beyond double, which is well-formed here.
+            // serde stops at a number above the range of double, which is well-formed here.
             prop_assume!(!serde.as_ref().is_err_and(|error| error.to_string().starts_with("number out of range")));
             prop_assert_eq!(mine, serde.is_ok(), "{}", text);
         }

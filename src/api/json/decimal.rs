@@ -370,7 +370,7 @@ mod tests {
             }
         }
 
-        /// Halfway between neighbouring doubles, and one digit beside it.
+        /// Halfway between neighbouring doubles, and one digit off it.
         #[test]
         fn ties_go_to_even(odd in (1_u64 << 52)..(1 << 53), shift in 0..11_u32, step in -1..=1_i64) {
             let halfway = (u128::from(odd) * 2 + 1) << shift;

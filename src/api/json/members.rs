@@ -20,10 +20,10 @@ use super::{
 };
 use crate::api::faults::Faults;
 
-/// What became of a member of a text.
+/// Outcome of reading a member of a text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Taken {
-    /// There is no member of this name.
+    /// No member of this name.
     Unknown,
     Once,
     /// The object has had it before.
@@ -39,7 +39,7 @@ impl Taken {
 
 /// The members that an object may have, and what a text has of them.
 pub trait Members<'a> {
-    /// Those of an object that stands at the pointer `at`, none of them met yet.
+    /// Creates those of the object at the pointer `at`, none of them read yet.
     fn at(at: &'a str) -> Self;
 
     /// Takes the value at the cursor as the member `name`.
@@ -56,8 +56,8 @@ pub fn given<'a>(members: &impl Members<'a>) -> Vec<&'static str> {
     names.into_iter().filter(|(_, given)| *given).map(|(name, _)| name).collect()
 }
 
-/// The members of a whole request. Unknown ones and those that stand twice are faults; what is not
-/// JSON is an error.
+/// The members of a whole request. Unknown and repeated ones are errors, and so is text that is not
+/// JSON.
 pub fn of_request<'a, M: Members<'a>>(text: &'a [u8], faults: &mut Faults) -> Result<M, ReadError> {
     let mut cursor = Cursor::new(text);
     let mut members = M::at("");
@@ -67,8 +67,8 @@ pub fn of_request<'a, M: Members<'a>>(text: &'a [u8], faults: &mut Faults) -> Re
 }
 
 /// The members of an object within a request, at the pointer `at` and known to be JSON; `None`
-/// where it is no object. Unknown members and those that stand twice are faults, and the others are
-/// looked at all the same.
+/// where it is no object. Unknown and repeated members are errors; the others are read all the
+/// same.
 pub fn of_object<'a, M: Members<'a>>(slice: &'a [u8], at: &'a str, faults: &mut Faults) -> Option<M> {
     let mut members = M::at(at);
     walk(&mut Cursor::new(slice), at, &mut members, faults).ok()?.then_some(members)
@@ -166,7 +166,7 @@ impl<'a, T> Member<'a, T> {
         self.text
     }
 
-    /// What is made of the text, which must be there, by a reader of its own.
+    /// Reads a required member with a reader of its own.
     pub fn required_with<U>(
         &self,
         faults: &mut Faults,

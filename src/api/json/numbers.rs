@@ -1,6 +1,6 @@
 //! Arrays of numbers, flat or in rows, straight into a vector.
 //!
-//! What stands where a number should is noted with its place and read on, so that every bad node is
+//! Anything else than a number is recorded with its place and skipped, so that every bad node is
 //! named at once.
 
 use super::cursor::{Cursor, Syntax, Token};
@@ -13,7 +13,7 @@ const SAMPLE: usize = 4096;
 /// Numbers as they stood, with what was wrong among them.
 #[derive(Debug, Default)]
 pub struct Numbers {
-    /// All of them, rows end to end; NaN stands for whatever was not a number.
+    /// All of them, rows end to end; NaN marks whatever was not a number.
     pub values: Vec<f64>,
     /// Lengths of the rows, when there were rows.
     pub rows: Option<Vec<usize>>,
@@ -21,11 +21,11 @@ pub struct Numbers {
     pub no_array: bool,
     /// Arrays among numbers that are not in rows.
     pub arrays: usize,
-    /// Where the row that is being read begins.
+    /// Start of the row that is being read.
     row_begin: usize,
     /// Places of `null`, which in a grid's heights are missing nodes.
     nulls: Noted,
-    /// What else stood where a number should.
+    /// Values found in place of numbers.
     wrong: Noted,
 }
 
@@ -119,9 +119,9 @@ impl Numbers {
         }
     }
 
-    /// Takes room for the numbers to come, judging by how long the last ones were: a big array is
-    /// neither copied nor held twice while it grows. (Room that turns out not to be needed is never
-    /// written to.)
+    /// Reserves memory for the numbers to come, judging by how long the last ones were: a big array
+    /// is neither copied nor held twice while it grows. (Memory that turns out not to be needed is
+    /// never written to.)
     #[cold]
     fn reserve(&mut self, cursor: &Cursor, row_bytes: usize) {
         let in_row = self.values.len() - self.row_begin;
@@ -174,7 +174,7 @@ impl Numbers {
         note(&mut self.wrong, || (place, what));
     }
 
-    /// Where the next number goes, as the rest of a pointer.
+    /// Place of the next number, as the rest of a pointer.
     fn place(&self) -> String {
         let i = self.values.len() - self.row_begin;
         match &self.rows {
@@ -199,7 +199,7 @@ fn note(noted: &mut Noted, what: impl FnOnce() -> (String, String)) {
     }
 }
 
-/// An array of numbers that stands at `at`, known to be JSON.
+/// Reads an array of numbers at `at`, known to be JSON.
 pub fn read_numbers(slice: &[u8], at: &str, faults: &mut Faults) -> Option<Vec<f64>> {
     let numbers = read_array(slice, at, false, faults)?;
     if numbers.rows.is_some() {

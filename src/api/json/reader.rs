@@ -161,7 +161,7 @@ fn next_entry(cursor: &mut Cursor, index: usize) -> Result<bool, Refusal> {
 struct Entries<'r, 'de> {
     cursor: &'r mut Cursor<'de>,
     location: &'r Location<'r>,
-    /// Of the next entry.
+    /// Index of the next entry.
     index: &'r mut usize,
     ended: &'r mut bool,
 }

@@ -60,7 +60,7 @@ macro_rules! request {
             $($(#[$field_meta])* $kind $name $(as $key)? : $type,)*
         }
 
-        /// What a text has of it.
+        /// Members of it found in a text.
         pub struct $members<'a> {
             $(pub $name: request!(@type 'a $kind $type $(, $reader)?),)*
         }

@@ -80,8 +80,9 @@ impl<const MOST: usize> PartialSchema for Text<MOST> {
 
 impl<const MOST: usize> ToSchema for Text<MOST> {}
 
-/// What to say of a text with a control character (NUL, line break, escape …), which would spoil
-/// lists, tables and logs, or, in one without `lines`, with one that shows others in another place.
+/// Returns the message for a text with a control character (NUL, line break, escape …), which would
+/// spoil lists, tables and logs, or with one that moves others on the screen. `lines` allows line
+/// breaks.
 pub fn control_character(text: &str, lines: bool) -> Option<String> {
     let wrong = |c: char| match lines {
         true => c.is_control() && !matches!(c, '\n' | '\r' | '\t'),

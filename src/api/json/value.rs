@@ -10,12 +10,12 @@ use super::{
 };
 use crate::api::faults::Faults;
 
-/// Reads any small JSON body, which is an object; faults carry pointers.
+/// Reads any small JSON body, which is an object; errors carry pointers.
 pub fn read_json<'de, T: Deserialize<'de> + ToSchema>(text: &'de [u8]) -> Result<T, ReadError> {
     read_json_at(text, "")
 }
 
-/// The same of a body whose faults stand below `pointer`.
+/// Reads a body; pointers of errors begin with `pointer`.
 pub fn read_json_at<'de, T: Deserialize<'de> + ToSchema>(text: &'de [u8], pointer: &str) -> Result<T, ReadError> {
     // The walk finds what is not JSON, with the hints that the contract asks for; what serde then
     // refuses is well-formed.
@@ -48,7 +48,7 @@ pub fn read_object<'de, T: Deserialize<'de> + ToSchema>(
     }
 }
 
-/// Reads well-formed JSON with serde; faults go to their pointers below `pointer`.
+/// Reads well-formed JSON with serde; pointers of errors begin with `pointer`.
 pub fn read_value<'de, T: Deserialize<'de> + ToSchema>(
     text: &'de [u8],
     pointer: &str,

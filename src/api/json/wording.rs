@@ -1,5 +1,5 @@
-//! What is said of a wrong value, in the words of the contract: no type of Rust, and no text of the
-//! caller's at any length.
+//! Messages about wrong values in the words of the contract: no type of Rust, and no long text of
+//! the caller.
 
 use std::borrow::Cow;
 
@@ -8,7 +8,7 @@ use super::nearest::nearest;
 /// Characters of the caller's text that a message repeats.
 const REPEATED: usize = 64;
 
-/// Of a number that no double holds.
+/// Message for a number that no double holds.
 pub const BEYOND: &str = "the number is beyond double precision (about 1.8e308)";
 
 /// Returns the message on a name that is none of those known.
@@ -28,7 +28,7 @@ pub fn one_of(names: &[&str]) -> String {
     }
 }
 
-/// What to say of a field that is not known.
+/// Returns the message for an unknown field.
 pub fn no_such_field(name: &str, known: &[&str]) -> String {
     if let Some(near) = nearest(name, known.iter().copied()) {
         return format!("there is no such field; did you mean `{near}`?");

@@ -1,4 +1,4 @@
-//! Writes JSON: answers by serde, and large ones field by field into one buffer.
+//! Writes JSON: responses by serde, and large ones field by field into one buffer.
 //!
 //! Values at many places go from flat lists to their text without a tree, and stored JSON is taken
 //! over byte for byte. The text is the one that serde writes: no white space, shortest numbers that

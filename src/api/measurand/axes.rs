@@ -23,8 +23,8 @@ use flankfit_engine::{
 };
 
 request! {
-    /// What the nodes are of. A fit does not depend on it; whatever is made of a stored iteration
-    /// does.
+    /// Measurand of the nodes. A fit does not depend on it; everything derived from a stored
+    /// iteration does.
     #[derive(Default, Deserialize)]
     #[serde(deny_unknown_fields)]
     pub struct MeasurandBody as MeasurandMembers, read whole {
@@ -72,18 +72,18 @@ pub struct AxesBody {
 #[schema(as = Axis)]
 pub struct AxisBody {
     /// `roll_length` (with the unit `deg` or `arcmin`: the roll angle), `diameter`, `face_width`,
-    /// `deviation`, or a word of your own.
+    /// `deviation`, or another word.
     #[schema(value_type = String, min_length = 1, max_length = 200, example = "deviation")]
     pub quantity: ShortText,
-    /// `nm`, `um`, `mm`, `in`, `deg`, `arcmin`, or a word of your own. `µm` and other usual
-    /// spellings are read and answered by these names.
+    /// `nm`, `um`, `mm`, `in`, `deg`, `arcmin`, or another word. `µm` and other usual spellings are
+    /// accepted and returned as these names.
     #[schema(value_type = String, min_length = 1, max_length = 200, example = "um")]
     pub unit: ShortText,
     /// For heights: meaning of a positive value. Default `material_out`.
     pub positive: Option<PositiveName>,
     /// For heights measured as traces with separate zeros: number of nodes of each trace, in the
-    /// order of the nodes. A correction then ignores the mean of each trace. Absent where all
-    /// heights have one zero.
+    /// order of the nodes. A correction then ignores the mean of each trace. Absent if all heights
+    /// have one zero.
     #[schema(example = json!([480, 480, 240]))]
     pub trace_lengths: Option<Vec<u32>>,
 }
@@ -93,7 +93,7 @@ pub struct AxisBody {
 #[serde(rename_all = "snake_case")]
 #[schema(as = PositiveHeight)]
 pub enum PositiveName {
-    /// Material stands out.
+    /// Protruding material.
     MaterialOut,
     /// Material is missing.
     MaterialIn,
@@ -141,7 +141,7 @@ impl MeasurandBody {
 }
 
 impl AxesBody {
-    /// What is stored with a measurand.
+    /// Reads the axes stored with a measurand.
     pub fn of(measurand: &Measurand) -> Result<Self, String> {
         let Some(text) = &measurand.axes else { return Ok(AxesBody::default()) };
         serde_json::from_str(text).map_err(|error| format!("the stored axes cannot be read: {error}"))
@@ -207,8 +207,8 @@ impl AxesBody {
         Some(each.flat_map(|(trace, length)| std::iter::repeat_n(trace, *length as usize)).collect())
     }
 
-    /// What a height is multiplied with to be a deviation in µm, positive where material stands
-    /// out: 1 where nothing is given.
+    /// Returns the factor that converts a height to a deviation in µm, positive where material
+    /// protrudes: 1 if nothing is given.
     pub fn deviation_factor(&self) -> Result<f64, String> {
         let Some(axis) = self.z.as_ref().or(self.y.as_ref()) else { return Ok(1.0) };
         let quantity = axis.quantity.as_str();
@@ -221,8 +221,8 @@ impl AxesBody {
         Ok(if axis.positive == Some(PositiveName::MaterialIn) { -unit } else { unit })
     }
 
-    /// What u is, with the factor that makes it what the coordinate is taken in; `None` where
-    /// nothing is given.
+    /// Returns the quantity of u, with the factor that converts it to the unit of the coordinate;
+    /// `None` if nothing is given.
     pub fn profile(&self) -> Result<Option<(ProfileAxis, f64)>, String> {
         let Some(axis) = &self.u else { return Ok(None) };
         match (axis.quantity.as_str(), axis.unit.as_str()) {
@@ -236,7 +236,7 @@ impl AxesBody {
         }
     }
 
-    /// What v is multiplied with to be z of the gear in mm.
+    /// Returns the factor that converts v to z of the gear in mm.
     pub fn along(&self) -> Result<f64, String> {
         let Some(axis) = &self.v else { return Ok(1.0) };
         match (axis.quantity.as_str(), axis.unit.as_str()) {

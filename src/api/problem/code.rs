@@ -44,7 +44,7 @@ pub enum ProblemCode {
     UnsupportedMediaType,
     /// 421: the request names a host that this server is not.
     UnknownHost,
-    /// 422: faults in the request, each with a pointer.
+    /// 422: errors in the request, each with a pointer.
     InvalidRequest,
     /// 422: dependent columns where the method needs independent ones.
     RankDeficient,
@@ -178,7 +178,7 @@ impl ProblemCode {
         self.parts().0
     }
 
-    /// What a client is told that is not let in (RFC 6750, 3).
+    /// Returns the challenge for a client without valid credentials (RFC 6750, 3).
     pub(super) const fn challenge(self) -> Option<&'static str> {
         match self {
             Self::Unauthorized => Some("Bearer"),

@@ -111,10 +111,10 @@ pub enum SurfaceFormatName {
 /// Quadrilaterals on each patch along u and v, where none are asked for.
 const SAMPLES: [usize; 2] = [20, 20];
 
-/// What a control point takes until a CAD file is sent: four numbers and its knots as values, as
+/// Bytes of a control point until a CAD file is sent: four numbers and its knots as values, as
 /// texts, on their lines and in the file.
 const CONTROL_POINT: usize = 1000;
-/// What a point of a chain takes: place, parameter, and where the curve was looked at between.
+/// Bytes of a point of a chain: place, parameter, and the points that were checked between.
 const CHAIN_POINT: usize = 8 * size_of::<f64>();
 
 /// Writes the curve of a request, as far as there is `room` for it. Processor work.
@@ -301,7 +301,7 @@ fn read_tolerance(member: &Member<'_, f64>, faults: &mut Faults) -> Option<f64> 
     Some(tolerance)
 }
 
-/// What the file says about itself.
+/// Returns the header of the file.
 pub(in crate::api) fn label(name: &str, now: Timestamp) -> Label {
     Label { name: name.to_owned(), author: String::new(), organization: String::new(), written_at: utc(now) }
 }

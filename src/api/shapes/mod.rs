@@ -1,4 +1,4 @@
-//! Common parts of requests and answers with curves and surfaces, and their files.
+//! Common parts of requests and responses with curves and surfaces, and their files.
 
 pub mod export;
 pub mod fault;

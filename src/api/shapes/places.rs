@@ -1,4 +1,4 @@
-//! Where a curve or surface is asked about, and answers that leave the range of doubles.
+//! Parameters at which a curve or surface is evaluated, and results outside the range of double.
 
 use crate::api::{faults::Faults, json::writer::Object, problem::Problem};
 use flankfit_engine::{geometry::space::Vector, numerics::cancel::Asking, words::Shown};

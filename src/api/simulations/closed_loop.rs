@@ -93,12 +93,12 @@ fn condition(machine: &MachineSpec) -> Result<Option<f64>, Problem> {
     Ok(solution.fit.spectrum.condition)
 }
 
-/// What a run cannot go on with, by places in the request; `number` is how often the machine was
-/// corrected.
+/// Returns the map from paths of a failed run to places in the request; `number` is how often the
+/// machine was corrected.
 fn place(number: usize) -> impl Fn(&str) -> String {
     move |path| match path {
         _ if is_within(path, &["regularization"]) => "/strategies".to_owned(),
-        // the settings can be told from all nodes, as `condition` knows
+        // all nodes together determine the settings, as `condition` shows
         _ if is_within(path, &["model"]) => "/missing".to_owned(),
         // numbers within their limits are out of range only when settings have run away
         _ if number > 0 => "/corrections".to_owned(),
@@ -106,8 +106,8 @@ fn place(number: usize) -> impl Fn(&str) -> String {
     }
 }
 
-/// A correction's faults by places in the request, where matrix and settings stand in no object of
-/// their own; `number` is how often the machine was corrected.
+/// Converts a correction's errors to places in the request, where matrix and settings have no
+/// object of their own; `number` is how often the machine was corrected.
 fn placed(found: &check::Faults, number: usize) -> Faults {
     Faults::placed(found, |path| match number {
         0 => moved(path, &[("sensitivity", "")]),

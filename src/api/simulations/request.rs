@@ -26,7 +26,7 @@ pub struct ClosedLoopBody {
     #[schema(minimum = 1, maximum = 20)]
     pub corrections: Option<usize>,
     /// Correction methods. Default `spectral_uncertainty` (the default of corrections) and
-    /// `least_squares`; further ones are `spectral_min_mse`, `ridge_gcv` and so on.
+    /// `least_squares`; others are `spectral_min_mse`, `ridge_gcv` and so on.
     pub strategies: Option<Vec<String>>,
     /// Names of the settings, with `matrix`.
     pub settings: Option<Vec<String>>,
@@ -47,8 +47,8 @@ pub struct ClosedLoopBody {
     /// Default 0.3.
     #[schema(minimum = 0, maximum = 1e6)]
     pub probe_noise_um: Option<f64>,
-    /// Share of the nodes that a measurement misses; as many as there are settings must be left.
-    /// Default 0.1.
+    /// Share of the nodes that a measurement misses; at least as many nodes as settings must
+    /// remain. Default 0.1.
     #[schema(minimum = 0, exclusive_maximum = 1)]
     pub missing: Option<f64>,
     /// If true, each run is stored as a job with its iterations and corrections, all in one

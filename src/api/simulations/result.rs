@@ -10,7 +10,7 @@ use uuid::Uuid;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = ClosedLoop)]
 pub struct ClosedLoopResultBody {
-    /// The seed that was used: the same one gives the same runs.
+    /// The seed that was used: the same seed gives the same runs.
     pub seed: u64,
     /// Condition of JᵀJ, in the units of the request; absent where settings are linearly dependent.
     pub condition: Option<f64>,

@@ -35,10 +35,10 @@ pub struct ListedStreamBody {
     pub node_count: u64,
     /// The iteration that the stream has become.
     pub iteration_number: Option<u32>,
-    /// When the stream was opened.
+    /// Time when the stream was opened.
     #[schema(value_type = String, format = DateTime)]
     pub created_at: Moment,
-    /// When its last block was stored, or when it was finished.
+    /// Time when its last block was stored, or when it was finished.
     #[schema(value_type = String, format = DateTime)]
     pub updated_at: Moment,
 }

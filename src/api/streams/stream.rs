@@ -29,8 +29,8 @@ use flankfit_engine::{
     words::counted,
 };
 
-/// A stream to open: a fit request without nodes. `domain` must be given where the basis is mapped
-/// to it (Chebyshev, Legendre) or knots are equal spans over it.
+/// A stream to open: a fit request without nodes. `domain` is required if the basis is mapped to it
+/// (Chebyshev, Legendre) or knots are equal spans over it.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[schema(as = NewStream)]
 pub struct NewStreamBody {
@@ -66,12 +66,12 @@ request! {
     /// A block of nodes.
     #[schema(as = StreamBlock)]
     pub struct BlockBody as BlockMembers {
-        /// 1 for the first block, one more for each. A block sent again with the same number and
-        /// nodes is answered again and not counted twice.
+        /// 1 for the first block, then 2, 3 …. A block sent again with the same number and nodes
+        /// gets the same response and is not counted twice.
         #[schema(minimum = 1)]
         required sequence: u64,
-        /// One node to many, of one kind throughout the stream (scattered nodes and grids are one
-        /// kind).
+        /// One or more nodes, of the same kind throughout the stream (scattered nodes and grids
+        /// count as one kind).
         required nodes: NodesBody as RawNodes,
     }
 }
@@ -109,7 +109,7 @@ pub struct StreamBody {
     /// The fit request without nodes, with every default filled in.
     #[schema(value_type = FitSpecBody)]
     pub spec: Raw<FitSpecBody>,
-    /// The estimate after the last block, as its answer had it.
+    /// The estimate after the last block.
     #[schema(value_type = Option<FitResultBody<'static>>)]
     pub result: Option<Raw<FitResultBody<'static>>>,
     /// Reason why an open stream has no result yet, or warnings of the result.

@@ -32,11 +32,11 @@ pub struct CheckedStudy {
     pub rows: usize,
 }
 
-/// What is studied, from either form.
+/// Matrix and truth of the study, from either form.
 struct Material {
     x: Rows,
     terms: Vec<String>,
-    /// What nodes suggest.
+    /// Coefficients estimated from nodes.
     coefficients: Option<Vec<f64>>,
     sigma: Option<f64>,
 }

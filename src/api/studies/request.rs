@@ -22,20 +22,19 @@ request! {
         optional model: Model,
         /// With `nodes`: the box of the mapped basis functions.
         optional domain: Domain,
-        /// The true A, one for each column; with `nodes` the least-squares estimate of their
-        /// heights is assumed when not given.
+        /// The true A, one for each column; with `nodes` by default the least-squares estimate from
+        /// their heights.
         optional coefficients: Vec<f64>,
-        /// Deviation of a height; with `nodes` that of their residuals is assumed when not given.
+        /// Standard deviation of a height; with `nodes` by default that of their residuals.
         #[schema(minimum = 0)]
         optional noise_sigma: f64,
-        /// k: deviation of the noise that is put on a column over the deviation of the column
-        /// itself.
+        /// k: standard deviation of the noise added to a column, divided by that of the column.
         #[schema(min_items = 1, max_items = 200)]
         required levels: Vec<f64>,
         /// Number of random matrices for each level. More give smoother results and take longer.
         #[schema(minimum = 1, maximum = 10000)]
         required repetitions: usize,
-        /// Equal seeds give equal studies. Default 0.
+        /// The same seed gives the same study. Default 0.
         optional seed: u64,
         /// Scaling of the columns for norms and eigenvalues. Default `none`.
         optional scaling: StudyScaling,

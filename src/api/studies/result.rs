@@ -37,7 +37,7 @@ pub struct RandomizationResult {
     pub scaling: StudyScaling,
     /// Random matrices for each level.
     pub repetitions: usize,
-    /// The seed that was used: the same one gives the same answer.
+    /// The seed that was used: the same seed gives the same result.
     pub seed: u64,
     /// Eigenvalues of XᵀX, ascending.
     pub eigenvalues: Vec<f64>,
@@ -57,7 +57,7 @@ pub struct RandomizationResult {
     pub references: StudyReferences,
     /// The level of least median ‖A − Â_R‖²; absent without noise, where least squares is exact.
     pub optimum: Option<Optimum>,
-    /// What to know about the answer; empty where there is nothing to say.
+    /// Warnings about the result.
     pub warnings: Vec<WarningBody>,
     /// Version of the engine.
     #[schema(example = "flankfit 0.1.0")]

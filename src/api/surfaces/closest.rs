@@ -25,7 +25,7 @@ request! {
     }
 }
 
-/// Closest points, everything in the order of the given nodes.
+/// Closest points, in the order of the given nodes.
 #[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = SurfaceFeet)]
@@ -33,13 +33,13 @@ pub struct SurfaceFeetBody {
     /// `[u, v]` of each.
     #[schema(value_type = Vec<Pair>)]
     pub parameters: Vec<Vec<f64>>,
-    /// They themselves; of a graph (u, v, z).
+    /// The closest points; for a graph (u, v, z).
     #[schema(value_type = Vec<Triple>)]
     pub points: Vec<Vec<f64>>,
     /// Distance of each given node from the surface, in the caller's unit, never negative.
     pub distances: Vec<f64>,
-    /// Above 0 on the side that the normal S_u × S_v points to. Left out where there is no normal
-    /// at one of the closest points.
+    /// Above 0 on the side that the normal S_u × S_v points to. Absent where there is no normal at
+    /// one of the closest points.
     pub signed_distances: Option<Vec<f64>>,
     /// True if the connecting line is perpendicular to the surface; otherwise the closest point
     /// lies on a border or an edge.

@@ -24,7 +24,7 @@ const MOST_NUMBERS: usize = 20_000_000;
 
 /// A number in the text of an answer, with its comma.
 const TEXT_OF_NUMBER: usize = 24;
-/// What a place takes while it is evaluated: the surface with its derivatives there.
+/// Bytes of a place during its evaluation: the surface with its derivatives there.
 const EACH: usize = size_of::<SurfaceJet>();
 
 /// A request, read and checked.
@@ -151,7 +151,7 @@ fn numbers_at_each(width: usize, derivatives: usize, forms: bool) -> usize {
     width * [1, 3, 6][derivatives] + [0, 3, 10][derivatives] + if forms { 6 } else { 0 }
 }
 
-/// What derivatives tell, place by place.
+/// Geometry from the derivatives, place by place.
 struct Geometry {
     normals: Vec<f64>,
     /// Whether every place so far has one.
@@ -174,7 +174,7 @@ impl Default for Geometry {
 }
 
 impl Geometry {
-    /// What of it is asked for and is there.
+    /// Writes the requested parts that exist.
     fn write(&self, object: &mut Object<'_>, derivatives: usize, forms: bool) {
         if self.has_normals && derivatives > 0 {
             object.values("normals", 3, &self.normals);

@@ -1,4 +1,4 @@
-//! What a surface is made of: read from a request, or the nodes of an iteration.
+//! Data of a surface: read from a request, or the nodes of an iteration.
 
 use std::borrow::Cow;
 
@@ -22,7 +22,7 @@ use flankfit_engine::{
     words::counted,
 };
 
-/// What the surface is made of.
+/// Data of the surface.
 pub enum GivenSurface<'a> {
     Grid {
         u: Vec<f64>,

@@ -1,5 +1,5 @@
-//! Surfaces of grids, points, boundaries, meshes and nodes: requests, readers, answers, evaluation,
-//! closest points and sections by planes.
+//! Surfaces of grids, points, boundaries, meshes and nodes: requests, readers, responses,
+//! evaluation, closest points and sections by planes.
 
 pub mod closest;
 pub mod evaluate;

@@ -1,5 +1,5 @@
-//! Surfaces near nodes: the fit of the service where its spectrum can be told, the banded one where
-//! there are too many coefficients.
+//! Surfaces near nodes: the full fit if its spectrum is affordable, the banded one for more
+//! coefficients.
 
 use super::{methods::Requested, result::BuiltSurfaceBody};
 use crate::api::{
@@ -20,8 +20,7 @@ use flankfit_engine::{
     geometry::surface::{SurfaceShape, construct::Method, least_squares::AxisKnots},
 };
 
-/// Coefficients up to which every fit is that of the service: beyond, its spectrum costs more than
-/// it tells.
+/// Number of coefficients up to which the full fit is used: above, its spectrum costs too much.
 const FEW: usize = 150;
 
 /// Fits the B-spline that was asked for to nodes with u and v, which stand at `base` in the

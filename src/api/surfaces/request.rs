@@ -104,7 +104,7 @@ pub fn build(text: &[u8], own: Option<&Nodes>, plans: &Plans) -> Result<Built, P
     Ok(Built { method: name, result: result::built(&built, nodes, tolerance)? })
 }
 
-/// Patches have joints that are all looked at: no more of them than can be told about.
+/// Limits the number of patches: each joint is examined and reported.
 fn check_patches(given: &Given, method: &Method) -> Result<(), Problem> {
     let (at, [rows, columns]) = match given {
         Given::Grid { u, v, .. } => ("/grid", [u.len(), v.len()]),

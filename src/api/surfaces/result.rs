@@ -36,13 +36,13 @@ pub struct BuiltSurfaceBody<'a> {
     pub parameters: Option<NodeParametersBody>,
     /// For least squares with a whole grid: number of nodes.
     pub count: Option<usize>,
-    /// Nodes less control points.
+    /// Nodes minus control points.
     pub degrees_of_freedom: Option<usize>,
     /// Sum of squared residuals, over all coordinates.
     pub rss: Option<f64>,
     /// √(rss/count).
     pub rms: Option<f64>,
-    /// √(rss/degrees of freedom/coordinates), the noise of a coordinate; left out where nothing is
+    /// √(rss/degrees of freedom/coordinates), the noise of a coordinate; absent where nothing is
     /// left.
     pub sigma: Option<f64>,
     /// For a mesh: the largest gap between crossing curves, and its place.
@@ -54,12 +54,12 @@ pub struct BuiltSurfaceBody<'a> {
     pub continuity: Option<ContinuityBody>,
     /// Borders that are points: there the surface has three sides.
     pub degenerate_borders: Option<Vec<DegenerateBorderBody>>,
-    /// For least squares with up to some hundred coefficients: the fit as in the answer of `POST
+    /// For least squares with up to some hundred coefficients: the fit, as returned by `POST
     /// /v1/fits`.
     pub fits: Option<Vec<CoordinateFitBody<'a>>>,
     /// For least squares with more coefficients: the fit.
     pub banded_fit: Option<BandedFitBody>,
-    /// What to know about the answer; empty where there is nothing to say.
+    /// Warnings about the result.
     pub warnings: Vec<WarningBody>,
 }
 
@@ -206,8 +206,8 @@ impl JointBody {
     }
 }
 
-/// What counts as continuous: curves may leave gaps as large as their tolerance, derivatives jump
-/// as rounding lets them.
+/// Returns the tolerances of continuity: curves may leave gaps as large as their tolerance,
+/// derivatives may jump by rounding errors.
 fn tolerances(shape: &SurfaceShape, tolerance: Option<f64>) -> ContinuityTolerance {
     let [us, vs] = shape.breaks();
     let jets = us.iter().flat_map(|u| vs.iter().map(move |v| shape.jet(*u, *v)));

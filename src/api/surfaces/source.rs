@@ -1,4 +1,4 @@
-//! What a surface is made of, as it is written.
+//! Wire form of the data of a surface.
 
 use crate::api::{
     contract::Triple,
@@ -12,7 +12,7 @@ use flankfit_engine::geometry::{
 };
 
 request! {
-    /// What a surface is made of.
+    /// Data of a surface.
     #[derive(Default)]
     pub struct SurfaceSource as SurfaceSourceMembers {
         optional grid: HeightGridBody,

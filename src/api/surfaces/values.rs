@@ -1,4 +1,4 @@
-//! What is asked of a surface at parameters and what is answered, as it is written.
+//! Wire form of the evaluation of a surface: request and response.
 
 use serde::{Deserialize, Serialize};
 use serde_with_macros::skip_serializing_none;
@@ -12,7 +12,7 @@ use crate::api::{
 use flankfit_engine::geometry::{contract::Point, surface::SurfaceShape};
 
 request! {
-    /// A surface and where it is evaluated: `at`, or every pair of `grid`.
+    /// A surface and the parameters at which it is evaluated: `at`, or every pair of `grid`.
     #[schema(as = EvaluateSurface)]
     pub struct EvaluateSurfaceBody as EvaluateSurfaceMembers {
         required surface: SurfaceShape,
@@ -20,10 +20,10 @@ request! {
         #[schema(value_type = Option<Vec<Pair>>)]
         optional at: Vec<[f64; 2]>,
         optional grid: ParameterGridBody,
-        /// Highest order of derivatives that are answered. Default 0.
+        /// Highest order of the returned derivatives. Default 0.
         #[schema(minimum = 0, maximum = 2)]
         optional derivatives: usize,
-        /// What is answered only when asked for.
+        /// Parts that are returned only when requested.
         optional include: Vec<SurfaceIncludeName>,
     }
 }
@@ -41,7 +41,7 @@ request! {
     }
 }
 
-/// Optional parts of the answer. `normals` are always included with one derivative, `curvatures`
+/// Optional parts of the result. `normals` are always included with one derivative, `curvatures`
 /// with two.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
@@ -51,7 +51,7 @@ pub enum SurfaceIncludeName {
     Area,
 }
 
-/// A surface at parameters, everything in the order of `at` or of the grid.
+/// A surface at parameters, in the order of `at` or of the grid.
 #[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = SurfaceValues)]
@@ -68,7 +68,7 @@ pub struct SurfaceValuesBody {
     pub curvatures: Option<CurvaturesBody>,
     pub fundamental_forms: Option<FundamentalFormsBody>,
     pub area: Option<AreaBody>,
-    /// What to know about the answer; empty where there is nothing to say.
+    /// Warnings about the result.
     pub warnings: Vec<WarningBody>,
 }
 

@@ -33,7 +33,7 @@ impl SentMapping {
     }
 }
 
-/// What the mapping of a table is kept under; `None` where its form is not known.
+/// Returns the key of the mapping of a table; `None` if its form is not known.
 pub fn key(content: &[u8], instrument: Option<&str>) -> Option<[u8; 32]> {
     Some(key_of(&table::shape(content)?, instrument))
 }

@@ -10,26 +10,26 @@ use crate::api::{
 };
 use flankfit_engine::formats::table::{ColumnSpec, Decimal, Layout, Mapping, Meaning, Separator, Unit};
 
-/// How a table of nodes or points is to be read: as `POST /v1/nodes/read` proposes it, with
-/// whatever is to be otherwise. What is left out is found from the content.
+/// How to read a table of nodes or points: the proposal of `POST /v1/nodes/read`, with corrections.
+/// Omitted fields are found from the content.
 #[skip_serializing_none]
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = TableMapping, example = json!({"separator": ";", "decimal": ","}))]
 pub struct MappingBody {
-    /// What separates cells.
+    /// Separator of cells.
     pub separator: Option<Separator>,
     /// The decimal sign.
     pub decimal: Option<Decimal>,
-    /// Whether a line with names comes before the numbers.
+    /// True if a line with names precedes the numbers.
     pub header: Option<bool>,
-    /// Whether the first row holds v, the first column u and everything else heights.
+    /// True if the first row holds v, the first column u, and everything else heights.
     pub matrix: Option<bool>,
     /// Every column in the order of the table; of a matrix the first column, the first row and the
     /// heights.
     pub columns: Option<Vec<ColumnBody>>,
-    /// How the nodes lie. `scattered` takes nodes that are on a grid as scattered ones; anything
-    /// else is compared with what the table holds.
+    /// Layout of the nodes. `scattered` treats nodes on a grid as scattered; any other value is
+    /// checked against the table.
     pub layout: Option<Layout>,
 }
 
@@ -39,9 +39,9 @@ pub struct MappingBody {
 #[serde(deny_unknown_fields)]
 #[schema(as = TableColumn)]
 pub struct ColumnBody {
-    /// As the header has it; left out without a header. It changes nothing.
+    /// Name in the header; absent without a header. It has no effect.
     pub name: Option<String>,
-    /// What it holds.
+    /// Meaning of the column.
     pub meaning: Meaning,
     /// Its unit: `nm`, `um`, `mm` or `in`, of roll angles `deg`, `arcmin` or `rad`; `µm` is read
     /// too. Left out it is µm for deviations, deg for roll angles and mm for other places on a

@@ -39,7 +39,7 @@ pub struct TableNodes {
     pub measurand: MeasurandBody,
 }
 
-/// Reads a table; its faults are at `pointer`, those of the mapping at `/mapping`.
+/// Reads a table; its errors are at `pointer`, those of the mapping at `/mapping`.
 pub fn table(bytes: &[u8], mapping: Option<&MappingBody>, pointer: &str) -> Result<Table, ReadError> {
     let mapping = mapping.map_or_else(Mapping::default, Mapping::from);
     table::read(bytes, &mapping).map_err(|error| refusal(&error, pointer))
@@ -103,7 +103,7 @@ pub fn of_set(table: &Table, set: NodeSet, pointer: &str) -> Result<TableNodes, 
     Ok(TableNodes { nodes, missing, helix_sign, own_zeros, measurand })
 }
 
-/// What the axes mean, where the columns are those of a flank.
+/// Returns the axes if the columns are those of a flank.
 pub fn axes(table: &Table, layout: Layout, own_zeros: Option<&OwnZeros>) -> Option<AxesBody> {
     let find = |meanings: &[Meaning]| {
         meanings.iter().find_map(|meaning| table.columns.iter().find(|column| column.meaning == *meaning))
@@ -138,7 +138,7 @@ pub fn is_in_micrometres(table: &Table) -> bool {
         && in_unit(&[Meaning::FaceWidth], Unit::Millimetre)
 }
 
-/// What is said of a table that cannot be read: one sentence, then the first places.
+/// Returns the error for a table that cannot be read: one sentence, then the first places.
 pub fn refusal(error: &FileError, pointer: &str) -> ReadError {
     let mut faults = Faults::default();
     match error {

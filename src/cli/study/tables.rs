@@ -84,7 +84,7 @@ pub fn text(result: &RandomizationResult) -> String {
     out
 }
 
-/// Every level against least squares, with B of the same level beside it.
+/// Returns every level against least squares, with B of the same level next to it.
 fn beside_least_squares(result: &RandomizationResult) -> Table {
     let heads = ["k", "‖A−Â‖ ÷", "cond ÷", "RSS ×", "B of level k: λ*", "‖A−Â‖ ÷", "cond ÷", "RSS ×"];
     let mut table = Table::new(heads, 0);

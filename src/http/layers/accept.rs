@@ -1,5 +1,4 @@
-//! What the header `Accept` wants: whether an answer may have a media type, and JSON or another
-//! form where there are both.
+//! The header `Accept`: acceptable media types, and the choice between JSON and another form.
 
 use axum::{
     http::{HeaderMap, HeaderValue, header},
@@ -70,9 +69,9 @@ impl Format {
         }
     }
 
-    /// What `Accept` prefers of JSON and another form; JSON where it has no preference, and of two
-    /// that it prefers alike the one it names more exactly. `what` begins the sentence of a
-    /// refusal.
+    /// Returns the one of JSON and another form that `Accept` prefers; JSON where it has no
+    /// preference, and of two that it prefers alike the one it names more exactly. `what` begins
+    /// the sentence of a refusal.
     pub fn negotiated(headers: &HeaderMap, other: Format, what: &str) -> Result<Format, Problem> {
         let [json, beside] = [Format::Json, other].map(|format| preference(headers, format.media()));
         if json.quality > 0.0 && json >= beside {

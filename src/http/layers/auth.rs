@@ -29,7 +29,7 @@ pub struct Principal {
     pub proof: Proof,
 }
 
-/// What let somebody in.
+/// Credential of a caller.
 #[derive(Clone, Debug)]
 pub enum Proof {
     /// Nothing was asked for.
@@ -43,7 +43,7 @@ pub enum Proof {
 }
 
 impl Principal {
-    /// Whether it is one of several who can be told from each other.
+    /// Returns true if it is one of several callers who can be distinguished.
     pub fn is_known(&self) -> bool {
         !matches!(self.proof, Proof::None)
     }
@@ -277,13 +277,13 @@ impl From<KeysRole> for Role {
     }
 }
 
-/// A key of the settings as the log names it: by the beginning of its digest, which tells nothing
+/// A key of the settings as the log names it: by the beginning of its digest, which reveals nothing
 /// of the key.
 fn name_of_key(Digest(digest): &Digest) -> String {
     digest.iter().take(6).fold(actor::OF_KEYS.to_owned(), |name, byte| name + &format!("{byte:02x}"))
 }
 
-/// Where a key or a token was.
+/// Place of a key or a token in the request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Form {
     Header,

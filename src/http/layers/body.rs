@@ -26,7 +26,7 @@ use crate::{
     usecases::budget::{Permit, WithPermit},
 };
 
-/// What the body says it is.
+/// Media type of the body.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Media {
     Json,
@@ -46,7 +46,7 @@ pub struct Payload {
     numbers: usize,
     encoding: Encoding,
     media: Media,
-    /// Where whoever unpacks it notes its digest.
+    /// Receives the digest of the unpacked body.
     digest: Option<BodyDigest>,
 }
 
@@ -168,8 +168,8 @@ pub fn add(digest: &mut Sha256, bytes: &[u8]) {
     }
 }
 
-/// What a number takes while something is computed with it: its value, its weight, its place in the
-/// matrix's rows, its residual.
+/// Bytes of a number during a computation: its value, its weight, its place in the matrix's rows,
+/// its residual.
 pub const NUMBER: usize = 4 * size_of::<f64>();
 
 /// How many numbers are in a text, roughly: one begins after each comma.
@@ -190,7 +190,7 @@ pub fn cells(text: &[u8]) -> usize {
     count
 }
 
-/// What numbers of a body are counted by.
+/// Returns the function that counts the numbers of a body.
 fn numbers_of(media: &Media) -> fn(&[u8]) -> usize {
     match media {
         Media::Json => numbers,

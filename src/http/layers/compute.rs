@@ -1,11 +1,11 @@
-//! Where a fit request is worked on: a short one here, on the thread that serves its connection,
-//! any other on the pool.
+//! Execution of fit requests: a short one on the thread that serves its connection, any other on
+//! the pool.
 //!
-//! Handing work to another thread and its answer back costs two wakings, about as much as a small
+//! Handing work to another thread and its result back costs two wakings, about as much as a small
 //! fit itself. A small one is therefore done at once if the pool has a worker to spare, whose place
-//! it takes meanwhile, or if no other small one is done beside busy workers, so that no more fits
-//! run than there are workers and one. Else it waits its turn on the pool like all others, or is
-//! refused.
+//! it takes meanwhile, or if no other small one runs while all workers are busy, so that no more
+//! fits run than there are workers and one. Else it waits its turn on the pool like all others, or
+//! is refused.
 
 use serde::de::DeserializeOwned;
 use utoipa::ToSchema;
@@ -71,8 +71,8 @@ pub async fn read_json<T: Send + 'static>(
     state.pool.run(move || work(&payload.into_json(limit)?)).await?
 }
 
-/// Does `work` with a JSON body on the pool, as far as there is room for what it makes; that is
-/// charged to the budget until it has been sent.
+/// Does `work` with a JSON body on the pool if the budget allows for the result, which is charged
+/// to it until it has been sent.
 pub async fn read_json_in_room(
     state: &AppState,
     payload: Payload,

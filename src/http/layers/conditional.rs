@@ -46,7 +46,7 @@ pub fn content_tag(bytes: &[u8]) -> Option<HeaderValue> {
     HeaderValue::from_str(&format!("\"{digits}\"")).ok()
 }
 
-/// What the request's `If-Match` says the caller has seen.
+/// Versions that the caller has seen, by the header `If-Match`.
 ///
 /// `*` and no header ask for nothing (a resource that does not exist is a 404 anyway). Weak tags
 /// and tags that were never given match no version, so they lead to a 412.

@@ -21,7 +21,7 @@ pub enum Encoding {
 }
 
 impl Encoding {
-    /// What the header says.
+    /// Reads the header.
     pub fn of(headers: &HeaderMap) -> Result<Self, Problem> {
         let mut values = headers.get_all(header::CONTENT_ENCODING).iter();
         let Some(value) = values.next() else { return Ok(Encoding::Identity) };
@@ -57,7 +57,7 @@ impl Encoding {
         }
     }
 
-    /// What a compressed body says of its length, which need not be true.
+    /// Returns the length that a compressed body states, which need not be true.
     pub fn unpacked_length(self, bytes: &[u8]) -> Option<u64> {
         match self {
             Encoding::Identity => None,

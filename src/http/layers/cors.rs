@@ -12,11 +12,11 @@ use super::{
 };
 use crate::config::Origin;
 
-/// How long a browser may keep what a preflight was told.
+/// Time for which a browser may keep the response to a preflight.
 const PREFLIGHT_MAX_AGE: Duration = Duration::from_secs(600);
 
-/// The layer for these origins; none where there are none. It answers preflights itself, so they
-/// need no key.
+/// The layer for these origins; none where there are none. It responds to preflights itself, so
+/// they need no key.
 pub fn layer(origins: &[Origin]) -> Option<CorsLayer> {
     if origins.is_empty() {
         return None;

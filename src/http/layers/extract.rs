@@ -36,9 +36,9 @@ impl<T: Segments> FromRequestParts<AppState> for PathOf<T> {
     }
 }
 
-/// What the parameters of a path are read into, one after the other.
+/// Types that the parameters of a path are read into, one after the other.
 pub trait Segments: Sized {
-    /// The value, or what to say of the parameter that is none.
+    /// Returns the value, or the message for a parameter that is none.
     fn read<'a>(segments: &mut impl Iterator<Item = &'a (String, String)>) -> Result<Self, String>;
 }
 
@@ -74,8 +74,8 @@ impl<A: Segments, B: Segments, C: Segments> Segments for (A, B, C) {
     }
 }
 
-/// What to say of a segment that could be read but is not how a number or an id is written: a thing
-/// has one address.
+/// Returns the message for a number or an id that is not in its usual form: a thing has one
+/// address.
 fn unusual(name: &str, segment: &str) -> Option<String> {
     let number = segment.parse::<u32>().ok().map(|number| number.to_string());
     let id = Uuid::try_parse(segment).ok().map(|id| id.to_string());
@@ -84,13 +84,13 @@ fn unusual(name: &str, segment: &str) -> Option<String> {
     differs.then(|| format!("The path names nothing: its segment `{segment}`, {name}, is written `{usual}`."))
 }
 
-/// What to say of a segment that is not what it must be.
+/// Returns the message for a segment of the wrong form.
 fn misread(segment: &str, name: &str, form: &str) -> String {
     let segment: String = segment.chars().take(64).collect();
     format!("The path names nothing: its segment `{segment}`{name} must be {form}.")
 }
 
-/// What to say of a path whose segments are no text.
+/// Returns the message for a path whose segments are no text.
 fn unreadable(rejection: PathRejection) -> String {
     if let PathRejection::FailedToDeserializePathParams(failed) = rejection
         && let ErrorKind::InvalidUtf8InPathParam { key } = failed.into_kind()
@@ -119,7 +119,7 @@ impl<T: DeserializeOwned> FromRequestParts<AppState> for QueryOf<T> {
     }
 }
 
-/// A small JSON body; faults carry JSON Pointers. (Fit requests have their own reader.)
+/// A small JSON body; errors carry JSON Pointers. (Fit requests have their own reader.)
 pub struct JsonOf<T>(pub T);
 
 /// Longest small body, unless the limit on all bodies is lower.

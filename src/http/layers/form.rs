@@ -53,7 +53,7 @@ pub fn parts(form: &Bytes, content_type: &str) -> Result<Vec<Part>, &'static str
 const TOO_MANY_PARTS: &str = "it has more than 16 parts";
 const UNENDED: &str = "it ends before its closing boundary";
 
-/// Where the part after a delimiter begins; `None` after the closing one.
+/// Returns where the part after a delimiter begins; `None` after the closing one.
 fn after_delimiter(form: &[u8], at: usize) -> Result<Option<usize>, &'static str> {
     let rest = &form[at..];
     if rest.starts_with(b"--") {

@@ -79,7 +79,7 @@ impl ClaimedKey {
         KeyedRequest { key, scope, request_sha256, claim: Some(Arc::new(claim)) }
     }
 
-    /// What is kept under the key: the answer that `answer` writes.
+    /// Stores under the key the response that `answer` writes.
     pub fn answered_by<T>(self, answer: impl Fn(&T, Stored) -> Answer + Send + Sync + 'static) -> Keyed<T> {
         self.request().answered_by(answer)
     }

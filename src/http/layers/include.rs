@@ -1,5 +1,4 @@
-//! The query parameter `include`: what is answered beside the short default, names with commas
-//! between them.
+//! The query parameter `include`: names of additional parts of the response, separated by commas.
 
 use axum::http::HeaderMap;
 use serde::{
@@ -28,7 +27,7 @@ pub struct IncludeQuery {
 }
 
 impl IncludeQuery {
-    /// The names; one that stands twice counts once, one that there is not is refused.
+    /// Returns the names; a repeated one counts once, an unknown one is refused.
     pub fn names<T: DeserializeOwned>(&self) -> Result<Vec<T>, Problem> {
         names(self.include.as_deref())
     }

@@ -62,7 +62,7 @@ pub struct JobsQuery {
 }
 
 impl JobsQuery {
-    /// What is asked for, with its defaults.
+    /// Checks the query and fills in its defaults.
     pub fn check(self) -> Result<JobQuery, Problem> {
         let mut faults = Faults::default();
         let text = value::<ShortText>("/q", self.q, &mut faults);

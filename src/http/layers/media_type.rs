@@ -11,7 +11,7 @@ pub fn parameter(header: &str, name: &str) -> Option<String> {
     let mut rest = header.split_once(';')?.1;
     loop {
         let (found, after) = rest.split_once('=')?;
-        // what stands before is a parameter without a value
+        // anything before is a parameter without a value
         let found = found.rsplit(';').next().unwrap_or("").trim();
         let (value, next) = value(after.trim_start());
         if found.eq_ignore_ascii_case(name) {

@@ -1,4 +1,4 @@
-//! What surrounds the handlers: checks of a request, extractors, response formats.
+//! Layers around the handlers: checks of a request, extractors, response formats.
 
 pub mod accept;
 pub mod auth;

@@ -44,7 +44,7 @@ pub static TRACESTATE: HeaderName = HeaderName::from_static(telemetry::TRACESTAT
 /// Longest id taken over from a client.
 const LONGEST_ID: usize = 128;
 
-/// What balancers and monitoring ask all the while. That it went well is told at DEBUG alone.
+/// Paths that balancers and monitoring request all the time. Success is logged at DEBUG only.
 const CHECKS: [&str; 3] = ["/healthz", "/readyz", "/metrics"];
 
 /// The id of the request that is being answered (a request extension).
@@ -83,7 +83,7 @@ pub async fn observe(
     response
 }
 
-/// What the span of a request tells of its head: nothing that says who asks, or for what.
+/// Returns the attributes of a request's span: nothing that identifies the caller or the data.
 fn traced<'a>(state: &AppState, RequestId(id): &'a RequestId, request: &'a Request) -> telemetry::Head<'a> {
     let all = |name: &HeaderName| request.headers().get_all(name).iter().map(|value| value.to_str().ok());
     // of several that would have to be one, none is believed
@@ -205,8 +205,8 @@ pub fn named(mut problem: Problem, id: &str) -> Problem {
     problem
 }
 
-/// What happened inside, as loudly as somebody here must look at it: a client that leaves is
-/// no fault of this server.
+/// Logs the internal cause at a level that fits its urgency: a client that leaves is no error of
+/// this server.
 fn log_cause(request_id: &str, problem: &Problem, cause: &str) {
     let code = &problem.code;
     match problem.status {
@@ -216,7 +216,7 @@ fn log_cause(request_id: &str, problem: &Problem, cause: &str) {
     }
 }
 
-/// What is answered when the time of a request is over. (Its work was cancelled with it.)
+/// Returns the problem for a request whose time is over. (Its work was cancelled with it.)
 pub fn too_late(limit: u64) -> Problem {
     Problem::new(ProblemCode::RequestTimeout, format!("There was no answer within {limit} s.")).retry_after(5)
 }
@@ -266,7 +266,7 @@ impl Report {
     }
 }
 
-/// What all methods are called that HTTP does not define.
+/// Name of all methods that HTTP does not define.
 const OTHER_METHOD: &str = "other";
 
 /// Methods are labels, so unknown ones share a name: a client cannot make new time series.

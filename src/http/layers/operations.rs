@@ -1,7 +1,6 @@
-//! What the contract says of each operation, held against every request before its handler sees it:
-//! which scope its caller must have, which query parameters there are, in which media types it
-//! answers, and whether it may be answered with progress. Handlers read the values of parameters;
-//! where there are several media types they choose.
+//! The contract of each operation, checked for every request before its handler: the scope that its
+//! caller needs, its query parameters, its media types, and whether it offers progress. Handlers
+//! read the values of parameters; where there are several media types they choose.
 
 use std::{
     collections::{HashMap, HashSet},
@@ -41,11 +40,11 @@ pub struct Operations(Arc<HashMap<String, Vec<(Method, Operation)>>>);
 
 #[derive(Debug)]
 struct Operation {
-    /// What its caller must be allowed; nothing outside of the versioned interface.
+    /// Scope that its caller needs; none outside of the versioned interface.
     access: Access,
     /// Names of its query parameters.
     parameters: Vec<String>,
-    /// What it answers where nothing is wrong; none where that has no body.
+    /// Media types of its successful response; empty if that has no body.
     media: Vec<String>,
 }
 

@@ -41,10 +41,10 @@ impl PageQuery {
     }
 }
 
-/// What to say of a cursor that no list answered.
+/// Message for a cursor that no list has returned.
 pub const UNKNOWN_CURSOR: &str = "not a cursor that was answered as `next_cursor`; leave it out to begin anew";
 
-/// What to say of a cursor of another list.
+/// Returns the message for a cursor of another list.
 pub fn of_other_list(list: List, other: List) -> String {
     let (this, other) = (list.items(), other.items());
     format!("it is of a list of {other}; take `next_cursor` of the page of {this} before this")

@@ -143,7 +143,7 @@ impl Work {
                 return Err(problem);
             }
             let bytes = body::to_bytes(response.into_body(), usize::MAX).await.map_err(Problem::internal)?;
-            // what was computed is sent, whatever there is room for
+            // what was computed is sent, even above the limit
             permit.force(bytes.len());
             let text = str::from_utf8(&bytes).map_err(Problem::internal)?;
             Ok(Event::default().event("result").data(text))

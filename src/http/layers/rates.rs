@@ -25,7 +25,7 @@ use crate::{
 
 type Limiter<K> = RateLimiter<K, HashMapStateStore<K>, DefaultClock, NoOpMiddleware>;
 
-/// Refusals of a minute that a peer is told the reason of.
+/// Refusals a minute for which a peer gets the reason.
 const REFUSALS: NonZeroU32 = NonZeroU32::new(10).expect("is not 0");
 
 /// Time after which those who did nothing are forgotten.

@@ -42,7 +42,7 @@ fn told(unfit: Unfit) -> &'static str {
     }
 }
 
-/// What the store last said, and when.
+/// Last state of the store, and when it was checked.
 #[derive(Debug, Default)]
 pub struct Readiness(Mutex<Option<(Instant, Result<(), Unready>)>>);
 
@@ -67,7 +67,7 @@ impl Readiness {
     }
 }
 
-/// What the store says until then, or the sentence for one that says nothing or something else.
+/// Returns the state that the store reports until then, or the message for one that reports none.
 async fn answered(
     until: time::Instant,
     otherwise: &'static str,

@@ -10,7 +10,7 @@ use crate::{
     http::state::AppState,
 };
 
-/// What a browser says of the page that a request is made for.
+/// Header in which a browser describes the page that makes a request.
 const FETCH_SITE: &str = "sec-fetch-site";
 
 /// Refuses a change for a page of another site, and a host that is not this one.

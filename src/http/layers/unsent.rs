@@ -42,7 +42,7 @@ pub async fn charge(State(state): State<AppState>, request: Request, next: Next)
     }
 }
 
-/// What has been stored is told, whatever there is room for.
+/// A response about stored data is sent even above the limit.
 fn permit(mut permit: Permit, status: StatusCode, length: usize) -> Result<Permit, Response> {
     permit.shrink_to(length);
     let length = length - permit.bytes();

@@ -151,7 +151,7 @@ fn operations(item: &mut PathItem) -> impl Iterator<Item = &mut Operation> {
     [&mut item.get, &mut item.put, &mut item.post, &mut item.delete, &mut item.patch].into_iter().flatten()
 }
 
-/// What a segment of a path names.
+/// Returns the description of a segment of a path.
 fn segment(name: &str) -> Option<&'static str> {
     Some(match name {
         "job_id" => "The job, by its UUID.",

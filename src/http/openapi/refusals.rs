@@ -1,4 +1,4 @@
-//! Answers of the layers below a handler.
+//! Responses of the layers below a handler.
 
 use utoipa::openapi::{
     Content, HeaderBuilder, ObjectBuilder, Ref, RefOr, Response, ResponseBuilder,
@@ -8,7 +8,7 @@ use utoipa::openapi::{
 
 use crate::api::contract;
 
-/// Names, statuses and descriptions of the answers that many operations share
+/// Names, statuses and descriptions of the responses that many operations share
 /// (`components/responses`).
 const SHARED: [(&str, &str, &str); 17] = [
     ("Unreadable", "400", "The body or its compression cannot be read; `detail` says where."),
@@ -59,7 +59,7 @@ pub fn declare(path: &str, operation: &mut Operation) {
     }
 }
 
-/// The shared answers by their names.
+/// Returns the shared responses by their names.
 pub fn shared() -> impl Iterator<Item = (String, RefOr<Response>)> {
     SHARED.into_iter().map(|(name, status, description)| {
         let mut content = Content::new(Some(RefOr::Ref(Ref::from_schema_name("Problem"))));

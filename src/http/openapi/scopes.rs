@@ -1,5 +1,5 @@
-//! Which scope each operation of the versioned interface asks its caller for. It stands in the
-//! document, and what stands there is enforced (`http/operations.rs`).
+//! The scope that each operation of the versioned interface requires. The document has it, and it
+//! is enforced (`http/operations.rs`).
 
 use utoipa::openapi::{
     OpenApi as Document,

@@ -27,7 +27,7 @@ const KEPT: usize = 4;
 /// Interval after which the idle connections are examined again.
 const AGAIN: Duration = Duration::from_millis(100);
 
-/// What a connection is doing.
+/// State of a connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Phase {
     /// Nothing has come yet.
@@ -85,7 +85,7 @@ impl Connection {
         self.lock().unread
     }
 
-    /// Whether it is idle: no request, and nothing left to be sent.
+    /// Returns true if it is idle: no request, and nothing left to be sent.
     pub fn may_close(&self) -> bool {
         self.waiting_since().is_some()
     }
@@ -120,7 +120,7 @@ pub struct ConnectionSlot {
     all: Arc<Connections>,
     key: u64,
     connection: Arc<Connection>,
-    /// Whether it has one of the slots reserved for checks.
+    /// True if it has one of the slots reserved for checks.
     kept: AtomicBool,
 }
 
@@ -186,7 +186,7 @@ impl ConnectionSlot {
         &self.connection
     }
 
-    /// Whether it has one of the slots reserved for checks, and all others are still taken.
+    /// Returns true if it has one of the slots reserved for checks and all others are still taken.
     pub fn is_for_checks(&self) -> bool {
         let kept = self.kept.load(Ordering::Relaxed) && self.all.lock().all.len() > self.all.most - self.all.kept;
         self.kept.store(kept, Ordering::Relaxed);

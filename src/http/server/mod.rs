@@ -64,14 +64,14 @@ const HSTS: HeaderValue = HeaderValue::from_static("max-age=31536000");
 #[derive(Clone, Copy, Debug)]
 pub struct ForChecks;
 
-/// What a listener serves.
+/// The service of a listener.
 pub struct Service {
     pub router: Router,
     pub state: AppState,
     pub tls: Option<Arc<Tls>>,
 }
 
-/// What bounds the connections of a server.
+/// Limits of the connections of a server.
 #[derive(Clone, Copy, Debug)]
 pub struct Limits {
     /// Connections at a time.

@@ -9,7 +9,7 @@ use axum::http::HeaderMap;
 
 use crate::{config::Networks, jobs::San};
 
-/// What proxies append the addresses of their clients to.
+/// Header to which proxies append the addresses of their clients.
 const FORWARDED_FOR: &str = "x-forwarded-for";
 
 /// The names in the certificate that the client has shown (a request extension).

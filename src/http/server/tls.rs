@@ -64,7 +64,7 @@ pub struct Tls {
     current: RwLock<Loaded>,
 }
 
-/// What stands in the files.
+/// Contents of the files.
 struct Loaded {
     acceptor: TlsAcceptor,
     digest: [u8; 32],

@@ -1,8 +1,8 @@
 //! Bodies of requests that were answered before they had been read.
 //!
-//! What is left of such a body stands before the next request on the connection. A short rest is
-//! read and forgotten; else the answer says that the connection closes, so that no client or proxy
-//! sends its next request into it.
+//! The rest of such a body precedes the next request on the connection. A short rest is read and
+//! forgotten; else the answer says that the connection closes, so that no client or proxy sends its
+//! next request into it.
 
 use std::{
     pin::Pin,
@@ -20,7 +20,7 @@ const SHORT: u64 = 64 << 10;
 /// How long it may take to come.
 const DRAIN_TIME: Duration = Duration::from_millis(500);
 
-/// What was not read of a request's body, once the body has been dropped.
+/// The unread rest of a request's body, once the body has been dropped.
 #[derive(Clone, Default)]
 pub struct Unread(Arc<Mutex<Option<Incoming>>>);
 
@@ -41,7 +41,8 @@ impl Unread {
     }
 
     /// Whether the connection can go on with its next request, after a short rest has been read.
-    /// `expects`: the client has asked whether it may send the body at all, and has not been told.
+    /// `expects`: the client has asked whether it may send the body at all, and has no response
+    /// yet.
     pub async fn can_go_on(&self, expects: bool) -> bool {
         let left = self.0.lock().unwrap_or_else(PoisonError::into_inner).take();
         let Some(mut body) = left else { return true };

@@ -30,7 +30,7 @@ pub struct Inferred {
     pub student: Student,
 }
 
-/// Outcome that the uncertainty allows, at 0.95 whatever `level` is.
+/// Outcome at 0.95, whatever `level` is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(
     feature = "contract",
@@ -47,15 +47,15 @@ pub enum ConformityOutcome {
     CannotBeTold,
 }
 
-/// Comparison of a figure with its limits by its standard error (ISO 14253-1): the limits are drawn
-/// in by a guard band, so that a part at a limit is found to conform in about one measurement of
-/// twenty, and one that lies within not to in one of twenty at most, if errors are as the fit takes
-/// them (docs/explanation/intervals.md). Noise alone counts: an error that is the same all over a
-/// flank (alignment, temperature, calibration) is in no residual.
+/// Comparison of a figure with its limits by its standard error (ISO 14253-1). A guard band narrows
+/// the limits: a part at a limit conforms in about one measurement of twenty, and a part within its
+/// limits does not conform in at most one of twenty, if errors are as the fit assumes
+/// (docs/explanation/intervals.md). Only noise counts: an error that is the same all over a flank
+/// (alignment, temperature, calibration) does not show in residuals.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema))]
 pub struct Conformity {
-    /// The limits that were compared with, µm, ascending.
+    /// The limits of the comparison, µm, ascending.
     #[cfg_attr(feature = "contract", serde(rename = "limits_um"))]
     pub limits: [f64; 2],
     /// Least and greatest probability that the true figure lies within the limits, by Student's

@@ -85,7 +85,7 @@ pub struct MethodResults {
     schema(as = StudyLevel)
 )]
 pub struct LevelResult {
-    /// k, the level: how strongly the matrices are perturbed.
+    /// k, the level of the perturbation.
     pub level: f64,
     /// Results of the least-squares estimates on the randomised matrices.
     #[cfg_attr(feature = "contract", serde(flatten))]

@@ -148,7 +148,7 @@ pub(crate) struct Applied {
     pub map: LinearMap,
     /// Present when something was known before.
     pub prior: Option<PriorApplied>,
-    /// Present when the function was constrained.
+    /// Present with `constraints`.
     pub constraints: Option<ConstraintsReport>,
     /// Part of the fit that others can use as representative piece, if it was included.
     pub representative: Option<Piece>,

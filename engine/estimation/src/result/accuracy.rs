@@ -43,7 +43,7 @@ pub enum Arithmetic {
     DoubleDouble,
 }
 
-/// Numerical accuracy of the answer.
+/// Numerical accuracy of the result.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema))]
 pub struct Numerics {

@@ -58,7 +58,7 @@ pub struct OrthonormalBasis {
     #[cfg_attr(feature = "contract", serde(rename = "type"))]
     pub kind: PolynomialBasis,
     /// Condition of the Fisher information matrix of these columns at unit length, as
-    /// `spectrum.condition` is of the requested ones; left out if the nodes leave some function
+    /// `spectrum.condition` is of the requested ones; absent if the nodes leave some function
     /// undetermined.
     pub condition: Option<f64>,
 }
@@ -104,8 +104,8 @@ pub struct ColumnCollinearity {
 pub struct NearDependency {
     /// Eigenvalue of the scaled Fisher information matrix.
     pub eigenvalue: f64,
-    /// √(greatest eigenvalue / this one); 30 and more are a matter of concern. Left out where
-    /// it is infinite.
+    /// √(greatest eigenvalue / this one); 30 and more are a matter of concern. Absent where it is
+    /// infinite.
     pub condition_index: Option<f64>,
     /// The eigenvector, with one entry for each column. Present with `include` of
     /// `collinearity`.

@@ -40,7 +40,7 @@ pub struct ConstraintsReport {
 pub struct ConstraintReport {
     /// Property that the constraint imposes.
     pub kind: ConstraintKind,
-    /// Along which axis.
+    /// Axis of the constraint.
     pub along: FilterAxis,
     /// Part of the domain in which the constraint applies.
     pub domain: Domain,
@@ -48,7 +48,7 @@ pub struct ConstraintReport {
     /// below this number, which is not below 0: proved by Bernstein coefficients, over all
     /// places. In the unit of the heights over that of the axis, squared for bends.
     pub least_value: f64,
-    /// The same of plain least squares; below 0 where the constraint had something to do.
+    /// The same of plain least squares; below 0 where the constraint had an effect.
     pub least_squares_least_value: f64,
     /// Places where the constraint is active.
     pub active: Vec<ActivePlace>,

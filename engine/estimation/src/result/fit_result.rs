@@ -27,7 +27,7 @@ use super::{
 use crate::spec::{Domain, Piece};
 use flankfit_numerics::Shared;
 
-/// The answer to a fit.
+/// The result of a fit.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(
     feature = "contract",
@@ -74,9 +74,9 @@ pub struct FitResult {
     pub filters: Option<Vec<FilterReport>>,
     /// Present when there were filters.
     pub filter_collinearity: Option<FilterCollinearity>,
-    /// Present when something was known before (`prior`).
+    /// Present with a `prior`.
     pub prior: Option<PriorReport>,
-    /// Present when the function was constrained.
+    /// Present with `constraints`.
     pub constraints: Option<ConstraintsReport>,
     /// Present when `covariance` was included.
     pub covariance: Option<Covariance>,
@@ -88,7 +88,7 @@ pub struct FitResult {
     pub sums: Option<Vec<Option<WeightedSum>>>,
     /// Present when `influence` was included and the nodes determine the coefficients.
     pub influence: Option<Influence>,
-    /// Present when the model was chosen out of several (`select`).
+    /// Present if the model was chosen among several (`select`).
     pub selection: Option<Selection>,
     /// The fitted polynomial as a curve or surface; present when `shape` was included.
     #[cfg_attr(feature = "contract", serde(skip))]
@@ -97,7 +97,7 @@ pub struct FitResult {
     pub errors: Option<ErrorsReport>,
     /// Present when variances were estimated.
     pub variance: Option<VarianceReport>,
-    /// Present when the positions of the nodes were taken as off.
+    /// Present if the nodes have uncertain positions.
     pub positions: Option<PositionsReport>,
     /// The fit without the nodes suspected of gross errors; present if there are any and the others
     /// determine it.

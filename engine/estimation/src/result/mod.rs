@@ -1,4 +1,4 @@
-//! The answer to a fit. A value that does not exist is `None`.
+//! The result of a fit. A value that does not exist is `None`.
 
 mod accuracy;
 mod collinearity;

@@ -8,9 +8,9 @@ use crate::spec::PositionKind;
 /// those that are down to 0.81.
 pub(crate) const HOLDING: [f64; 3] = [0.5, 0.6, 0.3];
 
-/// Positions of the nodes that are off. `residuals` are then vertical distances from the surface,
-/// to first order, and `sigma` is the standard deviation of a height of weight 1 where the surface
-/// is level.
+/// Uncertain positions of the nodes. `residuals` are then vertical distances from the surface, to
+/// first order, and `sigma` is the standard deviation of a height of weight 1 where the surface is
+/// level.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "contract",
@@ -19,7 +19,7 @@ pub(crate) const HOLDING: [f64; 3] = [0.5, 0.6, 0.3];
     schema(as = PositionsResult)
 )]
 pub struct PositionsReport {
-    /// Kind of position errors: read off wrongly, or missed.
+    /// Kind of position errors.
     pub kind: PositionKind,
     /// Rounds of the iteration.
     pub rounds: usize,

@@ -52,7 +52,7 @@ pub struct UsedCorrection {
     /// The record that it is.
     pub record_id: String,
     /// The changes that were entered on the machine, in the order of the correction's settings;
-    /// left out where the proposed changes were taken.
+    /// absent where the proposed changes were taken.
     pub entered: Option<Vec<f64>>,
 }
 

@@ -33,7 +33,7 @@ pub struct RegularizationReport {
     /// Kind of the regularisation.
     #[cfg_attr(feature = "contract", serde(rename = "type"))]
     pub kind: RegularizationKind,
-    /// Scheme of the spectral kind; `None` for the others.
+    /// Scheme of the spectral kind; absent for the others.
     pub scheme: Option<Scheme>,
     /// L: how many of the smallest eigenvalues were regularised.
     pub count: Option<usize>,
@@ -95,7 +95,7 @@ pub struct Choice {
     /// The λ* that the criterion would choose, as an eigenvalue of the scaled Fisher
     /// information matrix.
     pub lambda_star: Option<f64>,
-    /// Condition number of the regularised matrix; left out where it is infinite.
+    /// Condition number of the regularised matrix; absent where it is infinite.
     pub condition: Option<f64>,
     /// ‖Â − Â_B‖ in the scaled columns.
     pub bias_norm: f64,
@@ -190,6 +190,6 @@ pub struct LambdaCurvePoint {
 pub struct RidgeTracePoint {
     /// The constant added to the eigenvalues of the scaled Fisher information matrix.
     pub k: f64,
-    /// In the terms of the request, in the order of the answer's `coefficients`.
+    /// In the terms of the request, in the order of `coefficients`.
     pub coefficients: Vec<f64>,
 }

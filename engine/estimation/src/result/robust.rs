@@ -5,9 +5,9 @@ use crate::spec::Start;
 /// Report on a robust estimate. Lengths are in the unit of the heights (times √weight, where
 /// nodes have weights).
 ///
-/// With `m_estimator`, `least_trimmed_squares` and `trimmed` the spectrum, regularisation, bias
-/// and collinearity of the answer are those of the matrix weighted with node weights times
-/// `weights`; with the other estimators those of the matrix with node weights alone.
+/// With `m_estimator`, `least_trimmed_squares` and `trimmed` the spectrum, regularisation, bias and
+/// collinearity are those of the matrix weighted with node weights times `weights`; with the other
+/// estimators those of the matrix with node weights alone.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(
     feature = "contract",

@@ -15,7 +15,7 @@ pub struct SpectrumReport {
     pub condition: Option<f64>,
     /// Decimal logarithm of the condition number.
     pub log10_condition: Option<f64>,
-    /// Sum of the decimal logarithms of the eigenvalues; left out where one is 0.
+    /// Sum of the decimal logarithms of the eigenvalues; absent where one is 0.
     pub log10_determinant: Option<f64>,
     /// Number of singular values above rounding error.
     pub rank: usize,
@@ -33,8 +33,8 @@ pub struct SpectrumReport {
 pub struct RegularizedSpectrum {
     /// Eigenvalues after the regularisation.
     pub eigenvalues: Vec<f64>,
-    /// Greatest over least; left out where it is infinite.
+    /// Greatest over least; absent where it is infinite.
     pub condition: Option<f64>,
-    /// Sum of the decimal logarithms of the eigenvalues; left out where one is 0.
+    /// Sum of the decimal logarithms of the eigenvalues; absent where one is 0.
     pub log10_determinant: Option<f64>,
 }

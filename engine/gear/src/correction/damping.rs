@@ -63,7 +63,7 @@ pub struct Trust {
     pub lambda_star: f64,
     /// Part of the uncertainty of the sensitivity: Σλᵢ η².
     pub from_response: f64,
-    /// Part of the noise, Σλᵢ σ²/‖P y‖²; left out where no σ is known or no deviation is within
+    /// Part of the noise, Σλᵢ σ²/‖P y‖²; absent where no σ is known or no deviation is within
     /// reach.
     pub from_noise: Option<f64>,
     /// Number of directions with smaller eigenvalues.

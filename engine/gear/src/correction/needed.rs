@@ -32,7 +32,7 @@ use flankfit_numerics::{
 /// The share of their limits, about the middle, within which figures need no correction.
 pub const DEFAULT_KEEP_WITHIN: f64 = 0.7;
 
-/// Reason for leaving alone a setting that might be changed.
+/// Reason for not changing a setting.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(
     feature = "contract",

@@ -30,36 +30,35 @@ pub struct Change {
     pub unit: String,
     /// Δ, to be added to the setting.
     pub change: f64,
-    /// Change without increments; left out without one. Errors are of this.
+    /// Change before rounding to the increment; absent without one. Standard errors refer to it.
     pub unrounded: Option<f64>,
-    /// Change that the fit without limits asks for, 0 where it is fixed or undetermined; left out
-    /// where it is the same.
+    /// Change of the fit without limits, 0 where it is fixed or undetermined; absent if it is the
+    /// same.
     pub unlimited: Option<f64>,
-    /// Standard error by noise and errors of the sensitivity (`response_uncertainty`) together: how
-    /// far the change lies from what this regularised correction is on average, once in three times
-    /// further. What regularisation takes away on average is not in it but in `bias_bound`: what is
-    /// wanted lies within the sum of both two times in three or more, where its norm is within that
-    /// of the bound (docs/explanation/mathematics.md). Left out at a limit and without degrees of
-    /// freedom.
+    /// Standard error of the change from noise and errors of the sensitivity
+    /// (`response_uncertainty`) together, about the mean of this regularised correction. It
+    /// excludes the bias of regularisation, which `bias_bound` limits: the ideal change lies within
+    /// the sum of both in two cases of three or more, if its norm is within that of the bound
+    /// (docs/explanation/mathematics.md). Absent at a limit and without degrees of freedom.
     pub std_error: Option<f64>,
-    /// The part of errors of the sensitivity in it.
+    /// Part of it that is due to errors of the sensitivity.
     pub response_std_error: Option<f64>,
-    /// Sharp bound on what regularisation takes away, if the changes that are wanted have at most
-    /// the norm `result.bias.coefficient_norm_limit`, in the scaled columns (its source is next to
-    /// it); where that is `limits`, no more than the way from the unrounded change to its farther
-    /// limit. Left out at a limit.
+    /// Sharp bound on the bias of regularisation, if the ideal changes have at most the norm
+    /// `result.bias.coefficient_norm_limit` in the scaled columns (its source is next to it). If
+    /// the source is `limits`, at most the distance from the unrounded change to its farther limit.
+    /// Absent at a limit.
     pub bias_bound: Option<f64>,
     /// True if it was stopped at a limit.
     pub limited: bool,
-    /// True if the change was rounded to a multiple of the increment.
+    /// True if it was rounded to a multiple of the increment.
     pub rounded: bool,
-    /// True if it was to stay as it is.
+    /// True if it was fixed by the request.
     pub fixed: bool,
-    /// Reason for leaving it alone; left out where it is changed, fixed or undetermined.
+    /// Reason for not changing it; absent if it is changed, fixed or undetermined.
     pub left: Option<LeftAlone>,
-    /// True if the deviations say nothing about the setting (see `absolute`), or nothing that other
-    /// settings do not explain as well, as of a twist where one profile and one helix cross. It
-    /// stays as it is, or goes no further than its limits ask for.
+    /// True if the deviations do not determine the setting (see `absolute`), or other settings have
+    /// the same effect, as for a twist with only one profile and one helix. It is not changed, or
+    /// only as far as its limits require.
     pub undetermined: bool,
 }
 
@@ -73,7 +72,7 @@ pub struct Change {
 pub struct Indistinguishable {
     /// Names of the settings, the leading one first.
     pub names: Vec<String>,
-    /// √(λₙ/λᵢ) of the direction; left out where it is infinite: they depend on each other exactly.
+    /// √(λₙ/λᵢ) of the direction; absent where it is infinite: they depend on each other exactly.
     pub condition_index: Option<f64>,
     /// The same in words.
     pub sentence: String,
@@ -97,7 +96,7 @@ pub struct Predicted {
     pub rms_before_um: f64,
     /// Largest amount before the correction, likewise.
     pub max_before_um: f64,
-    /// Predicted deviation d + JΔ of every node in the order posted; `null` (NaN) where undefined.
+    /// Predicted deviation d + JΔ of every node in the order posted; `null` where undefined.
     /// Present when `nodes` was included.
     #[cfg_attr(
         feature = "contract",

@@ -142,7 +142,7 @@ pub struct Evaluated {
     /// Bands that apply to the trace (`k_bands`), with its position in them.
     #[cfg_attr(feature = "contract", serde(rename = "k_bands", default, skip_serializing_if = "Vec::is_empty"))]
     pub bands: Vec<band::BandPosition>,
-    /// Samples that stand far out of their neighbours, as dust does; absent if there are none.
+    /// Samples that are far from their neighbours, as with dust; absent if there are none.
     #[cfg_attr(feature = "contract", serde(rename = "outliers"))]
     pub suspects: Option<Suspects>,
 }

@@ -118,7 +118,7 @@ impl PlusMaterial {
     }
 }
 
-/// Use of samples that stand far out of their neighbours.
+/// Use of samples that are far from their neighbours.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 #[cfg_attr(
     feature = "contract",

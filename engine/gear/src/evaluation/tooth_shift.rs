@@ -8,14 +8,14 @@
 
 use flankfit_numerics::cancel;
 
-/// Number of teeth by which the numbers after a correction are shifted against those before it,
-/// found by the correlation of the single pitch deviations. It is determined if `correlation` is
-/// clearly greater than `next_correlation`.
+/// Number of teeth by which the numbering is shifted after a correction, found by the correlation
+/// of the single pitch deviations. It is determined if `correlation` is clearly greater than
+/// `next_correlation`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema))]
 pub struct ToothShift {
-    /// Tooth k before is tooth k + `teeth` after, counted around the gear; of equal distances the
-    /// positive one.
+    /// Tooth k before is tooth k + `teeth` after, counted around the gear; the positive one if both
+    /// are equally near.
     pub teeth: i64,
     /// Correlation of the single pitch deviations before and after, at this shift; at most 1.
     pub correlation: f64,

@@ -66,7 +66,7 @@ pub enum Assessable {
     Everything,
 }
 
-/// Neighbouring samples that stand out.
+/// Neighbouring outliers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "contract",
@@ -88,9 +88,9 @@ pub struct Suspect {
     pub burr: bool,
 }
 
-/// Samples that stand out of their neighbours by more than six times the scale (1.4826 × median
-/// absolute deviation) of the trace and of their own neighbourhood, and behind which the trace
-/// comes back.
+/// Samples that deviate from their neighbours by more than six times the scale (1.4826 × median
+/// absolute deviation) of the trace and of their own neighbourhood, and after which the trace
+/// returns.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(
     feature = "contract",

@@ -28,7 +28,7 @@ pub struct Balls {
     pub centre_diameter_mm: f64,
     /// Diameter on which the balls touch the flanks.
     pub contact_diameter_mm: f64,
-    /// True if the balls touch on the usable flank and stand out of the teeth.
+    /// True if the balls touch on the usable flank and protrude from the teeth.
     pub feasible: bool,
 }
 

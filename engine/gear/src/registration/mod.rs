@@ -91,7 +91,7 @@ pub struct Indistinguishable {
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "contract", derive(serde::Serialize, utoipa::ToSchema))]
 pub struct Registration {
-    /// One entry for each free motion, in the order of [`Motion::ALL`].
+    /// One entry for each free motion, in the order `x_shift`, `y_shift`, `axial_shift`, `x_tilt`, `y_tilt`, `rotation`.
     pub motions: Vec<Moved>,
     /// Position of the part: all motions together.
     #[cfg_attr(feature = "contract", serde(skip))]

@@ -11,9 +11,8 @@ use flankfit_engine::estimation::{
     spec::{DEFAULT_LEVEL, Model, Regularization},
 };
 
-/// What a request asks for that names its fit otherwise than by a model: least squares, unless it
-/// says how to regularise. Where nothing is fitted none of the fields may be there, and `unfit`
-/// says why.
+/// Reads the fit of a request that has no model of its own: least squares, unless it is
+/// regularised. Where nothing is fitted none of the fields may be there, for the reason in `unfit`.
 pub fn read(fields: &FitFieldsMembers<'_>, unfit: Option<&str>, faults: &mut Faults) -> Option<FitSpec> {
     let Some(why) = unfit else { return of_model(fields, Model::Linear, Regularization::None, faults) };
     let there = given(fields);

@@ -5,9 +5,8 @@
 //! rounded, strict JSON grammar); everything else is small and left to serde on its slice of the
 //! text.
 //!
-//! Two kinds of refusal: text that is not JSON ([`ReadError::Malformed`], 400), and JSON that asks
-//! for the impossible ([`ReadError::Invalid`], 422), of which all faults are collected before
-//! answering.
+//! Two kinds of refusal: text that is not JSON ([`ReadError::Malformed`], 400), and JSON that is
+//! invalid ([`ReadError::Invalid`], 422), of which all errors are collected.
 
 pub mod fields;
 pub mod nodes;

@@ -186,8 +186,8 @@ impl<'a> RawNodes<'a> {
     }
 }
 
-/// Builds the nodes. The faults of reading come first; what the check says of the NaN that stands
-/// where a value was refused is dropped.
+/// Builds the nodes. The errors of reading come first; errors of the check about the NaN in place
+/// of a refused value are dropped.
 fn finish(mut faults: Faults, build: impl FnOnce() -> Result<Nodes, check::Faults>) -> Result<Nodes, Faults> {
     if faults.count() >= Faults::MOST {
         return Err(faults);

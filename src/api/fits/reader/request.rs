@@ -66,7 +66,7 @@ pub fn read_fit_with_table<E: ReadWhole>(
     finish::<_, E>(nodes, &spec, &extra, faults)
 }
 
-/// What a table says of its nodes, as members of a request.
+/// Returns the measurand of a table, as members of a request.
 fn said_by_table(measurand: &MeasurandBody) -> Vec<(&'static str, String)> {
     let MeasurandBody { flank, tooth, axes } = measurand;
     let each = [

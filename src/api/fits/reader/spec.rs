@@ -14,7 +14,7 @@ use flankfit_engine::{
 pub fn read(members: &FitSpecMembers<'_>, faults: &mut Faults) -> Option<FitSpec> {
     let before = faults.count();
     let model = members.model.required(faults);
-    // The rest is read in any case: all faults are reported at once.
+    // The rest is read in any case: all errors are reported at once.
     let domain = read_domain(&members.domain, faults);
     let prior = members.prior.read(faults);
     let constraints = members.constraints.read(faults);

@@ -1,4 +1,4 @@
-//! What a request may look like, and where its faults are said to be.
+//! Forms of a request, and the places of its errors.
 
 use proptest::prelude::*;
 
@@ -16,7 +16,7 @@ fn read(text: &str) -> Result<(Nodes, FitSpec), ReadError> {
     read_fit::<()>(text.as_bytes()).map(|(nodes, spec, _)| (nodes, spec))
 }
 
-/// The faults of a well-formed request.
+/// Returns the errors of a well-formed request.
 fn faults(text: &str) -> Vec<(String, String)> {
     match read(text) {
         Err(ReadError::Invalid(faults)) => {
@@ -115,7 +115,7 @@ fn what_is_not_json_is_refused_with_its_place() {
 }
 
 request! {
-    /// What else is known.
+    /// Further details.
     pub struct Note as NoteMembers, read whole {
         optional note: String,
         optional operator: String,

@@ -5,9 +5,9 @@ use utoipa::ToSchema;
 
 use flankfit_engine::estimation::spec;
 
-/// Optional parts of the answer, which grow with the nodes or with the square of the coefficients.
-/// A name may occur twice; one that does not apply (`ridge_trace` without ridge) adds at most a
-/// warning.
+/// Optional parts of the result, which grow with the nodes or with the square of the coefficients.
+/// A repeated name counts once; one that does not apply (`ridge_trace` without ridge) adds at most
+/// a warning.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[schema(as = FitInclude)]
@@ -70,7 +70,7 @@ pub fn named(include: spec::Include) -> Option<Vec<IncludeName>> {
     (!names.is_empty()).then_some(names)
 }
 
-/// What the names ask for.
+/// Returns the requested parts.
 pub fn include(names: &[IncludeName]) -> spec::Include {
     spec::Include {
         residuals: names.contains(&IncludeName::Residuals),
@@ -89,7 +89,7 @@ pub fn include(names: &[IncludeName]) -> spec::Include {
     }
 }
 
-/// What either asks for.
+/// Returns the union of both.
 pub fn both(a: spec::Include, b: spec::Include) -> spec::Include {
     spec::Include {
         residuals: a.residuals | b.residuals,

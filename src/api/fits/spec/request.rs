@@ -52,7 +52,7 @@ pub struct FitFormSpec {
 }
 
 request! {
-    /// Everything about a fit but the nodes.
+    /// A fit without its nodes.
     #[serde(deny_unknown_fields)]
     #[schema(as = FitSpec)]
     pub struct FitSpecBody as FitSpecMembers {
@@ -100,7 +100,7 @@ request! {
         /// Level of confidence intervals, above 0.5 and below 1; default 0.95.
         #[schema(exclusive_minimum = 0.5, exclusive_maximum = 1, example = 0.95)]
         optional level: f64,
-        /// Optional parts of the answer.
+        /// Optional parts of the result.
         optional include: Vec<IncludeName>,
         /// Applied to the heights before the fit, in this order.
         #[schema(max_items = 16)]

@@ -22,25 +22,25 @@ use crate::{
 };
 use flankfit_engine::gear::correction::Change;
 
-/// Greatest change of a setting, in its unit: far beyond any machine, and small enough to be
+/// Greatest change of a setting, in its unit: far above any machine, and small enough to be
 /// squared.
 const MOST_CHANGE: f64 = 1e12;
 
-/// What was entered on the machine after a correction.
+/// Changes that were entered on the machine after a correction.
 #[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = AppliedRequest)]
 pub struct AppliedRequestBody {
-    /// The change of each setting in its unit, by the names of the correction; 0 for a setting that
-    /// was left alone. A setting that is not named was changed as the correction says.
+    /// The change of each setting in its unit, by the names of the correction; 0 for an unchanged
+    /// setting. A setting that is not named was changed as proposed.
     pub settings: BTreeMap<String, f64>,
-    /// Kept with it, such as why the settings differ from the correction. May have line breaks.
+    /// Note, such as the reason why the settings differ from the correction. May have line breaks.
     #[schema(value_type = Option<String>, min_length = 1, max_length = 4000)]
     pub note: Option<LongText>,
 }
 
-/// The changes that were entered on the machine: who entered them, and when.
+/// Changes that were entered on the machine, with time and actor.
 #[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = AppliedChanges)]
@@ -50,15 +50,15 @@ pub struct AppliedChangesBody {
     /// When it was stored.
     #[schema(value_type = String, format = DateTime)]
     pub created_at: Moment,
-    /// Who entered them: the actor of the caller; absent where no key was asked for.
+    /// Actor of the caller who entered them; absent where no key was required.
     pub by: Option<String>,
     /// Every setting of the correction, in its order.
     pub settings: Vec<AppliedChangeBody>,
-    /// What was noted with them.
+    /// Note on the changes.
     pub note: Option<String>,
 }
 
-/// The change of a setting that was entered, beside the one of the correction.
+/// The change of a setting that was entered, and the proposed one.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = AppliedChange)]
 pub struct AppliedChangeBody {
@@ -85,8 +85,8 @@ struct AppliedResult {
     note: Option<String>,
 }
 
-/// Returns the record of what was entered after `correction`, which is kept with the iteration
-/// numbered `iteration`. Pointers of faults begin with `at`.
+/// Returns the record of what was entered after `correction`, which is stored with the iteration
+/// numbered `iteration`. Pointers of errors begin with `at`.
 pub fn draft(
     asked: &AppliedRequestBody,
     correction: &Record,

@@ -17,14 +17,14 @@ use flankfit_engine::gear::{
     },
 };
 
-/// What a correction is made for.
+/// Data that a correction is made for.
 pub struct Subject<'a> {
     pub level: Level,
     /// The iteration, or those of the gear.
     pub measured: Vec<&'a Measured>,
     /// The newest iteration of the other flank, for the correction of an iteration.
     pub other: Option<&'a Measured>,
-    /// Of the job.
+    /// Gear of the job.
     pub gear: Option<&'a Gear>,
     pub requirements: Option<&'a RequirementsBody>,
 }
@@ -32,7 +32,7 @@ pub struct Subject<'a> {
 /// The nodes of one flank.
 pub struct Block {
     pub side: Option<Side>,
-    /// Where they lie, with a machine.
+    /// Their places, with a machine.
     pub flank: Option<Flank>,
     pub mean: TeethMean,
     /// The trace of each node, where every trace has a zero of its own.
@@ -58,12 +58,12 @@ impl Block {
     }
 }
 
-/// What nodes are read with.
+/// Options for reading nodes.
 #[derive(Clone, Copy)]
 pub struct How<'a> {
     pub sensitivity: &'a SensitivityBody,
     pub level: Level,
-    /// Of the job.
+    /// Gear of the job.
     pub gear: Option<&'a Gear>,
     /// As asked for.
     pub absolute: Option<bool>,
@@ -161,7 +161,7 @@ impl Blocks {
         self.blocks.iter().map(|block| block.mean.count).max().unwrap_or(1)
     }
 
-    /// What the scatter of teeth leaves in the means, or in those of a later round less these.
+    /// Returns the scatter of teeth in the means, or in those of a later round minus these.
     pub fn scatter(&self, later: &[Option<TeethMean>]) -> Scatter {
         let most = self.most_teeth() as f64;
         let flanks = self.blocks.iter().enumerate().map(|(k, block)| ScatterOf {
@@ -304,7 +304,7 @@ fn of_all(blocks: &[Block], absolute: bool, how: How<'_>) -> (Option<Vec<usize>>
     (Some(all), none)
 }
 
-/// Where a mean is taken.
+/// Nodes at which a mean is taken.
 struct At<'a> {
     flank: Option<&'a Flank>,
     /// The iteration whose nodes they are.

@@ -21,7 +21,7 @@ use flankfit_engine::{
     gear::correction::{Change, LeftAlone},
 };
 
-/// Permission for predicted figures of a correction outside their limits.
+/// Permission to export a correction whose predicted figures are outside their limits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[schema(as = OutsideLimits)]
@@ -76,7 +76,7 @@ pub fn write(record: &Record, about: &About<'_>, allowed: bool) -> Result<Vec<u8
     });
     let Job { id, part_number, serial_number, .. } = about.job;
     let numbers: Vec<String> = about.iterations.iter().map(u32::to_string).collect();
-    // where the iteration tells no flank, the one that the correction was made for
+    // if the iteration has no flank, the one that the correction was made for
     let side = match figures {
         SidedBody { left: Some(_), right: None } => "the left flank",
         SidedBody { left: None, right: Some(_) } => "the right flank",

@@ -35,9 +35,9 @@ impl<T> SidedBody<T> {
 }
 
 /// Figures of the second-order surface over the ranges of the machine, slopes over their reference
-/// lengths: those of the iteration's chosen fit, of a gear the means over the fits of the teeth.
-/// Those that a fit does not have are by least squares over the nodes of a weight above 0; one that
-/// the nodes do not determine is left out.
+/// lengths: those of the iteration's chosen fit, for a gear the means over the fits of the teeth.
+/// Figures that a fit does not have are computed by least squares over the nodes with a weight
+/// above 0; figures that the nodes do not determine are absent.
 #[skip_serializing_none]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = CorrectionTargetFigures)]
@@ -54,7 +54,7 @@ pub struct TargetFiguresBody {
     pub twist_um: Option<TargetFigureBody>,
 }
 
-/// A figure before the correction, as wanted and as predicted, in µm.
+/// A figure before the correction, its target and its prediction, in µm.
 #[skip_serializing_none]
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = CorrectionTargetFigure)]
@@ -63,19 +63,19 @@ pub struct TargetFigureBody {
     pub before: f64,
     /// Figure of the target.
     pub target: f64,
-    /// If the machine answers as the sensitivity says: `before` and the change that the settings
-    /// make by least squares over the nodes.
+    /// Predicted figure, if the machine responds as the sensitivity says: `before` plus the change
+    /// that the settings make, by least squares over the nodes.
     pub predicted: f64,
-    /// Standard error of `before` and `predicted`: that of the fit, of a gear by noise and scatter
-    /// of the teeth; left out without degrees of freedom.
+    /// Standard error of `before` and `predicted`: that of the fit, for a gear from noise and
+    /// scatter of the teeth; absent without degrees of freedom.
     pub std_error: Option<f64>,
-    /// Limits of the job, `[low, high]`, in the direction of the figures; of slopes else by the
-    /// class. Left out where it requires nothing.
+    /// Limits of the job, `[low, high]`, in the direction of the figures; for slopes also those of
+    /// the class. Absent without limits.
     #[schema(min_items = 2, max_items = 2)]
     pub limits: Option<[f64; 2]>,
-    /// Outcome with a guard band by the standard error.
+    /// Conformity with a guard band by the standard error.
     pub conformity_before: Option<ConformityOutcome>,
-    /// Likewise of the predicted figure.
+    /// Likewise for the predicted figure.
     pub conformity_predicted: Option<ConformityOutcome>,
 }
 

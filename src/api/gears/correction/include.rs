@@ -13,8 +13,7 @@ use crate::api::json::{
 };
 use flankfit_engine::estimation::spec;
 
-/// Parts that are returned only when requested; each name only adds to the answer, and one that
-/// occurs twice counts once.
+/// Parts that are returned only when requested. A repeated name counts once.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[schema(as = CorrectionInclude)]
@@ -23,20 +22,19 @@ pub enum CorrectionIncludeName {
     Nodes,
     /// The fits of the settings, `result` and `limited_result`.
     Result,
-    /// Of those fits, as in `POST /v1/fits`: one residual per counted node.
+    /// For these fits, as in `POST /v1/fits`: one residual per counted node.
     Residuals,
-    /// Of those fits: the collinearity matrices and the weights of near dependencies.
+    /// For these fits: the collinearity matrices and the weights of near dependencies.
     Collinearity,
-    /// Of those fits: condition, bias and error along λ*.
+    /// For these fits: condition, bias and error along λ*.
     LambdaCurve,
-    /// Of those fits: the matrix B.
+    /// For these fits: the matrix B.
     MatrixB,
-    /// Of those fits: the coefficients along k; for ridge.
+    /// For these fits: the coefficients along k; for ridge.
     RidgeTrace,
 }
 
-/// Parts of a stored correction that are returned only when requested; each name only adds to the
-/// answer.
+/// Parts of a stored correction that are returned only when requested; a repeated name counts once.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[schema(as = KeptCorrectionInclude)]
@@ -53,7 +51,7 @@ pub enum StoredIncludeName {
 pub struct CorrectionInclude {
     pub nodes: bool,
     pub result: bool,
-    /// Of the fits.
+    /// Parts of the fits.
     pub fit: spec::Include,
 }
 

@@ -10,8 +10,8 @@ use flankfit_engine::{
     },
 };
 
-/// Deviations in µm, positive where material stands out, in the order posted, row by row of a grid;
-/// NaN where missing. `factor` makes them of the heights.
+/// Returns the deviations in µm, positive where material protrudes, in the order posted, row by row
+/// of a grid; NaN where missing. `factor` makes them of the heights.
 pub fn deviations(nodes: &Nodes, factor: f64) -> Vec<f64> {
     let mut heights = heights(nodes);
     if factor != 1.0 {
@@ -42,17 +42,18 @@ pub fn weights(nodes: &Nodes) -> Option<Vec<f64>> {
     }
 }
 
-/// What u and v of nodes on a flank are.
+/// Quantities of u and v of nodes on a flank.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coordinates {
     pub profile: ProfileAxis,
-    /// What u is multiplied with to be in the unit of that.
+    /// Factor that converts u to the unit of the profile axis.
     pub u: f64,
-    /// What v is multiplied with to be z in mm.
+    /// Factor that converts v to z in mm.
     pub v: f64,
 }
 
-/// Where on the flank of a gear the nodes lie; a fault at `/sensitivity` where nobody can say.
+/// Returns the places of the nodes on the flank of a gear; an error at `/sensitivity` if they are
+/// not known.
 pub fn places(nodes: &Nodes, gear: &Gear, side: Side, of: Coordinates) -> Result<Vec<FlankNode>, Faults> {
     let pairs: Vec<(f64, f64)> = match nodes {
         Nodes::Scattered(nodes) => nodes.u().iter().copied().zip(nodes.v().iter().copied()).collect(),
@@ -77,7 +78,7 @@ pub fn places(nodes: &Nodes, gear: &Gear, side: Side, of: Coordinates) -> Result
     Ok(places)
 }
 
-/// What the nodes that count span.
+/// Returns the ranges of the counted nodes.
 pub fn ranges(nodes: &Nodes, places: &[FlankNode], gear: &Gear) -> Ranges {
     let (heights, weights) = (heights(nodes), weights(nodes));
     let counts = |k: &usize| !heights[*k].is_nan() && weights.as_ref().is_none_or(|weights| weights[*k] > 0.0);

@@ -18,16 +18,15 @@ use flankfit_engine::gear::{
     correction::{CorrectionSpec, HeldFigure, Solution},
 };
 
-/// The other flank than the corrected one, as the settings that both have in common change it.
+/// The flank that was not corrected, as the common settings change it.
 #[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = OtherFlank)]
 pub struct OtherFlankBody {
     pub flank: Side,
-    /// Its newest iteration; left out where it was not measured.
+    /// Its newest iteration; absent if it was not measured.
     pub iteration: Option<u32>,
-    /// Its figures before and as predicted, with the limits that the job requires; the target is
-    /// the job's.
+    /// Its figures before and predicted, with the limits of the job; the target is that of the job.
     pub figures: Option<TargetFiguresBody>,
     /// Reason why there are no figures.
     pub not_predicted: Option<String>,

@@ -37,34 +37,33 @@ use flankfit_engine::{
     },
 };
 
-/// A correction of machine settings, by the deviations (µm) that the nodes of an iteration hold, or
-/// of a gear the means of each flank over its teeth. Lists with an entry for each node of a gear
-/// have those of the left flank first.
+/// A correction of machine settings, from the deviations (µm) at the nodes of an iteration, or for
+/// a gear from the means of each flank over its teeth. Lists with an entry for each node of a gear
+/// begin with the left flank.
 #[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = CorrectionRequest)]
 pub struct CorrectionRequestBody {
     pub sensitivity: SensitivityBody,
-    /// Limits by the names of the settings; a setting that is not named may go anywhere.
+    /// Limits by the names of the settings; a setting that is not named has no limits.
     pub limits: Option<BTreeMap<String, LimitsBody>>,
-    /// True if the mean of the deviations is measured, as thickness is. Traces and flanks that
-    /// were laid into the nominal one have no such datum: then what all nodes have in common is
-    /// left aside, and settings that change all nodes nearly alike come back `undetermined`.
-    /// Default true with `matrix`, false with `machine` and wherever traces have a zero each.
+    /// True if the mean of the deviations is measured, as with a thickness. Traces and flanks that
+    /// were aligned with the nominal flank have no such datum: the common part of all nodes is then
+    /// ignored, and settings that change all nodes nearly equally are `undetermined`. Default true
+    /// with `matrix`, false with `machine` and if each trace has its own zero.
     pub absolute: Option<bool>,
-    /// For each node the number of the trace that it belongs to, where profiles and helices were
-    /// measured that have a zero each: what the nodes of a trace have in common is left aside then,
-    /// and a setting that changes the nodes of every trace nearly alike comes back `undetermined`.
-    /// By default what `trace_lengths` of the iteration's heights say, as after an import. Without
-    /// `absolute`.
+    /// Number of the trace of each node, for profiles and helices with a zero each: the common part
+    /// of the nodes of a trace is then ignored, and a setting that changes the nodes of every trace
+    /// nearly equally is `undetermined`. By default the `trace_lengths` of the iteration's heights,
+    /// as after an import. Not with `absolute`.
     pub trace: Option<Vec<usize>>,
     /// Weight of each node. By default the weights of the iteration.
     pub weight: Option<Vec<f64>>,
     /// Target: `design`, `limits`, `nominal`, or `{"deviation_um": […]}`, a deviation for each
-    /// node. By default the job's design where it has one, else the middle of its limits where
-    /// crownings or the twist have some, else the unmodified flank. A `matrix` does not say where
-    /// on a flank the nodes lie: it aims at 0 or at what is given.
+    /// node. By default the job's design if it has one, else the middle of its limits if crownings
+    /// or the twist have limits, else the unmodified flank. With a `matrix` the places of the nodes
+    /// are not known: the target is 0 or the given deviations.
     pub target: Option<TargetBody>,
     /// Settings that are changed. Default `needed` where a figure of the flank has limits, else
     /// `all`.
@@ -82,20 +81,20 @@ pub struct CorrectionRequestBody {
     pub response_uncertainty: Option<f64>,
     /// Correlation of the errors of the sensitivity matrix. Default `independent`.
     pub response_errors: Option<ResponseErrors>,
-    /// By default spectral with the λ* that `noise_sigma_um` and `response_uncertainty` speak for,
-    /// so that repeated corrections converge.
+    /// By default spectral with the λ* that follows from `noise_sigma_um` and
+    /// `response_uncertainty`, so that repeated corrections converge.
     pub regularization: Option<Regularization>,
     pub scaling: Option<Scaling>,
     /// Limit of the settings' norm that bias bounds hold for, in columns of unit length. By default
-    /// the norm that `limits` allow where every setting has both, else what the deviations speak
-    /// for (√n τ, see `result.bias`); with `regularization` that of the least-squares estimate.
+    /// the norm that `limits` allow if every setting has both, else an estimate from the deviations
+    /// (√n τ, see `result.bias`); with `regularization` that of the least-squares estimate.
     #[schema(exclusive_minimum = 0)]
     pub coefficient_norm_limit: Option<f64>,
-    /// For the correction of a gear: the teeth whose mean is corrected, of each flank those of them
-    /// that were measured. By default all that were measured since the last correction.
+    /// For the correction of a gear: the teeth whose mean is corrected, as far as they were
+    /// measured. By default all that were measured since the last correction.
     #[schema(min_items = 1)]
     pub teeth: Option<Vec<String>>,
-    /// Parts of the answer that are left out otherwise.
+    /// Additional parts of the response.
     pub include: Option<Vec<CorrectionIncludeName>>,
 }
 
@@ -113,7 +112,7 @@ pub struct LimitsBody {
     /// rounded changes.
     #[schema(exclusive_minimum = 0)]
     pub increment: Option<f64>,
-    /// True if the setting stays as it is; without the others then.
+    /// True if the setting stays as it is; not with the other fields.
     pub fixed: Option<bool>,
 }
 
@@ -316,12 +315,12 @@ fn noise_of(parts: &[Part<'_>]) -> Option<f64> {
     (!squares.is_empty()).then(|| (squares.iter().sum::<f64>() / squares.len() as f64).sqrt())
 }
 
-/// What a job requires of the figures of a flank.
+/// Returns the limits of a job for the figures of a flank.
 pub fn limits_of(flank: &Flank, requirements: Option<&RequirementsBody>) -> FlankFigures<[f64; 2]> {
     requirements.map(|requirements| figure_limits::of(&spanned(flank), requirements).0).unwrap_or_default()
 }
 
-/// What the nodes of a flank span.
+/// Returns the ranges of the nodes of a flank.
 pub fn spanned(flank: &Flank) -> Spanned<'_> {
     let [a, b] = flank.ranges.profile;
     Spanned {

@@ -48,48 +48,48 @@ use flankfit_engine::{
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = CorrectionResult)]
 pub struct CorrectionResultBody {
-    /// Numbers of the iterations whose nodes it is made for; left out where there is no iteration.
+    /// Numbers of the iterations whose nodes it is made for; absent without an iteration.
     pub iterations: Option<Vec<u32>>,
-    /// The flanks that they are of, the left one first; left out where no iteration says it.
+    /// Their flanks, the left one first; absent if no iteration has one.
     pub flanks: Option<Vec<Side>>,
-    /// Of a gear: the teeth of each flank, and how much they differ.
+    /// For a gear: the teeth of each flank, and how much they differ.
     pub teeth: Option<SidedBody<TeethBody>>,
     /// The target.
     pub target: AimBody,
-    /// True if the mean of the deviations was taken for measured; where it was not, what all nodes
-    /// (of a trace) have in common is left aside.
+    /// True if the mean of the deviations counts as measured; otherwise the common part of all
+    /// nodes (of a trace) is ignored.
     pub absolute: bool,
     /// Settings that were changed.
     pub settings_used: SettingsUsed,
-    /// The share of their limits within which figures need no correction; left out with `all`.
+    /// The share of their limits within which figures need no correction; absent with `all`.
     pub keep_within: Option<f64>,
     /// In the order of the request, or of the machine.
     pub settings: Vec<Change>,
-    /// Figures of the flank before, as wanted and as predicted, against the limits that the job
-    /// requires; left out with a `matrix` and where the nodes do not determine them.
+    /// Figures of the flank before the correction, target and prediction, with the limits of the
+    /// job; absent with a `matrix` and if the nodes do not determine them.
     pub figures: Option<SidedBody<TargetFiguresBody>>,
-    /// Effect of the changes on the other flank; of the correction of an iteration by a machine.
+    /// Effect of the changes on the other flank; for the correction of an iteration by a machine.
     pub other_flank: Option<OtherFlankBody>,
-    /// Direction in which the figures count. Present with a machine, like the next three.
+    /// Direction of the figures. Present with a machine, like the next three fields.
     pub direction: Option<Direction>,
     /// Length that slopes refer to.
     pub reference: Option<Reference>,
-    /// Length that profile slopes are over.
+    /// Length that profile slopes refer to.
     pub profile_reference_length_mm: Option<f64>,
-    /// Length that helix slopes are over.
+    /// Length that helix slopes refer to.
     pub helix_reference_length_mm: Option<f64>,
     /// Settings whose effects nearly cancel on these nodes.
     pub indistinguishable: Vec<Indistinguishable>,
     pub predicted: Predicted,
-    /// Origin of λ*; left out where the request says how to regularise.
+    /// Origin of λ*; absent if the request has `regularization`.
     pub trust: Option<Trust>,
     /// The fit of all settings that may be changed, without limits, in the form of `POST /v1/fits`:
     /// the sensitivity matrix is the measurement matrix, the wanted change of each deviation the
     /// height. Present when `result` was included.
     #[schema(value_type = Option<FitResultBody<'static>>)]
     pub result: Option<Raw<FitResultBody<'static>>>,
-    /// The fit of the settings that stay free, where some are at their limits. Present when
-    /// `result` was included.
+    /// The fit of the settings that remain free, if some are at their limits. Present when `result`
+    /// was included.
     #[schema(value_type = Option<FitResultBody<'static>>)]
     pub limited_result: Option<Raw<FitResultBody<'static>>>,
     /// Warnings of the correction and its fits, these with `at`.
@@ -149,7 +149,8 @@ fn refuse_implausible(measured: &[&Measured], nodes: &Blocks) -> Result<(), Prob
     Ok(())
 }
 
-/// The engine's faults by places in the request, where limits stand under the names of settings.
+/// Converts the engine's errors to places in the request, where limits are under the names of
+/// settings.
 fn placed(found: &check::Faults, names: &[String]) -> Faults {
     let of_setting = |path: &str| {
         let (setting, limit) = path.strip_prefix("limits[")?.split_once("].")?;

@@ -16,7 +16,7 @@ use flankfit_engine::{estimation::Nodes, gear::correction::Flank};
 
 /// Nodes with what they are of.
 pub struct Measured {
-    /// Of the iteration.
+    /// Number of the iteration.
     pub number: u32,
     pub nodes: Nodes,
     pub measurand: Measurand,
@@ -103,7 +103,7 @@ fn words(nodes: &Nodes) -> String {
     }
 }
 
-/// What the numbers of an axis are; `None` where nobody says it and nothing is taken for granted.
+/// Quantity and unit of an axis; `None` if they are not given and nothing is assumed.
 #[derive(Clone, Copy, PartialEq)]
 struct Meaning<'a>(Option<[&'a str; 2]>);
 
@@ -118,7 +118,7 @@ impl<'a> Meaning<'a> {
         }))
     }
 
-    /// What both are multiplied with to be in one unit.
+    /// Returns the factors that convert both to one unit.
     fn comparable(a: Self, b: Self) -> Option<[f64; 2]> {
         if a == b {
             return Some([1.0; 2]);

@@ -61,7 +61,7 @@ pub struct MatrixSensitivity {
 #[serde(deny_unknown_fields)]
 pub struct MachineSensitivity {
     pub machine: Machine,
-    /// The flank that was measured. By default that of the iteration.
+    /// The measured flank. By default that of the iteration.
     pub flank: Option<Side>,
     /// Quantity of u of the nodes. By default that of the iteration's axes.
     pub profile_axis: Option<ProfileAxis>,
@@ -72,9 +72,9 @@ pub struct MachineSensitivity {
     /// that of the nodes.
     #[schema(min_items = 2, max_items = 2)]
     pub helix_range_mm: Option<[f64; 2]>,
-    /// Settings that the machine has for each flank by itself, such as the profile angle of a wheel
-    /// that is dressed on both sides. Their names end in `_left` or `_right`, and they leave the
-    /// other flank as it is. Default none: all settings act on both flanks.
+    /// Settings that the machine has for each flank separately, such as the profile angle of a
+    /// wheel that is dressed on both sides. Their names end in `_left` or `_right`, and they leave
+    /// the other flank as it is. Default none: all settings act on both flanks.
     pub by_flank: Option<Vec<String>>,
 }
 
@@ -88,7 +88,7 @@ pub struct Sensitivity {
     pub flank: Option<Flank>,
 }
 
-/// What a correction is made for.
+/// Nodes that a correction is made for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Level {
     /// The nodes of one iteration.
@@ -103,10 +103,10 @@ pub enum Level {
 #[derive(Clone, Copy)]
 pub struct Corrected<'a> {
     pub nodes: &'a Nodes,
-    /// What they are of.
+    /// Measurand of the nodes.
     pub measurand: &'a Measurand,
     pub axes: &'a AxesBody,
-    /// Of the job.
+    /// Gear of the job.
     pub gear: Option<&'a Gear>,
     pub level: Level,
 }

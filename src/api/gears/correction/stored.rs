@@ -35,7 +35,7 @@ use flankfit_engine::{
     },
 };
 
-/// A correction. In the response to the request that made it there is no answer of the machine yet.
+/// A correction. The response to the request that made it has no `answer` yet.
 #[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Correction)]
@@ -50,38 +50,39 @@ pub struct CorrectionBody {
     pub created_at: Moment,
     /// Actor of the caller; absent where no key was required.
     pub by: Option<String>,
-    /// The gear that the job had then, of which `result` and `answer` are; left out where it had
+    /// The gear of the job at that time, which `result` and `answer` refer to; absent where it had
     /// none.
     #[schema(value_type = Option<GearBody>)]
     pub gear: Option<Raw<GearBody>>,
-    /// As it was posted, without members that are `null`. Unless `nodes` was included, it lacks
-    /// `trace`, `weight`, a `target` with `deviation_um`, and the `matrix` of `sensitivity`. To
-    /// send it again, include `nodes`.
+    /// The request as posted, without members that are `null`. Unless `nodes` was included, it
+    /// lacks `trace`, `weight`, a `target` with `deviation_um`, and the `matrix` of `sensitivity`.
+    /// To send it again, include `nodes`.
     #[schema(value_type = Object)]
     pub request: Raw<Value>,
     pub result: CorrectionResultBody,
-    /// What was entered on the machine, where it was said; the newest entry. `answer` is compared
-    /// with these changes then, and with those of `result` otherwise.
+    /// The newest entry of changes made on the machine, if there is one. `answer` is then computed
+    /// with these changes, otherwise with those of `result`.
     pub applied: Option<AppliedChangesBody>,
-    /// What the next iteration of the same flank and tooth measured; left out before there is one.
+    /// Result of the next iteration of the same flank and tooth; absent before there is one.
     pub answer: Option<MachineAnswerBody>,
     /// Why the next iteration cannot be compared.
     pub not_compared: Option<String>,
-    /// Whether teeth were numbered otherwise after the correction; there where pitches are kept
-    /// with an iteration before it and with one after it. The newest of each are taken.
+    /// Shift of the tooth numbers after the correction; present if pitches are stored with an
+    /// iteration before it and with one after it. The newest of each are used.
     pub tooth_shift: Option<ToothShift>,
-    /// What `result` and its parts warn of, each with `at`.
+    /// Warnings of `result` and its parts, each with `at`.
     pub warnings: Vec<WarningBody>,
 }
 
-/// Predicted and measured, over the nodes that are defined before, predicted and after.
+/// Comparison of prediction and measurement over the nodes that are defined before, predicted and
+/// after.
 #[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = MachineAnswer)]
 pub struct MachineAnswerBody {
-    /// Number of the iteration that measured it; of a gear the last of `iterations`.
+    /// Number of the iteration that measured it; for a gear the last of `iterations`.
     pub iteration: u32,
-    /// Of a gear: the iterations of the round after the correction, whose mean is compared.
+    /// For a gear: the iterations of the round after the correction, whose mean is compared.
     pub iterations: Option<Vec<u32>>,
     #[serde(flatten)]
     #[schema(inline)]
@@ -91,11 +92,11 @@ pub struct MachineAnswerBody {
     pub predicted_um: Option<Vec<Option<f64>>>,
     /// Measured deviation of every node; `null` where undefined. Present when `nodes` was included.
     pub measured_um: Option<Vec<Option<f64>>>,
-    /// Figures before, predicted and measured with their errors, and how much they changed; left
-    /// out where the nodes do not determine them.
+    /// Figures before, predicted and measured with their errors, and their changes; absent if the
+    /// nodes do not determine them.
     pub figure_changes: Option<FlankFigures<FigureChange>>,
-    /// Of a gear: the figures of each flank that was measured again, in place of `figure_changes`.
-    /// Their errors hold the scatter of the teeth.
+    /// For a gear: the figures of each flank that was measured again, in place of `figure_changes`.
+    /// Their errors include the scatter of the teeth.
     pub flanks: Option<SidedBody<FlankFigures<FigureChange>>>,
 }
 
@@ -229,7 +230,7 @@ pub(super) struct Made<'a> {
 pub(super) struct Later {
     /// At the nodes of the correction; NaN where nothing was measured.
     pub measured: Vec<f64>,
-    /// Of the difference from what the correction was made for.
+    /// Scatter of the difference from the deviations that the correction was made for.
     pub scatter: Scatter,
     /// Its noise as a multiple of that of the correction.
     pub noise: f64,

@@ -33,7 +33,7 @@ pub enum TargetName {
     Nominal,
 }
 
-/// The deviation that is wanted at each node.
+/// The wanted deviation at each node.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = TargetDeviation)]
@@ -55,8 +55,8 @@ flankfit_engine::numerics::alternatives!(
 #[schema(as = CorrectionAim)]
 pub struct AimBody {
     pub kind: AimName,
-    /// The deviation that is wanted at each node in the order posted; left out with `nominal`, 0
-    /// everywhere. Present when `nodes` was included.
+    /// The wanted deviation at each node in the order posted; absent with `nominal` (0 everywhere).
+    /// Present when `nodes` was included.
     pub deviation_um: Option<Vec<f64>>,
 }
 
@@ -86,7 +86,7 @@ pub struct Wanted<'a> {
     pub flank: Option<&'a Flank>,
     pub deviation: &'a [f64],
     pub weight: Option<&'a [f64]>,
-    /// Of the figures of the flank.
+    /// Limits of the figures of the flank.
     pub limits: FlankFigures<[f64; 2]>,
     pub requirements: Option<&'a RequirementsBody>,
 }

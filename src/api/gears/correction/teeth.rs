@@ -12,22 +12,22 @@ use super::{
 use crate::{api::warning::WarningBody, jobs::side_name};
 use flankfit_engine::gear::Side;
 
-/// The teeth whose mean a flank was corrected by.
+/// Teeth whose mean was used to correct a flank.
 #[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = CorrectedTeeth)]
 pub struct TeethBody {
-    /// The iteration of each tooth. The mean is taken at the nodes of the first, which has most of
-    /// them, of equals the newest.
+    /// The iteration of each tooth. The mean is taken at the nodes of the first one, which has the
+    /// most nodes (if several do, the newest).
     pub iterations: Vec<u32>,
-    /// Names of the teeth in the same order; those of iterations without one are left out.
+    /// Names of the teeth in the same order; iterations without one are omitted.
     pub teeth: Vec<String>,
     /// s, the standard deviation between teeth at a node (root mean square over the nodes), about
-    /// the teeth's means where the deviations have no datum. It holds the noise of the measurement.
-    /// Left out of one tooth.
+    /// the teeth's means where the deviations have no datum. It includes the noise of the
+    /// measurement. Absent for one tooth.
     pub spread_um: Option<f64>,
     /// Standard error of the mean at a node: the root of max(s², v)/t, with v the mean variance of
-    /// the residuals of the teeth's surfaces of second order and t the number of teeth. Left out
+    /// the residuals of the teeth's surfaces of second order and t the number of teeth. Absent
     /// where neither is known.
     pub std_error_um: Option<f64>,
 }

@@ -17,7 +17,7 @@ use flankfit_engine::{
     geometry::space::Vector,
 };
 
-/// Which nodes of which flank.
+/// Nodes to compute on a flank.
 #[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
@@ -37,7 +37,7 @@ pub struct FlankRequestBody {
     pub tooth: Option<u32>,
 }
 
-/// Nodes, a row for each profile value and in it one for each z. Normals are those of the modified
+/// Nodes: a row for each profile value with a node for each z. Normals are those of the modified
 /// flank.
 #[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -45,21 +45,21 @@ pub struct FlankRequestBody {
 pub struct FlankBody {
     /// `[x, y, z]`, mm.
     pub points: Vec<Vec<[f64; 3]>>,
-    /// Of length 1, out of the material.
+    /// Unit normals, out of the material.
     pub normals: Vec<Vec<[f64; 3]>>,
-    /// Of each row.
+    /// Roll length of each row.
     pub roll_length_mm: Vec<f64>,
-    /// Of each row, on the nominal flank.
+    /// Diameter of each row, on the nominal flank.
     pub diameter_mm: Vec<f64>,
-    /// Of each column.
+    /// z of each column.
     pub z_mm: Vec<f64>,
     /// Material removed at each node, where there are modifications.
     pub relief_um: Option<Vec<Vec<f64>>>,
-    /// What to know about the answer; empty where there is nothing to say.
+    /// Warnings about the result.
     pub warnings: Vec<NoticeBody>,
 }
 
-/// What a node takes until it is written: point and normal, twice, and their text.
+/// Bytes of a node until it is written: point and normal, twice, and their text.
 const NODE: usize = 2 * 6 * size_of::<f64>() + 6 * TEXT_OF_NUMBER;
 /// A number in the text, with its comma.
 pub(in crate::api) const TEXT_OF_NUMBER: usize = 24;

@@ -1,4 +1,4 @@
-//! What follows from a gear's data.
+//! Quantities derived from the data of a gear.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -38,7 +38,7 @@ pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
     writer::whole(&GeometryBody { geometry, warnings }).map_err(Problem::not_finite)
 }
 
-/// What is unusual about a gear, and what its data leave open.
+/// Returns warnings about unusual or missing data of a gear.
 pub(in crate::api) fn warnings(body: &GearBody, geometry: &Geometry) -> Vec<NoticeBody> {
     let mut warnings: Vec<NoticeBody> = geometry.warnings.iter().map(NoticeBody::from).collect();
     warnings.extend(body.hand_assumed());

@@ -1,4 +1,4 @@
-//! What follows from a gear's data: geometry, tooth profile, flanks, tolerances.
+//! Quantities derived from the data of a gear: geometry, tooth profile, flanks, tolerances.
 
 pub mod flank;
 pub mod geometry;

@@ -10,32 +10,32 @@ use flankfit_engine::gear::{
     modification::{End, Flanks, Growth, Interpolation, Law, Modification, Range, Topography},
 };
 
-/// What is taken off the involute flank on purpose. Amounts are µm along the normal, positive where
-/// material is removed. They refer to the range given with them, over which u runs from root to tip
-/// and v from the lower to the higher end, both from −1 to 1.
+/// Modification of the involute flank. Amounts are µm along the normal, positive where material is
+/// removed. They refer to the range given with them, over which u runs from root to tip and v from
+/// the lower to the higher end, both from −1 to 1.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(tag = "type", rename_all = "snake_case", deny_unknown_fields, expecting = "an object")]
 #[schema(as = FlankModification)]
 pub enum ModificationBody {
     /// C_α u².
     ProfileCrowning {
-        /// What is taken off, at most; below 0 material is left on.
+        /// Greatest amount of removed material; negative values add material.
         amount_um: f64,
         #[serde(default, skip_serializing_if = "Option::is_none")]
         flank: Option<Flanks>,
     },
     /// C_Hα u/2.
     ProfileSlope {
-        /// What is taken off, at most; below 0 material is left on.
+        /// Greatest amount of removed material; negative values add material.
         amount_um: f64,
         #[serde(default, skip_serializing_if = "Option::is_none")]
         flank: Option<Flanks>,
     },
     /// From 0 at its start to C_αa at the tip end of the range.
     TipRelief {
-        /// What is taken off, at most; below 0 material is left on.
+        /// Greatest amount of removed material; negative values add material.
         amount_um: f64,
-        /// Where it begins; nothing is taken off from there to the root.
+        /// Diameter where it begins; it does not change the flank from there to the root.
         start_diameter_mm: f64,
         #[serde(default, skip_serializing_if = "Option::is_none")]
         form: Option<Growth>,
@@ -44,9 +44,9 @@ pub enum ModificationBody {
     },
     /// From 0 at its start to C_αf at the root end of the range.
     RootRelief {
-        /// What is taken off, at most; below 0 material is left on.
+        /// Greatest amount of removed material; negative values add material.
         amount_um: f64,
-        /// Where it begins; nothing is taken off from there to the tip.
+        /// Diameter where it begins; it does not change the flank from there to the tip.
         start_diameter_mm: f64,
         #[serde(default, skip_serializing_if = "Option::is_none")]
         form: Option<Growth>,
@@ -55,23 +55,23 @@ pub enum ModificationBody {
     },
     /// C_β v².
     HelixCrowning {
-        /// What is taken off, at most; below 0 material is left on.
+        /// Greatest amount of removed material; negative values add material.
         amount_um: f64,
         #[serde(default, skip_serializing_if = "Option::is_none")]
         flank: Option<Flanks>,
     },
     /// C_Hβ v/2.
     HelixSlope {
-        /// What is taken off, at most; below 0 material is left on.
+        /// Greatest amount of removed material; negative values add material.
         amount_um: f64,
         #[serde(default, skip_serializing_if = "Option::is_none")]
         flank: Option<Flanks>,
     },
     /// C_βI or C_βII: from 0 at `length_mm` inside an end of the range to the amount there.
     EndRelief {
-        /// What is taken off, at most; below 0 material is left on.
+        /// Greatest amount of removed material; negative values add material.
         amount_um: f64,
-        /// How far from the end it begins, along the axis.
+        /// Distance from the end where it begins, along the axis.
         length_mm: f64,
         end: End,
         #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -81,12 +81,12 @@ pub enum ModificationBody {
     },
     /// S u v/4.
     Twist {
-        /// What is taken off, at most; below 0 material is left on.
+        /// Greatest amount of removed material; negative values add material.
         amount_um: f64,
         #[serde(default, skip_serializing_if = "Option::is_none")]
         flank: Option<Flanks>,
     },
-    /// Values on a grid, constant beyond its border.
+    /// Values on a grid, constant outside its border.
     Grid {
         profile: ProfileBody,
         /// z of the columns, ascending.
@@ -100,8 +100,8 @@ pub enum ModificationBody {
     },
 }
 
-/// What the amounts of modifications refer to. By default the usable profile, and the face width
-/// from z = 0.
+/// Range that the amounts of modifications refer to. By default the usable profile, and the face
+/// width from z = 0.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = ModificationRange)]

@@ -21,7 +21,7 @@ impl ProfileBody {
         (self.axis, self.values.iter().map(|x| self.axis.requested(*x)).collect())
     }
 
-    /// Roll lengths; faults stand at `{at}/0` ….
+    /// Returns the roll lengths; errors are at `{at}/0` ….
     pub fn roll_lengths(&self, gear: &Gear, at: &str) -> Result<Vec<f64>, Faults> {
         let (axis, values) = self.axis_and_values();
         axis.roll_lengths(gear, &values).map_err(|found| Faults::of_engine(at, &found))

@@ -21,7 +21,7 @@ use flankfit_engine::gear::{
     },
 };
 
-/// A gear, and how finely its section is wanted.
+/// A gear, and the resolution of its section.
 #[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
@@ -29,7 +29,7 @@ use flankfit_engine::gear::{
 pub struct ProfileRequestBody {
     pub gear: GearBody,
     pub steps: Option<Steps>,
-    /// Whether the section of the whole gear is answered too. Default false.
+    /// True to return the section of the whole gear too. Default false.
     pub whole_gear: Option<bool>,
 }
 
@@ -38,17 +38,17 @@ pub struct ProfileRequestBody {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = GearProfile)]
 pub struct ProfileAnswerBody {
-    /// The tooth at the top, closed along the root circle beneath it.
+    /// The tooth at the top, closed along the root circle below it.
     pub tooth: Vec<[f64; 2]>,
     /// Its left flank from the root circle to the tip.
     pub left_flank: Vec<[f64; 2]>,
     /// All teeth; of an internal gear the border of the hole.
     pub whole_gear: Option<Vec<[f64; 2]>>,
-    /// As `POST /v1/gears/geometry` has them: undercut, a pointed tip, an assumed tool.
+    /// Those of `POST /v1/gears/geometry`: undercut, a pointed tip, an assumed tool.
     pub warnings: Vec<NoticeBody>,
 }
 
-/// A tool's profile and how it rolls with the gear.
+/// Profile of a tool, and its motion with the gear.
 #[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
@@ -56,10 +56,10 @@ pub struct ProfileAnswerBody {
 pub struct EnvelopeRequestBody {
     pub tool: ToolProfileBody,
     pub motion: Motion,
-    /// Between which radii of the gear the envelope is wanted.
+    /// Radii of the gear between which the envelope is computed.
     #[schema(min_items = 2, max_items = 2)]
     pub radius_range_mm: [f64; 2],
-    /// Ascending: where the flank that is left is answered.
+    /// Radii, ascending, at which the resulting flank is returned.
     #[schema(max_items = 10000)]
     pub radii_mm: Option<Vec<f64>>,
 }
@@ -73,17 +73,17 @@ pub struct EnvelopeRequestBody {
 #[serde(deny_unknown_fields)]
 #[schema(as = ToolProfile)]
 pub struct ToolProfileBody {
-    /// `[x, y]` of each point, mm, in the order said above.
+    /// `[x, y]` of each point, mm, in the order described above.
     #[schema(value_type = Vec<Pair>)]
     pub points: Vec<[f64; 2]>,
-    /// What goes through the points. Default `polyline`.
+    /// Interpolation between the points. Default `polyline`.
     pub through: Option<ThroughName>,
-    /// Into how many steps each interval goes. Default 20.
+    /// Number of steps in each interval. Default 20.
     #[schema(minimum = 1)]
     pub steps: Option<usize>,
 }
 
-/// What goes through the points of a tool's profile.
+/// Interpolation between the points of a tool's profile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[schema(as = ToolInterpolation)]
@@ -93,21 +93,20 @@ pub enum ThroughName {
     Spline,
 }
 
-/// What the tool touches, and the flank that it leaves.
+/// The envelope of the tool, and the resulting flank.
 #[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = ToolEnvelope)]
 pub struct EnvelopeBody {
-    /// Points (x, y) of the envelope on the left flank of the tooth at the top, in the tool's
-    /// order; a new branch begins where no point is touched.
+    /// Points (x, y) of the envelope on the left flank of the tooth at the top, in the order of the
+    /// tool; a new branch begins after points without contact.
     pub branches: Vec<Vec<[f64; 2]>>,
-    /// Of each radius asked for: half the angle of the tooth that is left; `null` where nothing of
-    /// the tool passes.
+    /// Half the angle of the resulting tooth at each requested radius; `null` where the tool does
+    /// not cut.
     pub half_angle_deg: Option<Vec<Option<f64>>>,
 }
 
-/// What a point takes until it is written: itself, as it is made and as it is written, and its
-/// text.
+/// Bytes of a point until it is written: itself, as it is made and as it is written, and its text.
 const POINT: usize = 3 * 2 * size_of::<f64>() + 2 * TEXT_OF_NUMBER;
 
 /// Answers a request for a section, as far as there is `room` for its points. Processor work.

@@ -25,21 +25,21 @@ use flankfit_engine::{
 #[serde(deny_unknown_fields)]
 #[schema(as = SolidMeshRequest)]
 pub struct SolidMeshRequestBody {
-    /// Its face width is needed.
+    /// The gear, with its face width.
     pub gear: GearBody,
     pub format: SolidFormatName,
     /// Default `linear`.
     pub order: Option<ElementOrderName>,
-    /// Teeth side by side with the rim beneath them; all of the gear's make a ring without cuts.
-    /// Default 1.
+    /// Number of neighbouring teeth, with the rim below them; all teeth of the gear make a ring
+    /// without cuts. Default 1.
     #[schema(minimum = 1)]
     pub teeth: Option<u32>,
-    /// Where the rim ends: the bore, of an internal gear the outer diameter. Default one and a half
-    /// tooth depths from the root circle.
+    /// Inner end of the rim (the bore); for an internal gear its outer diameter. Default one and a
+    /// half tooth depths from the root circle.
     #[schema(exclusive_minimum = 0)]
     pub rim_diameter_mm: Option<f64>,
     pub elements: Option<Elements>,
-    /// What the file calls the gear. Default `gear`.
+    /// Name of the gear in the file. Default `gear`.
     #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
     pub name: Option<ShortText>,
 }
@@ -63,8 +63,8 @@ pub enum ElementOrderName {
     Quadratic,
 }
 
-/// What a node takes until the file is sent: its place, the element that begins there with its
-/// nodes, faces, and its place among those already numbered.
+/// Bytes of a node until the file is sent: its place, the element that begins there with its nodes,
+/// faces, and its place among those already numbered.
 const NODE: usize = size_of::<Vector>() + 20 * size_of::<u32>() + 64;
 
 /// Writes the mesh of a request, as far as there is `room` for it. Processor work.

@@ -57,12 +57,12 @@ impl<'de> Deserialize<'de> for ClassNumber {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = GearTolerances)]
 pub struct TolerancesBody {
-    /// The class that was asked for, 1 to 11.
+    /// The requested class, 1 to 11.
     pub class: u8,
-    /// As the formulas give them; totals are made of these.
+    /// Values of the formulas; totals are made of these.
     pub unrounded: ToleranceValuesBody,
-    /// As the tables of the standard print them: above 10 µm to whole ones, from 5 to 10 µm to
-    /// halves, below to tenths.
+    /// Values of the tables in the standard: above 10 µm rounded to 1 µm, from 5 to 10 µm to 0.5
+    /// µm, below to 0.1 µm.
     pub rounded: ToleranceValuesBody,
 }
 
@@ -83,16 +83,16 @@ pub struct ToleranceValuesBody {
     pub profile_form_um: f64,
     /// F_α, total profile deviation.
     pub profile_total_um: f64,
-    /// f_Hβ, helix slope deviation. Left out where the gear has no face width.
+    /// f_Hβ, helix slope deviation. Absent where the gear has no face width.
     pub helix_slope_um: Option<f64>,
-    /// f_fβ, helix form deviation. Left out where the gear has no face width.
+    /// f_fβ, helix form deviation. Absent where the gear has no face width.
     pub helix_form_um: Option<f64>,
-    /// F_β, total helix deviation. Left out where the gear has no face width.
+    /// F_β, total helix deviation. Absent where the gear has no face width.
     pub helix_total_um: Option<f64>,
 }
 
-/// Answers a request. Outside the scope of the standard there are no tolerances: every quantity
-/// beyond it is a fault.
+/// Responds to a request. There are no tolerances outside the scope of the standard: every quantity
+/// outside it is an error.
 pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
     let TolerancesRequestBody { gear, class: ClassNumber(class) } = read_json(text)?;
     let mut faults = Faults::default();
@@ -118,7 +118,7 @@ pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
     writer::whole(&values).map_err(Problem::not_finite)
 }
 
-/// Where what lies outside the scope can be changed.
+/// Returns the pointer of the field that determines a quantity.
 fn place(quantity: Quantity) -> &'static str {
     match quantity {
         Quantity::Teeth | Quantity::ReferenceDiameter => "/gear/teeth",

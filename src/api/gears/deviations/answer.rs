@@ -32,43 +32,43 @@ use flankfit_engine::gear::{
     trace::Direction,
 };
 
-/// Deviations, everything in the order of the points; `null` stands for an undefined one.
+/// Deviations in the order of the points; `null` where undefined.
 #[skip_serializing_none]
 #[derive(Clone, Debug, Serialize, ToSchema)]
 #[schema(as = GearDeviations)]
 pub struct DeviationsBody<'a> {
     pub direction: Direction,
-    /// Positive where material stands out. After a registration: of the part carried back.
+    /// Positive where material protrudes. After a registration: of the part carried back.
     pub deviation_um: Vec<Option<f64>>,
-    /// Where each point's foot lies on the nominal flank.
+    /// Roll length of each point's foot on the nominal flank.
     pub roll_length_mm: Vec<Option<f64>>,
     /// Diameter of each point's foot on the nominal flank.
     pub diameter_mm: Vec<Option<f64>>,
-    /// Place of each point's foot along the axis.
+    /// z of each point's foot.
     pub z_mm: Vec<Option<f64>>,
-    /// Counted clockwise from 1, the tooth at the top; 0 where a point is undefined and none was
-    /// given.
+    /// Tooth of each point, counted clockwise from 1, the tooth at the top; 0 where a point is
+    /// undefined and none was given.
     pub tooth: Vec<u32>,
     /// Flank that each point belongs to.
     pub flank: Vec<Side>,
-    /// Whether it takes part: defined and inside the borders.
+    /// True for points that take part: defined and inside the borders.
     pub counts: Vec<bool>,
-    /// How many take part.
+    /// Number of points that take part.
     pub count: usize,
     /// Points without a deviation.
     pub undefined: usize,
     /// Defined, but outside the borders.
     pub trimmed: usize,
-    /// Of those that take part; left out where there is none.
+    /// Root mean square of the deviations that take part; absent without any.
     pub rms_um: Option<f64>,
-    /// The least deviation of those that take part; left out where there is none.
+    /// Least deviation of those that take part; absent without any.
     pub least_um: Option<f64>,
-    /// The greatest deviation of those that take part; left out where there is none.
+    /// Greatest deviation of those that take part; absent without any.
     pub greatest_um: Option<f64>,
     pub borders: Option<BordersBody>,
     /// Points that belong to no flank, where these count as undefined.
     pub strays: Vec<StrayBody>,
-    /// What had to be assumed, about an imported file above all.
+    /// Warnings, in particular assumptions about an imported file.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<NoticeBody>,
     pub registration: Option<RegistrationBody<'a>>,
@@ -78,9 +78,9 @@ pub struct DeviationsBody<'a> {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
 #[schema(as = StrayPoint)]
 pub struct StrayBody {
-    /// Which point, from 0.
+    /// Index of the point, from 0.
     pub index: usize,
-    /// Why it belongs to no flank.
+    /// Reason why it belongs to no flank.
     pub reason: String,
 }
 

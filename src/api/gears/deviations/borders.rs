@@ -13,25 +13,24 @@ use flankfit_engine::{
     numerics::check,
 };
 
-/// Which part of the flank takes part.
+/// Part of the flank that takes part.
 #[skip_serializing_none]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = FlankBorders)]
 pub struct BordersBody {
-    /// Percent of the measured profile (in roll length) and of the measured width that are left out
-    /// at each edge. Default 0.
+    /// At the root end, in percent of the measured profile's roll length. Default 0.
     pub root_percent: Option<f64>,
     /// At the tip end, in percent of the measured profile's roll length. Default 0.
     pub tip_percent: Option<f64>,
-    /// At the end of small z.
+    /// At the end of small z, in percent of the measured width. Default 0.
     pub toe_percent: Option<f64>,
-    /// At the end of great z.
+    /// At the end of great z, in percent of the measured width. Default 0.
     pub heel_percent: Option<f64>,
-    /// In place of the percentages at root and tip.
+    /// Replaces the percentages at root and tip.
     #[schema(min_items = 2, max_items = 2)]
     pub diameter_range_mm: Option<[f64; 2]>,
-    /// In place of the percentages at toe and heel.
+    /// Replaces the percentages at toe and heel.
     #[schema(min_items = 2, max_items = 2)]
     pub z_range_mm: Option<[f64; 2]>,
 }

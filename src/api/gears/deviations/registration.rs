@@ -27,24 +27,24 @@ pub struct RegistrationBody<'a> {
     /// Plain least squares with a column for each motion (spectrum, collinearity), if motions were
     /// taken together in the fit.
     pub every_motion: Option<FitResultBody<'a>>,
-    /// `rotation_modulo_pitch`: no point tells its tooth. `flanks_reassigned`: points lie on other
+    /// `rotation_modulo_pitch`: no point names its tooth. `flanks_reassigned`: points lie on other
     /// flanks than were nearest before. Doubts: `flanks_ambiguous`, `teeth_contradict` (points
-    /// count on the teeth that they lie on, not on those told), `axial_shift_for_rotation`,
+    /// count on the teeth that they lie on, not on those given), `axial_shift_for_rotation`,
     /// `poor_fit`, `points_misfit`, `points_beyond_flank`, `registration_not_converged`.
     /// `motions_indistinguishable`: rotation and axial shift of a helical part are one motion, and
-    /// all of it is taken as rotation; `axial_shift_by_modification`: modifications that change
-    /// along z, and they alone, told the two apart.
+    /// all of it is taken as rotation; `axial_shift_by_modification`: only modifications that
+    /// change along z distinguish the two.
     pub warnings: Vec<WarningBody>,
 }
 
-/// What cannot be told apart.
+/// Motions or settings that cannot be distinguished.
 #[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Indistinguishable)]
 pub struct IndistinguishableBody {
     /// Motions of a registration, settings of a correction.
     pub names: Vec<String>,
-    /// Left out where it is infinite.
+    /// Absent where it is infinite.
     pub condition_index: Option<f64>,
     /// The same in words.
     pub sentence: String,

@@ -40,41 +40,40 @@ request! {
     /// Points measured on a gear (`points`), or deviations of one flank on a grid (`grid`).
     #[schema(as = GearDeviationsRequest)]
     pub struct DeviationsRequestBody as DeviationsMembers {
-        /// May be left out where the points belong to a job that has it.
+        /// Optional if the points belong to a job that has it.
         optional gear: GearBody,
         /// `[x, y, z]` of each point, mm; `null` where undefined. The tooth at the top (+y) in z =
         /// 0 is tooth 1.
         #[schema(max_items = 2_000_000)]
         optional points: Vec<Option<[f64; 3]>>,
         /// The tooth of each point, counted clockwise from 1 as the viewer sees it. By default the
-        /// nearest; a registration then answers the rotation up to whole pitches (warning
+        /// nearest; a registration then returns the rotation up to whole pitches (warning
         /// `rotation_modulo_pitch`). With `teeth` and `flanks` it finds any rotation of the full
         /// circle.
         optional teeth: Vec<u32>,
-        /// The flank of each point. By default the nearest, after a registration that of the part
-        /// laid in place.
+        /// The flank of each point. By default the nearest, after a registration that of the
+        /// registered part.
         optional flanks: Vec<Side>,
         optional grid: DeviationGridBody,
-        /// What is taken off the involute on purpose, superposed: deviations refer to the flank
-        /// that is left.
+        /// Modifications of the involute, superposed: deviations refer to the modified flank.
         #[serde(skip_serializing_if = "Vec::is_empty")]
         required modifications: Vec<ModificationBody>,
         optional modification_range: ModificationRangeBody,
         /// Radius of the ball whose centres `points` are. Default 0: they lie on the surface.
         #[schema(minimum = 0)]
         optional probe_radius_mm: f64,
-        /// Along what deviations are taken. Default `normal`.
+        /// Direction of the deviations. Default `normal`.
         optional direction: Direction,
-        /// How far from its flank a point may lie. By default a quarter of the base pitch, at most
-        /// 2 mm.
+        /// Greatest distance of a point from its flank. By default a quarter of the base pitch, at
+        /// most 2 mm.
         #[schema(exclusive_minimum = 0)]
         optional reach_mm: f64,
-        /// What becomes of points that belong to no flank. Default `refuse`.
+        /// Use of points that belong to no flank. Default `refuse`.
         optional strays: FootlessPoints,
         optional borders: BordersBody,
-        /// Best fit of the part to the nominal gear before its deviations are answered. `points`
-        /// may lie turned by any angle, and off centre by up to two modules where shifts are free:
-        /// the start is sought.
+        /// Best fit of the part to the nominal gear before its deviations are computed. `points`
+        /// may be turned by any angle, and off centre by up to two modules if shifts are free: the
+        /// start of the fit is searched.
         optional registration: RegistrationRequestBody,
         /// For the registration.
         flatten fit: FitFields,
@@ -86,8 +85,8 @@ request! {
     #[serde(deny_unknown_fields)]
     #[schema(as = DeviationGrid)]
     pub struct DeviationGridBody as DeviationGridMembers {
-        /// Counted clockwise from 1, the tooth at the top. By default that of the iteration that
-        /// the deviations are kept with, else 1.
+        /// Tooth, counted clockwise from 1, the tooth at the top. By default that of the iteration
+        /// of the record, else 1.
         optional tooth: u32,
         required flank: Side,
         /// Ascending; either these …
@@ -96,18 +95,19 @@ request! {
         optional diameter_mm: Vec<f64>,
         /// Ascending.
         required z_mm: Vec<f64>,
-        /// From the unmodified involute. A row for each roll length; `null` where undefined.
+        /// Deviations from the unmodified involute. A row for each roll length; `null` where
+        /// undefined.
         required deviation_um: Vec<Vec<Option<f64>>>,
     }
 }
 
-/// Which rigid motions of the part are found and undone.
+/// Rigid motions of the part that are estimated and undone.
 #[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = RegistrationRequest)]
 pub struct RegistrationRequestBody {
-    /// Of `x_shift`, `y_shift`, `axial_shift`, `x_tilt`, `y_tilt` and `rotation`.
+    /// Free motions: `x_shift`, `y_shift`, `axial_shift`, `x_tilt`, `y_tilt` and `rotation`.
     #[schema(min_items = 1, max_items = 6)]
     pub motions: Vec<String>,
     /// z of the point about which the axis tilts. By default the middle of the nodes.
@@ -127,7 +127,7 @@ pub struct CheckedDeviations {
     pub spec: FitSpec,
 }
 
-/// What deviations are made of.
+/// Data that deviations are computed from.
 pub enum Given {
     Points { touches: Vec<MeasuredPoint>, measurement: Measurement },
     Grid(DeviationGrid),

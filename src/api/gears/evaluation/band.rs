@@ -17,30 +17,30 @@ pub const MOST_POINTS: usize = 1000;
 /// Most points of all lines of a request or of a job: they stand in every answer.
 pub const MOST_POINTS_IN_ALL: usize = 4000;
 
-/// A band that traces must lie in, as a K-chart has it: an upper and a lower line through points
-/// `[place, µm]`, straight between them over the coordinate that places are given in, of deviations
-/// from the unmodified flank or the design, transverse and positive where material stands out. Each
-/// trace may be shifted as a whole, since measuring machines zero each by itself.
+/// A band that traces must lie in, as in a K-chart: an upper and a lower polyline through points
+/// `[place, µm]`. Deviations are from the unmodified flank or the design, transverse, and positive
+/// where material protrudes. Each trace may be shifted as a whole, since measuring machines zero
+/// each by itself.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = KBand, example = json!({"kind": "profile", "profile_axis": "diameter",
     "upper": [[50.4, 2], [53.5, 2], [54.0, -4]], "lower": [[50.4, -8], [53.0, -4], [54.0, -14]]}))]
 pub struct KBandBody {
-    /// Of which traces it is.
+    /// Kind of the traces.
     pub kind: Kind,
-    /// Of which flank; of both where it is left out.
+    /// Flank of the traces; both by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub flank: Option<Side>,
-    /// What the deviations are about. Default `involute`.
+    /// Reference of the deviations. Default `involute`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub against: Option<Against>,
-    /// What places of profiles are. Default `roll_length`. Those of helices are z in mm.
+    /// Coordinate of places of profiles. Default `roll_length`. Places of helices are z in mm.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub profile_axis: Option<ProfileAxis>,
-    /// At least two points, places ascending; beyond its ends it says nothing.
+    /// At least two points, places ascending. Samples outside its ends are not limited.
     #[schema(value_type = Vec<Pair>, min_items = 2, max_items = 1000)]
     pub upper: Vec<[f64; 2]>,
-    /// The same; nowhere above the upper line.
+    /// Likewise; nowhere above the upper line.
     #[schema(value_type = Vec<Pair>, min_items = 2, max_items = 1000)]
     pub lower: Vec<[f64; 2]>,
 }
@@ -92,14 +92,15 @@ impl KBandBody {
         }
     }
 
-    /// Where the lower line is above the upper one; a difference of lines is greatest at a point.
+    /// Returns a place where the lower line is above the upper one; a difference of lines is
+    /// greatest at a point.
     fn crossing(&self) -> Option<f64> {
         let points = self.upper.iter().chain(&self.lower).map(|point| point[0]);
         let above = |at: f64| Some(height(&self.lower, at)? > height(&self.upper, at)?);
         points.into_iter().find(|at| above(*at) == Some(true))
     }
 
-    /// The band on a gear; places where no involute is are faults.
+    /// Returns the band on a gear; places without an involute are errors.
     pub fn on(&self, gear: &Gear, at: &str) -> Result<Band, Faults> {
         let axis = self.profile_axis.unwrap_or_default();
         let mut faults = Faults::default();
@@ -141,7 +142,7 @@ fn check_line(line: &[[f64; 2]], at: &str, faults: &mut Faults) {
     }
 }
 
-/// The height of a line; `None` beyond its ends.
+/// Returns the height of a line; `None` outside its ends.
 fn height(line: &[[f64; 2]], at: f64) -> Option<f64> {
     line.windows(2).find(|pair| (pair[0][0]..=pair[1][0]).contains(&at)).map(|pair| {
         let [[x, y], [next_x, next_y]] = [pair[0], pair[1]];

@@ -39,39 +39,39 @@ request! {
     pub struct FlankSurfaceRequestBody as FlankSurfaceMembers {
         required gear: GearBody,
         required flank: Side,
-        /// What `profile` is. Default `roll_length`.
+        /// Quantity of `profile`. Default `roll_length`.
         optional profile_axis: ProfileAxis,
-        /// mm; roll angles in degrees. Of a grid ascending.
+        /// mm; roll angles in degrees. Ascending for a grid.
         required profile: Vec<f64>,
-        /// Of a grid ascending.
+        /// Ascending for a grid.
         required z_mm: Vec<f64>,
-        /// Rows of numbers (grid) or numbers (scattered nodes), positive where material stands out
+        /// Rows of numbers (grid) or numbers (scattered nodes), positive where material protrudes
         /// unless `deviation_sign` says otherwise; `null` where undefined.
         #[schema(value_type = Vec<serde_json::Value>)]
         required deviation_um: Vec<serde_json::Value>,
-        /// Evaluation range in the unit of `profile`. By default what the nodes span.
+        /// Evaluation range in the unit of `profile`. By default the range of the nodes.
         #[schema(min_items = 2, max_items = 2)]
         optional profile_range: [f64; 2],
-        /// Evaluation range in z, `[from, to]`. By default what was measured.
+        /// Evaluation range in z, `[from, to]`. By default the range of the nodes.
         #[schema(min_items = 2, max_items = 2)]
         optional helix_range_mm: [f64; 2],
         optional border_percent: Border,
         /// The sign of slopes and twist. Default `din`.
         optional sign: SlopeSign,
-        /// Default `material`, which is what `din` means for a whole flank too; helix slope and
-        /// twist are answered by `sign`.
+        /// Default `material`, which for a whole flank is the same as `din`. Helix slope and twist
+        /// are returned in `sign`.
         optional deviation_sign: DeviationSign,
         /// Direction in which deviations were taken, figures and form are given, and limits count.
         /// Default `normal`.
         optional direction: Direction,
         /// Length that slopes refer to. Default `reference_length`.
         optional reference: Reference,
-        /// What the figures must lie within. Limits of form and total deviations are of traces, and
+        /// Limits of the figures. Limits of form and total deviations apply to traces and are
         /// refused here.
         optional tolerance_limits: SidedLimits,
-        /// Whether deviations far below or above those of any gear are given in µm all the same.
-        /// Until then `implausible_unit` warns of them, and figures are held against no limits.
-        /// Default false.
+        /// Confirms that the deviations are in µm although they are far below or above those of any
+        /// gear. Otherwise there is a warning `implausible_unit`, and figures are not compared with
+        /// limits. Default false.
         optional accept_units: bool,
         /// How is fitted; by default by plain least squares.
         flatten fit: FitFields,
@@ -155,7 +155,7 @@ pub fn build(text: &[u8], own: Option<&Gear>) -> Result<Built, Problem> {
     Ok(Built { method: "second_order_surface".to_owned(), result })
 }
 
-/// Rows of another length than z are faults.
+/// Refuses rows of another length than z.
 fn check_rows(lengths: &[usize], columns: usize, faults: &mut Faults) {
     for (i, length) in lengths.iter().enumerate().filter(|(_, length)| **length != columns) {
         faults.push(format!("/deviation_um/{i}"), format!("{} for {columns} z", entries(*length)));

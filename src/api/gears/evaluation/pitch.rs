@@ -36,17 +36,17 @@ use flankfit_engine::{
     numerics::check,
 };
 
-/// Where limits stand in a request.
+/// Pointer of the limits in a request.
 const LIMITS: &str = "/pitch_limits";
 
-/// Pitches of one flank or of both, readings of a run-out probe, or all of them. Teeth stand in the
+/// Pitches of one flank or of both, readings of a run-out probe, or all of them. Teeth are in the
 /// order of counting; `null` where a tooth was not measured.
 #[skip_serializing_none]
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = PitchRequest)]
 pub struct PitchRequestBody {
-    /// May be left out where the pitches belong to a job that has it.
+    /// Optional if the pitches belong to a job that has it.
     pub gear: Option<GearBody>,
     pub left: Option<PitchMeasuredBody>,
     pub right: Option<PitchMeasuredBody>,
@@ -59,33 +59,32 @@ pub struct PitchRequestBody {
     /// k of F_pk and F_pSk. Default an eighth of the teeth.
     #[schema(minimum = 1)]
     pub sector: Option<usize>,
-    /// Which way teeth are counted. It decides which flanks bound a space: without it no run-out
-    /// follows from pitches.
+    /// Direction in which teeth are counted. It decides which flanks bound a space: without it no
+    /// run-out follows from pitches.
     pub counting: Option<Counting>,
     /// Which tolerances decide the class. Default `rounded`.
     pub tolerances: Option<Rounding>,
-    /// What the figures must lie within. In a job those of its `requirements` take its place where
-    /// it is left out.
+    /// Limits of the figures. By default those of the job's `requirements`.
     pub pitch_limits: Option<PitchLimits>,
-    /// How sure the figures are, for a decision by ISO 14253-1.
+    /// Standard uncertainties of the figures, for conformity by ISO 14253-1.
     pub standard_uncertainty_um: Option<PitchUncertainty>,
-    /// Whether deviations far below or above those of any gear are given in µm all the same. Until
-    /// then `implausible_unit` warns of them, and the flank has no class and is held against no
-    /// limits. Default false.
+    /// Confirms that the deviations are in µm although they are far below or above those of any
+    /// gear. Otherwise there is a warning `implausible_unit`, and the flank has no class and is not
+    /// compared with limits. Default false.
     pub accept_units: Option<bool>,
 }
 
-/// Where the flanks of all teeth are, in one of three forms.
+/// Positions of the flanks of all teeth, in one of three forms.
 #[skip_serializing_none]
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = PitchMeasured)]
 pub struct PitchMeasuredBody {
-    /// How far each flank stands beyond its place, along the measuring circle, in the direction in
-    /// which teeth are counted.
+    /// Deviation of each flank from its nominal position along the measuring circle, positive in
+    /// the direction in which teeth are counted.
     pub index_deviation_um: Option<Vec<Option<f64>>>,
-    /// Where each flank is, from anywhere, in the direction in which teeth are counted (their
-    /// angles ascend, but for full turns).
+    /// Angle of each flank from any origin, in the direction in which teeth are counted (ascending
+    /// except for full turns).
     pub angle_deg: Option<Vec<Option<f64>>>,
     /// Deviation of the pitch that ends at each flank.
     pub single_pitch_um: Option<Vec<Option<f64>>>,
@@ -96,18 +95,18 @@ pub struct PitchMeasuredBody {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = PitchEvaluation)]
 pub struct PitchEvaluationBody {
-    /// Which way teeth are counted; left out where it is not known.
+    /// Direction in which teeth are counted; absent if it is not known.
     pub counting: Option<Counting>,
     pub left: Option<PitchBody>,
     pub right: Option<PitchBody>,
-    /// R_s: greatest less least thickness of the measured teeth, on the measuring circle. There
-    /// where both flanks were measured on one circle.
+    /// R_s: greatest minus least thickness of the measured teeth, on the measuring circle. Present
+    /// if both flanks were measured on one circle.
     pub tooth_thickness_variation_um: Option<f64>,
-    /// W_k and M_dK from the places of contact of an imported file. There where it has those of
-    /// both flanks of all teeth of an external gear, and the number of teeth of the span.
+    /// W_k and M_dK from the points of contact of an imported file. Present if it has those of both
+    /// flanks of all teeth of an external gear, and the number of teeth of the span.
     pub tooth_thickness: Option<Thickness>,
     pub runout: Option<RunoutBody>,
-    /// About all of them; each part has its own.
+    /// Warnings about all of them; each part has its own.
     pub warnings: Vec<NoticeBody>,
 }
 
@@ -166,7 +165,7 @@ pub fn build(
 }
 
 impl PitchRequestBody {
-    /// What is kept with an iteration of one flank has pitches of that flank, or of none.
+    /// Checks that a record of an iteration of one flank has pitches of that flank, or of none.
     fn belongs_to(&self, of: &Measurand) -> Result<(), Faults> {
         let at = if self.left.is_some() { "/left" } else { "/right" };
         let flanks = [(&self.left, Side::Left), (&self.right, Side::Right)];
@@ -273,7 +272,7 @@ fn numbers(list: &[Option<f64>]) -> Vec<f64> {
 }
 
 impl PitchMeasuredBody {
-    /// What was measured, under its name in the request.
+    /// Returns the measurement under its name in the request.
     fn measured(&self, at: &str, faults: &mut Faults) -> Option<(&'static str, PitchMeasured)> {
         match (&self.index_deviation_um, &self.angle_deg, &self.single_pitch_um) {
             (Some(index), None, None) => Some(("index_deviation_um", PitchMeasured::Index(numbers(index)))),

@@ -40,73 +40,72 @@ use flankfit_engine::{
 #[serde(deny_unknown_fields)]
 #[schema(as = EvaluateGear)]
 pub struct EvaluateBody {
-    /// May be left out where the traces belong to a job that has it.
+    /// Optional if the traces belong to a job that has it.
     pub gear: Option<GearBody>,
     /// Profiles and helices, each on its own; at least one.
     pub traces: Vec<TraceBody>,
-    /// What is taken off the involute on purpose, superposed: the design line of every trace,
-    /// beside its own `design_um`.
+    /// Modifications of the involute, superposed: part of the design line of every trace, in
+    /// addition to its own `design_um`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub modifications: Vec<ModificationBody>,
     pub modification_range: Option<ModificationRangeBody>,
     pub evaluation: EvaluationSettingsBody,
 }
 
-/// Ranges, reference lengths, signs and rules; what is left open is a default that the answer
-/// repeats.
+/// Ranges, reference lengths, signs and rules. The response repeats them with every default filled
+/// in.
 #[skip_serializing_none]
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = EvaluationSettings)]
 pub struct EvaluationSettingsBody {
-    /// Evaluation range of profiles, as diameters. Needed when there are profiles.
+    /// Evaluation range of profiles, as diameters. Required with profiles.
     #[schema(min_items = 2, max_items = 2)]
     pub profile_diameter_range_mm: Option<[f64; 2]>,
     /// Diameters between which the tip relief lies. With it profiles have `tip_relief_um`.
     #[schema(min_items = 2, max_items = 2)]
     pub tip_relief_diameter_range_mm: Option<[f64; 2]>,
-    /// Evaluation range of helices. Needed when there are helices.
+    /// Evaluation range of helices. Required with helices.
     #[schema(min_items = 2, max_items = 2)]
     pub helix_range_mm: Option<[f64; 2]>,
-    /// The roll length that profile slopes are extended to; takes the place of `profile_reference`.
+    /// The roll length that profile slopes are extended to; overrides `profile_reference`.
     pub profile_reference_length_mm: Option<f64>,
-    /// The length that helix slopes are extended to; takes the place of `helix_reference`.
+    /// The length that helix slopes are extended to; overrides `helix_reference`.
     pub helix_reference_length_mm: Option<f64>,
     /// Default `evaluation_range`, L_α.
     pub profile_reference: Option<ProfileReference>,
     /// Default `face_width`.
     pub helix_reference: Option<HelixReference>,
-    /// The sign of the answered slopes. Default `din`.
+    /// The sign of the returned slopes. Default `din`.
     pub sign: Option<SlopeSign>,
     /// The sign of the posted deviations. By default that of `sign`: `din` for `din`, else
     /// `material`.
     pub deviation_sign: Option<DeviationSign>,
-    /// Along what deviations were taken. Default `transverse`; answers are transverse.
+    /// Direction of the posted deviations. Default `transverse`; results are transverse.
     pub direction: Option<Direction>,
-    /// What figures are about. Default `design` with `modifications` or `design_um`, else
-    /// `involute`. Against a design the job's limits of slopes, crownings and twist, which are of
-    /// the flank, are not compared.
+    /// Reference of the figures. Default `design` with `modifications` or `design_um`, else
+    /// `involute`. With `design` the job's limits of slopes, crownings and twist, which apply to
+    /// the flank, are not used.
     pub against: Option<Against>,
-    /// About what the form deviation of profiles is taken. Default `line`.
+    /// Mean curve of the form deviation of profiles. Default `line`.
     pub profile_mean: Option<MeanCurve>,
-    /// About what the form deviation of helices is taken. Default `line`.
+    /// Mean curve of the form deviation of helices. Default `line`.
     pub helix_mean: Option<MeanCurve>,
-    /// Whether material that stands out beyond the evaluation range counts. Default `ignored`.
+    /// Use of material that protrudes outside the evaluation range. Default `ignored`.
     pub profile_plus_material: Option<PlusMaterial>,
     pub helix_plus_material: Option<PlusMaterial>,
-    /// Which tolerances decide the class. Default `rounded`.
+    /// Tolerances that decide the class. Default `rounded`.
     pub tolerances: Option<Rounding>,
-    /// What becomes of samples that stand far out of their neighbours, as dust does. Default
-    /// `keep`.
+    /// Use of samples that protrude far from their neighbours, as dust does. Default `keep`.
     pub outliers: Option<Outliers>,
-    /// Whether the deviations of all traces of a flank count from one zero. Measuring machines zero
-    /// each profile and each helix by itself; then the levels of traces say nothing, and surfaces
-    /// tell only what follows from slopes and shapes. Set it where traces were cut out of one
-    /// measurement of the flank. Default false.
+    /// True if all traces of a flank share one zero. Measuring machines zero each profile and each
+    /// helix by itself; then the levels of traces mean nothing, and surfaces show only what follows
+    /// from slopes and shapes. Set it if the traces are sections of one measurement of the flank.
+    /// Default false.
     pub traces_share_zero: Option<bool>,
-    /// Whether deviations far below or above those of any gear are given in µm all the same. Until
-    /// then `implausible_unit` warns of them, and they have no class and are held against no
-    /// limits. Default false.
+    /// Confirms that the deviations are in µm although they are far below or above those of any
+    /// gear. Otherwise there is a warning `implausible_unit`, and they have no class and are not
+    /// compared with limits. Default false.
     pub accept_units: Option<bool>,
     /// Level of confidence intervals, above 0.5 and below 1. Default 0.95.
     #[schema(exclusive_minimum = 0.5, exclusive_maximum = 1)]

@@ -1,4 +1,4 @@
-//! What a file holds: traces and their evaluation, deviations, and nodes of an iteration.
+//! Contents of a file: traces and their evaluation, deviations, and nodes of an iteration.
 
 use super::{pitch::FilePitch, spec::ImportSpecBody};
 use crate::{
@@ -24,17 +24,16 @@ use flankfit_engine::{
 /// A file, read.
 pub struct FileRead {
     pub gear: Gear,
-    /// Of the traces (signs as DIN has them), where there are any; with the warnings about the
-    /// file.
+    /// Evaluation of the traces (signs of DIN), if there are any, with the warnings about the file.
     pub evaluation: Option<EvaluationBody>,
-    /// All traces of the file, as they would be posted to be evaluated again; beside `evaluation`.
+    /// All traces of the file, in the form in which they can be posted again; with `evaluation`.
     pub request: Option<EvaluateBody>,
-    /// Of the tables of pitches, where there are any.
+    /// Tables of pitches, if there are any.
     pub pitch: Option<FilePitch>,
-    /// Of points and topographies.
+    /// Deviations of points and topographies.
     pub deviations: Option<Deviations>,
     /// Nodes with u = roll length and v = z (mm), heights in µm along the normal, positive where
-    /// material stands out; with what they are of.
+    /// material protrudes.
     pub nodes: Vec<FlankNodes>,
     pub warnings: Vec<NoticeBody>,
 }
@@ -43,16 +42,15 @@ pub struct FileRead {
 pub struct FlankNodes {
     pub tooth: String,
     pub side: Side,
-    /// Traces, or 0 for points.
+    /// Number of traces, or 0 for points.
     pub traces: usize,
-    /// (roll length, z, deviation); undefined ones are left out. Of traces with a zero each one
-    /// after the other.
+    /// (roll length, z, deviation); undefined ones are left out. Traces follow each other.
     pub places: Vec<[f64; 3]>,
-    /// Of traces with a zero each.
+    /// Zeros of the traces, if each has its own.
     pub own_zeros: Option<OwnZeros>,
 }
 
-/// What cannot be read, with line and column.
+/// Returns the problem for a file that cannot be read, with line and column.
 pub fn unreadable(error: &FileError) -> Problem {
     nodes::refusal(error, "/file").into()
 }
@@ -61,14 +59,14 @@ pub(in crate::api) fn nothing_measured(what: &str) -> Problem {
     Problem::invalid(Faults::one("/file", format!("nothing to make nodes of: {what}")))
 }
 
-/// What a reader had to say.
+/// Returns the warnings of a reader.
 pub(in crate::api) fn notices(notes: &Notes) -> Vec<NoticeBody> {
     let each = notes.list().iter();
     each.map(|Note { line, remark }| NoticeBody::new(remark.code(), &format!("line {line}: {remark}"))).collect()
 }
 
 impl FileRead {
-    /// The flank that was asked for, or the one with the most nodes, the left one before the right.
+    /// Returns the requested flank, or the one with the most nodes, the left one before the right.
     pub fn flank(&self, spec: &ImportSpecBody) -> Result<&FlankNodes, Problem> {
         let fits = |flank: &&FlankNodes| {
             spec.tooth.as_ref().is_none_or(|tooth| *tooth == flank.tooth)
@@ -92,7 +90,7 @@ impl FileRead {
 }
 
 impl FlankNodes {
-    /// As nodes of a fit; along the one coordinate that varies where all lie on one line.
+    /// Returns the nodes of a fit; along the one coordinate that varies if all lie on one line.
     pub fn nodes(&self) -> Result<Nodes, Problem> {
         let column = |c: usize| self.places.iter().map(|place| place[c]).collect::<Vec<f64>>();
         let nodes = match (self.varies(0), self.varies(1)) {
@@ -107,7 +105,7 @@ impl FlankNodes {
         self.places.iter().any(|place| place[c] != self.places[0][c])
     }
 
-    /// What these nodes are of: the file says it.
+    /// Returns the measurand of these nodes, as the file gives it.
     pub fn measurand(&self, nodes: &Nodes) -> Result<Measurand, Faults> {
         let along_profile = known_axis("roll_length", "mm", None);
         let along_helix = known_axis("face_width", "mm", None);
@@ -124,7 +122,7 @@ impl FlankNodes {
     }
 }
 
-/// As messages call it.
+/// Returns the word for a flank in messages.
 pub fn word(side: Side) -> &'static str {
     match side {
         Side::Left => "left",

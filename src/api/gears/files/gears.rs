@@ -25,27 +25,27 @@ use flankfit_engine::{
     gear::{Gear, GearData, Hand, Side},
 };
 
-/// What a file says of gears.
+/// Gears in a file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = GearsOfFile)]
 pub struct GearsOfFileBody {
     pub format: FileFormatName,
     /// In the order of the file.
     pub gears: Vec<GearOfFileBody>,
-    /// Of curves and models: every trace, in the order of the file.
+    /// For curves and models: every trace, in the order of the file.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub traces: Vec<FileTraceBody>,
-    /// Flanks with a table of pitches that an import keeps.
+    /// Flanks with a table of pitches that an import stores.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub pitches: Vec<Side>,
-    /// Of values: every one that the file prints, in its order.
+    /// For values: every one that the file prints, in its order.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub values: Vec<FileValueBody>,
-    /// What to know about the file; empty where there is nothing to say.
+    /// Warnings about the file.
     pub warnings: Vec<NoticeBody>,
 }
 
-/// What a file is, by its content.
+/// Format of a file, by its content.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[schema(as = GearFileFormat)]
@@ -63,15 +63,15 @@ pub enum FileFormatName {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = GearOfFile)]
 pub struct GearOfFileBody {
-    /// Of a REXS model: the id of its component, which an import calls `component`.
+    /// For a REXS model: the id of its component, which an import calls `component`.
     pub id: Option<String>,
-    /// As the file calls it; left out where it does not.
+    /// Name in the file; absent without one.
     pub name: Option<String>,
-    /// As a job takes it; left out where the file does not say enough, or says what cannot be.
+    /// The gear in the form of a job; absent if the file has too few data or impossible ones.
     pub gear: Option<GearBody>,
-    /// What the file says of it, where that is no gear yet.
+    /// Data in the file, if they are incomplete.
     pub known: Option<GearFactsBody>,
-    /// The data without which it is no gear, by their names there.
+    /// Names of the missing data.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub missing: Vec<String>,
     /// Flanks with a topography that can be imported.
@@ -102,7 +102,7 @@ pub struct GearFactsBody {
     pub tip_diameter_mm: Option<f64>,
     /// Root diameter d_f.
     pub root_diameter_mm: Option<f64>,
-    /// Whether teeth point inwards.
+    /// True if teeth point inwards.
     pub internal: Option<bool>,
 }
 
@@ -166,7 +166,7 @@ pub fn read(content: &[u8], name: Option<&str>) -> Result<GearsOfFileBody, Probl
     Ok(GearsOfFileBody { format, gears, traces, pitches, values, warnings })
 }
 
-/// The field of a gear that a datum stands at.
+/// Returns the field of a gear for a datum.
 fn name(datum: Datum) -> &'static str {
     match datum {
         Datum::Teeth => "teeth",

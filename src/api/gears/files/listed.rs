@@ -1,4 +1,4 @@
-//! What a file of a gear tester holds: its traces, and the values that it prints.
+//! Contents of a file of a gear tester: its traces, and the values that it prints.
 
 use serde::{Deserialize, Serialize};
 use serde_with_macros::skip_serializing_none;
@@ -12,13 +12,13 @@ use flankfit_engine::{
     gear::{Kind, Side},
 };
 
-/// A trace of a file. An import makes nodes of those of one flank of one tooth (without the letter
-/// behind its number), which its `tooth` and `flank` name.
+/// A trace of a file. An import turns the traces of one flank of one tooth (without the letter
+/// after its number) into nodes; `tooth` and `flank` of the import name it.
 #[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = FileTrace)]
 pub struct FileTraceBody {
-    /// As evaluations name it: a letter behind the number stands for a trace beside the middle.
+    /// Tooth as in evaluations: a letter after the number marks a trace off the middle.
     pub tooth: String,
     pub flank: Side,
     pub kind: Kind,
@@ -26,13 +26,13 @@ pub struct FileTraceBody {
     pub samples: usize,
     /// Samples without a deviation.
     pub undefined: usize,
-    /// Of a profile: its z, where the file says it.
+    /// For a profile: its z, if the file has it.
     pub section_z_mm: Option<f64>,
-    /// Of a helix: its diameter, where the file says it.
+    /// For a helix: its diameter, if the file has it.
     pub section_diameter_mm: Option<f64>,
-    /// Of a helix: the roll length of its cylinder, where the file says that.
+    /// For a helix: the roll length of its cylinder, if the file has it.
     pub section_roll_length_mm: Option<f64>,
-    /// Where it begins in the file, from 1.
+    /// Its first line in the file, from 1.
     pub line: usize,
 }
 
@@ -41,28 +41,28 @@ pub struct FileTraceBody {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = FileValue)]
 pub struct FileValueBody {
-    /// By which the instrument knows it.
+    /// Code of the value in the instrument.
     pub code: u32,
-    /// As it is printed.
+    /// Printed name.
     pub name: String,
-    /// Its symbol, such as `f_Halpha`; left out where the code is not known.
+    /// Its symbol, such as `f_Halpha`; absent if the code is not known.
     pub characteristic: Option<String>,
     pub position: MeasuringPosition,
     pub statistic: Statistic,
-    /// Left out where it is of no flank.
+    /// Flank of the value; absent if it belongs to none.
     pub flank: Option<Side>,
-    /// Of a value of one tooth, where its label names it.
+    /// For a value of one tooth: the tooth, if the label names it.
     pub tooth: Option<String>,
-    /// In `unit`; left out where there is none, which `state` explains.
+    /// In `unit`; absent if there is none, for the reason in `state`.
     pub value: Option<f64>,
-    /// `um` or `mm`; left out where the code is not known.
+    /// `um` or `mm`; absent if the code is not known.
     pub unit: Option<String>,
     pub state: FileValueStateName,
-    /// Where it stands in the file, from 1.
+    /// Its line in the file, from 1.
     pub line: usize,
 }
 
-/// Whether there is a value.
+/// State of a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[schema(as = FileValueState)]

@@ -50,7 +50,7 @@ pub(super) fn read(
             Err(why) => warn("pitch_not_read", format!("line {line}: {why}")),
             Ok(Columns { cumulative, runout }) => {
                 *place = Some(PitchMeasuredBody { index_deviation_um: Some(cumulative), ..Default::default() });
-                // readings are of the gaps, the same beside both tables
+                // readings are of the spaces, the same in both tables
                 let read = runout.iter().any(Option::is_some);
                 request.readings_um = request.readings_um.take().or(Some(runout).filter(|_| read));
             }

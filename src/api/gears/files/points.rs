@@ -156,8 +156,8 @@ fn of_deviations(gear: Gear, deviations: Deviations, warnings: Vec<NoticeBody>) 
     Ok(FileRead { gear, evaluation: None, request: None, pitch: None, deviations: Some(deviations), nodes, warnings })
 }
 
-/// Whether a place is between root and tip circle, and not far beyond the face (whose z may begin
-/// at its end or in its middle).
+/// Returns true if a place is between root and tip circle, and not far outside the face (whose z
+/// may begin at its end or in its middle).
 fn on_the_tooth(gear: &Gear, diameter: f64, z: f64) -> bool {
     let (tip, root) = (2.0 * gear.tip_radius(), 2.0 * gear.root_radius());
     let slack = 0.1 * gear.data().normal_module;

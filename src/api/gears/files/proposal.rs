@@ -1,4 +1,4 @@
-//! What a table of nodes or points is proposed to be.
+//! Proposed mapping of a table of nodes or points.
 
 use std::sync::Arc;
 
@@ -27,7 +27,7 @@ use flankfit_engine::{
     words::rounded,
 };
 
-/// What is answered of a table beside the proposal.
+/// Additional parts of the response about a table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[schema(as = TableInclude)]
@@ -36,7 +36,7 @@ pub enum TableIncludeName {
     Nodes,
 }
 
-/// Where a proposal comes from.
+/// Source of a proposal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[schema(as = TableProposedFrom)]
@@ -49,8 +49,8 @@ pub enum ProposedFromName {
     File,
 }
 
-/// What a table is read as. Its first six members are a mapping, which goes with the file to every
-/// import, changed where they are wrong.
+/// Proposed interpretation of a table. Its first six members are a mapping, to be sent with the
+/// file to an import, with corrections.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[schema(as = TableProposal, example = json!({
     "separator": ";", "decimal": ",", "header": true, "matrix": false,
@@ -72,21 +72,21 @@ pub enum ProposedFromName {
     "warnings": []
 }))]
 pub struct ProposalBody {
-    /// What separates cells.
+    /// Separator of cells.
     pub separator: Separator,
     /// The decimal sign.
     pub decimal: Decimal,
-    /// Whether a line with names comes before the numbers.
+    /// True if a line with names precedes the numbers.
     pub header: bool,
-    /// Whether the first row holds v, the first column u and everything else heights.
+    /// True if the first row holds v, the first column u, and everything else heights.
     pub matrix: bool,
     /// Every column in the order of the table; of a matrix the first column, the first row and the
-    /// heights. What is not known is `ignore`.
+    /// heights. Unknown columns are `ignore`.
     pub columns: Vec<ColumnBody>,
-    /// How the nodes lie; left out where it is not known which columns they are.
+    /// Layout of the nodes; absent if their columns are not known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub layout: Option<Layout>,
-    /// Where the members above come from.
+    /// Source of the members above.
     pub proposed_from: ProposedFromName,
     /// Nodes with a height, or points.
     pub nodes: usize,
@@ -95,13 +95,13 @@ pub struct ProposalBody {
     /// The flanks that the table has nodes of, those with the most first; the first 1,000.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub flanks: Vec<TableFlankBody>,
-    /// What the axes of the nodes mean, as an iteration takes it; left out where the columns are
-    /// none of a flank.
+    /// Axes of the nodes in the form of an iteration; absent if the columns are not those of a
+    /// flank.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub axes: Option<AxesBody>,
-    /// What the numbers say when the table is read so.
+    /// Preview of the numbers with this mapping.
     pub preview: PreviewBody,
-    /// What was assumed or left out.
+    /// Assumptions, and parts that were left out.
     pub warnings: Vec<NoticeBody>,
     /// With `include=nodes`: the nodes of the first flank.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -113,9 +113,9 @@ pub struct ProposalBody {
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[schema(as = TableFlank)]
 pub struct TableFlankBody {
-    /// Left out where the table does not say it.
+    /// Absent if the table does not give it.
     pub tooth: Option<String>,
-    /// Left out where the table does not say it.
+    /// Absent if the table does not give it.
     pub flank: Option<Side>,
     /// Nodes with a height.
     pub nodes: usize,
@@ -123,7 +123,7 @@ pub struct TableFlankBody {
     pub missing: usize,
 }
 
-/// What the numbers of a table say when it is read so.
+/// Preview of the numbers of a table.
 #[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[schema(as = TablePreview)]
@@ -131,9 +131,9 @@ pub struct PreviewBody {
     /// In words.
     #[schema(example = "greatest deviation 20.8 µm, roll length 5.97–11.52 mm, face width 0.75–14.2 mm")]
     pub text: String,
-    /// Greatest amount of a deviation; left out where there are none.
+    /// Greatest amount of a deviation; absent without deviations.
     pub greatest_deviation_um: Option<f64>,
-    /// Of every column with numbers.
+    /// Range of every column with numbers.
     pub ranges: Vec<TableRangeBody>,
 }
 
@@ -144,10 +144,10 @@ pub struct PreviewBody {
 pub struct TableRangeBody {
     /// Number of the column, from 0.
     pub column: usize,
-    /// What it holds.
+    /// Meaning of the column.
     pub meaning: Meaning,
-    /// Left out where the column has none. Of roll angles in radians `deg`, as which they are
-    /// stored.
+    /// Unit of the column; absent if it has none. Roll angles in radians are stored, and shown
+    /// here, in `deg`.
     pub unit: Option<String>,
     /// The least number.
     pub min: f64,

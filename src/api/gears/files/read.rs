@@ -39,7 +39,7 @@ pub fn read(
     measured(parsed(bytes, name, spec, None)?, spec, own, required)
 }
 
-/// What a file holds of a gear.
+/// Reads the measurements of a gear from a file.
 pub fn measured(
     file: GearFile,
     spec: &ImportSpecBody,

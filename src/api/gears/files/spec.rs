@@ -1,4 +1,4 @@
-//! What is said of a file beside it.
+//! Description of a file.
 
 use serde::{Deserialize, Serialize};
 use serde_with_macros::skip_serializing_none;
@@ -15,25 +15,25 @@ use flankfit_engine::{
     gear::{Side, evaluation::settings::DeviationSign},
 };
 
-/// What is said of a file beside it: the part `spec` of the form.
+/// Description of a file: the part `spec` of the form.
 #[skip_serializing_none]
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = ImportSpec)]
 pub struct ImportSpecBody {
-    /// In place of the job's gear, which goes before that of the file.
+    /// Replaces the job's gear, which takes precedence over that of the file.
     pub gear: Option<GearBody>,
     /// The tooth whose traces become nodes. By default the one with the most of them.
     pub tooth: Option<String>,
     /// The flank whose traces become nodes. Default `left`, where it was measured.
     pub flank: Option<Side>,
-    /// How traces are evaluated. Ranges and reference lengths that are left out are those of the
+    /// Settings of the evaluation of traces. Omitted ranges and reference lengths are those of the
     /// file.
     pub evaluation: Option<EvaluationSettingsBody>,
-    /// Of a REXS model: the id of the gear whose flanks become nodes. Needed where there are
+    /// For a REXS model: the id of the gear whose flanks become nodes. Required if there are
     /// several.
     pub component: Option<String>,
-    /// Of points that are centres of a ball.
+    /// Radius of the probe ball, if the points are its centres.
     pub probe_radius_mm: Option<f64>,
     /// Kept as the iteration's instrument, 1 to 200 characters.
     #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]

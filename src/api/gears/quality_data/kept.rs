@@ -2,11 +2,11 @@
 
 use crate::jobs::{Job, MeasurementDetails, Record};
 
-/// What a record belongs to.
+/// Job and iteration of a record.
 pub struct Kept {
     pub record: Record,
     pub job: Job,
-    /// Of the iteration.
+    /// Number of the iteration.
     pub number: u32,
     pub details: MeasurementDetails,
 }

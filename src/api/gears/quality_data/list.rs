@@ -18,7 +18,7 @@ pub struct List {
 }
 
 impl List {
-    /// Adds one. The same number for a second one is told apart by `~2`.
+    /// Adds one. A second one of the same number gets the suffix `~2`.
     pub fn push(&mut self, number: &str, name: String, value: Option<f64>, limits: [Option<f64>; 2]) {
         let mut own = one_line(number, LONGEST);
         let mut count = 1;

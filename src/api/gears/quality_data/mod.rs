@@ -31,7 +31,7 @@ pub use kept::Kept;
 /// The tag of a job whose value is its batch.
 const BATCH: &str = "batch";
 
-/// What of a request is needed: of an import the gear stands in what was said of the file.
+/// The required part of a request: for an import the gear is in the description of the file.
 #[derive(Default, Deserialize)]
 struct Asked {
     #[serde(default)]
@@ -83,7 +83,7 @@ pub fn of_record(kept: &Kept) -> Result<Vec<u8>, Problem> {
     write(&gear, kind, record.draft.result.as_bytes(), Some(kept), at)
 }
 
-/// What is said where only quality data is taken.
+/// Returns the problem if only quality data is acceptable.
 pub fn not_written(kind: RecordKind) -> Problem {
     let detail = format!(
         "This record is a {}; evaluations and pitches alone are given as {MEDIA_TYPE}, others as application/json.",
@@ -96,7 +96,7 @@ fn of_request(text: &[u8]) -> Option<Gear> {
     serde_json::from_slice::<Asked>(text).unwrap_or_default().gear()
 }
 
-/// Of what was found, told by its kind.
+/// Writes a record by its kind.
 fn write(
     gear: &Option<Gear>,
     kind: RecordKind,

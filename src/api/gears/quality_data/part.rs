@@ -1,4 +1,4 @@
-//! What a part is called in quality data.
+//! Names of a part in quality data.
 
 use super::kept::Kept;
 use flankfit_engine::{

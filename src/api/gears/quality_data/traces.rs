@@ -12,8 +12,8 @@ use flankfit_engine::{
     },
 };
 
-/// Of each trace slope, form, total and crowning; their means over the teeth; twists, and the
-/// figures of surfaces.
+/// Returns slope, form, total and crowning of each trace, their means over the teeth, twists, and
+/// the figures of surfaces.
 pub fn characteristics(found: &EvaluationBody, gear: Option<&Gear>) -> Vec<qdas::Characteristic> {
     let limits = Limits::new(found, gear);
     let mut list = List::default();
@@ -111,10 +111,10 @@ impl Symbols {
     }
 }
 
-/// What the figures of traces must lie within, as far as it is known.
+/// Limits of the figures of traces, as far as they are known.
 struct Limits {
     told: SidedLimits,
-    /// Of the class asked for.
+    /// Tolerances of the requested class.
     tolerances: Option<Tolerances>,
     rounded: bool,
 }
@@ -137,8 +137,8 @@ impl Limits {
         }
     }
 
-    /// Of slope, form, total and crowning: what was compared with, else what is told of the flank,
-    /// else the class.
+    /// Returns the limits of slope, form, total and crowning: those of the comparison, else of the
+    /// flank, else of the class.
     fn of_trace(&self, trace: &Evaluated) -> [[Option<f64>; 2]; 4] {
         let told = self.told.of(trace.flank);
         let [slope, form, total, crowning] = match trace.kind {

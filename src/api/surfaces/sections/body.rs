@@ -32,7 +32,7 @@ pub struct SectionsBody {
     /// The largest difference in height that was found between curves of the mesh and the surface,
     /// in the caller's unit.
     pub mesh_error: Option<f64>,
-    /// What to know about the answer; empty where there is nothing to say.
+    /// Warnings about the result.
     pub warnings: Vec<WarningBody>,
 }
 
@@ -74,9 +74,10 @@ pub struct SectionBody {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = SectionCurve)]
 pub struct SectionCurveBody {
-    /// Curve in space with arc length as parameter; in the form `b_spline`.
+    /// Curve in space with arc length as parameter; for the form `b_spline`.
     pub curve: Option<CurveShape>,
-    /// `[x, y, z]` each, of a closed curve the first one again at the end; of the form `polyline`.
+    /// `[x, y, z]` each; a closed curve repeats the first point at the end. For the form
+    /// `polyline`.
     #[schema(value_type = Option<Vec<Triple>>)]
     pub points: Option<Vec<Vec<f64>>>,
     /// True if it is closed and smooth at the joint.

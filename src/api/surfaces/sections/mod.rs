@@ -29,11 +29,11 @@ use flankfit_engine::{
     words::{Shown, counted},
 };
 
-/// What a point takes: itself, as a piece of a curve, and its text.
+/// Bytes of a point: itself, as a piece of a curve, and its text.
 const POINT: usize = 800;
 /// Planes that a warning names, each by itself.
 const MOST_TOLD: usize = 10;
-/// What a section takes beside its points.
+/// Bytes of a section in addition to its points.
 const SECTION: usize = 400;
 
 /// Answers a request, as far as there is `room` for its points. Processor work.
@@ -130,7 +130,7 @@ fn no_mesh(fault: NoMesh) -> Problem {
     Problem::invalid(Faults::one(pointer, detail))
 }
 
-/// What the curves do not say; `told` counts the planes of each warning.
+/// Adds warnings about a section; `told` counts the planes of each warning.
 fn note(
     found: &Section,
     how: Description,

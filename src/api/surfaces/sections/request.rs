@@ -40,7 +40,7 @@ request! {
         /// polylines.
         #[schema(exclusive_minimum = 0)]
         optional tolerance: f64,
-        /// If true, two families at right angles are also answered as a mesh of curves: heights
+        /// If true, two families at right angles are also returned as a mesh of curves: heights
         /// over the frame of their normals, as `mesh` of `POST /v1/surfaces` takes them. Every
         /// plane must then cut the surface in one curve that crosses all planes of the other
         /// family. Default false.
@@ -78,7 +78,7 @@ pub(super) struct Planes {
     pub offsets: Vec<f64>,
 }
 
-/// A request without faults.
+/// A valid request.
 pub(super) struct Checked {
     pub surface: SurfaceShape,
     pub families: Vec<Planes>,

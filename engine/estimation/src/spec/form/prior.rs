@@ -17,7 +17,7 @@ const ROUNDING: f64 = 1e-9;
 #[serde(deny_unknown_fields)]
 #[schema(example = json!({"iterations": "previous", "move": "estimated", "correction": true}))]
 pub(in crate::spec) struct Prior {
-    /// One number for each coefficient, in the order and unit of the answer.
+    /// One number for each coefficient, in the order and unit of the result.
     #[schema(min_items = 1)]
     mean: Option<Vec<f64>>,
     /// Standard deviations of independent coefficients about `mean`, each above 0.

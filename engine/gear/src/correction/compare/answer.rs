@@ -1,6 +1,6 @@
 //! How the machine answered, in figures and in words.
 
-/// How the machine answered.
+/// Response of the machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(
     feature = "contract",
@@ -33,10 +33,10 @@ pub enum Verdict {
     derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema)
 )]
 pub struct Answer {
-    /// How many nodes were compared.
+    /// Number of nodes compared.
     pub nodes: usize,
-    /// Root mean square of the deviations that the correction was made for, each node counting
-    /// alike; here and below about the means where deviations have no datum.
+    /// Root mean square of the deviations that the correction was made for, all nodes with equal
+    /// weight; here and below about the means where deviations have no datum.
     pub rms_before_um: f64,
     /// Root mean square of the deviations predicted for the changes that were entered, here and
     /// below: those of `applied`, else those of the correction.
@@ -49,24 +49,24 @@ pub struct Answer {
     pub rms_difference_um: f64,
     /// Expected value of it by noise and the uncertainty of the sensitivity: √(mean (2σ²/w + u²)).
     pub rms_expected_difference_um: f64,
-    /// β̂, the share of the predicted change that came, without the part that the noise of the
-    /// first measurement puts into it through the correction; left out where it is not
-    /// distinguishable from none at all (standard error above 0.3).
+    /// β̂, the realised share of the predicted change, without the part that comes from the noise
+    /// of the first measurement through the correction; absent if it cannot be distinguished from 0
+    /// (standard error above 0.3).
     pub response_ratio: Option<f64>,
-    /// Standard error of the ratio by the noise of both measurements, and by errors of the
-    /// sensitivity that its settings have as a whole.
+    /// Standard error of the ratio from the noise of both measurements and from errors of the
+    /// sensitivity that are common to a setting.
     pub response_ratio_std_error: Option<f64>,
-    /// `[low, high]` of the share that came, at 0.95 by that standard error (Student's t where the
-    /// noise was estimated). It is rather too wide: it held in 0.97 and more of simulated
-    /// corrections (docs/explanation/intervals.md).
+    /// `[low, high]` of the realised share, at 0.95 by that standard error (Student's t if the
+    /// noise was estimated). It is conservative: coverage was 0.97 or more in simulated corrections
+    /// (docs/explanation/intervals.md).
     #[cfg_attr(feature = "contract", schema(min_items = 2, max_items = 2))]
     pub response_ratio_interval: Option<[f64; 2]>,
-    /// χ² of measured minus predicted against noise and all that errors of the sensitivity explain.
+    /// χ² of measured minus predicted, relative to noise and errors of the sensitivity.
     pub chi_squared: f64,
     /// Quantile of 0.999 that it is compared with; where σ was estimated, that of F times the
     /// number of nodes.
     pub chi_squared_limit: f64,
-    /// Verdict on these numbers.
+    /// Verdict of the comparison.
     pub verdict: Verdict,
     /// The verdict in words.
     pub sentence: String,

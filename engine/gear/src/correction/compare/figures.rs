@@ -9,23 +9,23 @@
 
 use crate::evaluation::flank_surface::{EstimatedFigure, FlankFigures};
 
-/// A figure before, as predicted and as measured, by the chosen fits of the iterations as `figures`
-/// has it, else over the nodes that are defined in all three.
+/// A figure before the correction, predicted and measured: by the chosen fits of the iterations as
+/// in `figures`, else over the nodes that are defined in all three.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema))]
 pub struct FigureChange {
     /// Figure of the deviations that the correction was made for.
     pub before: EstimatedFigure,
-    /// Figure that the correction predicted, in µm.
+    /// Figure predicted by the correction, in µm.
     #[cfg_attr(feature = "contract", serde(rename = "predicted_um"))]
     pub predicted: f64,
     /// Figure of the deviations measured after it.
     pub measured: EstimatedFigure,
-    /// Measured less before. The error is that of the differences node by node: form that both
-    /// measurements share has no part in it.
+    /// Measured minus before. The error is that of the differences node by node: it excludes form
+    /// that both measurements share.
     pub change: EstimatedFigure,
-    /// Measured less predicted, likewise. An interval that holds 0 is no sign that the machine does
-    /// anything else than was predicted.
+    /// Measured minus predicted, likewise. An interval that contains 0 is consistent with the
+    /// prediction.
     pub beyond_predicted: EstimatedFigure,
 }
 

@@ -125,7 +125,7 @@ impl<T> FlankFigures<T> {
     }
 }
 
-/// A figure with its error by the residuals of its own fit.
+/// A figure with its error from the residuals of its own fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "contract",
@@ -136,11 +136,11 @@ pub struct EstimatedFigure {
     /// In µm.
     #[cfg_attr(feature = "contract", serde(rename = "value_um"))]
     pub value: f64,
-    /// In µm; left out without degrees of freedom.
+    /// In µm; absent without degrees of freedom.
     #[cfg_attr(feature = "contract", serde(rename = "std_error_um"))]
     pub std_error: Option<f64>,
-    /// `[low, high]` of the true figure in µm, Student's, at 0.95 where it is of the nodes; left
-    /// out without degrees of freedom.
+    /// Student's interval `[low, high]` of the true figure in µm, at 0.95 for figures computed over
+    /// the nodes; absent without degrees of freedom.
     #[cfg_attr(feature = "contract", serde(rename = "interval_um"), schema(min_items = 2, max_items = 2))]
     pub interval: Option<[f64; 2]>,
     /// The estimate that its conformity is judged by; `None` without degrees of freedom.

@@ -1,4 +1,4 @@
-//! Faults of nodes and of the specification are all told, each where it stands.
+//! Errors of nodes and of the specification are all reported, each at its place.
 
 use super::*;
 
