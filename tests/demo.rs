@@ -163,7 +163,12 @@ fn every_shipped_file_of_nodes_is_shown() {
         let text = printed(&demo(folder.path(), &["--exit", "--nodes", file.to_str().unwrap()]));
         assert!(text.contains("The decision is left to you"), "{}: {text}", file.display());
         let is_cross = ["curves.mka", "rexs_1.2.rexs", "rexs_2.0.rexs"].iter().any(|name| file.ends_with(name));
-        assert_eq!(text.contains("a plane: its nodes tell no twist"), is_cross, "{}: {text}", file.display());
+        assert_eq!(
+            text.contains("a plane: its nodes do not determine a twist"),
+            is_cross,
+            "{}: {text}",
+            file.display()
+        );
     }
 }
 
@@ -214,11 +219,11 @@ fn the_closed_loop_converges_where_least_squares_runs_away() {
     assert!(rms("Spectral", "1") > 5.0 && rms("Spectral", "3") < 0.5, "{text}");
     assert!(rms("Plain least squares", "3") > 10.0 * rms("Plain least squares", "1"), "{text}");
     assert!(number(row(&text, "Of 100 such machines", "spectral_uncertainty")[1]) >= 99.0, "{text}");
-    assert!(text.contains("correction 1: The machine answered as predicted"), "{text}");
+    assert!(text.contains("correction 1: The machine responded as predicted"), "{text}");
     // what ran away is not said to have been foreseen
     let (_, runaway) = text.split_once("Plain least squares").unwrap();
     assert!(
-        runaway.contains("correction 1: The measurement says nothing") && !runaway.contains("answered as predicted"),
+        runaway.contains("correction 1: The measurement cannot show") && !runaway.contains("responded as predicted"),
         "{text}"
     );
 }

@@ -172,7 +172,7 @@ def iterations(server, rng, draws):
     print("| six iterations | coefficients, mean | worst | `prediction` | `simultaneous` | let go |")
     print("|---|---|---|---|---|---|")
     for name, move in moves.items():
-        held, further, whole, let_go = np.zeros(4), 0.0, 0, 0
+        held, further, whole, dropped = np.zeros(4), 0.0, 0, 0
         for _ in range(draws):
             path = f"/v1/jobs/{server.post('/v1/jobs', {'name': 'coverage'})['id']}/iterations"
             truth = 3 * rng.standard_normal(4)
@@ -189,11 +189,11 @@ def iterations(server, rng, draws):
             held += inside(intervals(found), truth)
             further += inside(told["prediction"], x @ truth + rng.standard_normal(20)).mean()
             whole += inside(told["simultaneous"], x @ truth).all()
-            let_go += found["prior"].get("conflict", {}).get("let_go", False)
+            dropped += found["prior"].get("conflict", {}).get("dropped", False)
         share = held / draws
         print(
             f"| {name} | {share.mean():.3f} | {share.min():.3f} | {further / draws:.3f} | {whole / draws:.3f} "
-            f"| {let_go / draws:.3f} |",
+            f"| {dropped / draws:.3f} |",
             flush=True,
         )
 

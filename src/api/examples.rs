@@ -71,9 +71,14 @@ pub const REQUEST_EXAMPLES: &[RequestExample] = &[
     ),
     example!("create_fit", "fit_tikhonov", "A B-spline surface with a penalty on its bending, stiffer along v"),
     example!("create_fit", "fit_truncated_svd", "Raw powers far from 0, the smallest direction left out"),
-    example!("create_fit", "fit_james_stein", "James–Stein toward the grand mean, never beyond it"),
-    example!("create_fit", "fit_attraction", "Drawn to the coefficients of the nominal flank by the explicit optimum"),
-    example!("create_fit", "fit_influence", "Which node the fit would differ without"),
+    example!("create_fit", "fit_james_stein", "James–Stein toward the grand mean with the positive-part factor"),
+    example!(
+        "create_fit",
+        "fit_attraction",
+        "Attracted to the coefficients of the nominal flank by the explicit \
+        optimum"
+    ),
+    example!("create_fit", "fit_influence", "Influence of each node on the fit"),
     example!("create_fit", "fit_select", "The degrees of a flank, chosen by leaving out blocks of rows"),
     example!("create_fit", "fit_select_terms", "The terms of a flank that the elastic net keeps, chosen by bic"),
     example!("create_fit", "fit_terms", "Terms one by one, k of ridge by leaving out columns"),
@@ -81,11 +86,11 @@ pub const REQUEST_EXAMPLES: &[RequestExample] = &[
     example!("create_fit", "fit_shape", "A polynomial flank as the B-spline surface that meshes and exports take"),
     example!("create_fit", "fit_representative", "Regularised by the matrix B of another tooth"),
     example!("create_fit", "fit_constrained", "A flank that rises along u and is concave along v at every place"),
-    example!("create_fit", "fit_prior", "A profile whose coefficients are known from before, with their covariance"),
-    example!("create_fit", "fit_correlated", "A scanned profile whose errors follow each other"),
-    example!("create_fit", "fit_matern", "Two scan lines at unequal steps, errors alike over a distance"),
+    example!("create_fit", "fit_prior", "A profile with a prior of its coefficients and their covariance"),
+    example!("create_fit", "fit_correlated", "A scanned profile with autocorrelated errors"),
+    example!("create_fit", "fit_matern", "Two scan lines at unequal steps, errors correlated over a distance"),
     example!("create_fit", "fit_groups", "Two probes of unequal noise"),
-    example!("create_fit", "fit_positions", "A steep profile whose positions were read off wrongly"),
+    example!("create_fit", "fit_positions", "A steep profile with errors of position"),
     example!("create_curve", "curve_lagrange", "The polynomial through eight nodes, with its Lebesgue constant"),
     example!("create_curve", "curve_newton", "The polynomial by divided differences"),
     example!("create_curve", "curve_hermite", "A polynomial with derivatives of mixed order"),
@@ -107,11 +112,11 @@ pub const REQUEST_EXAMPLES: &[RequestExample] = &[
     example!("closest_points_of_surface", "surface_closest", "Orthogonal distances of three nodes from a patch"),
     example!("sections_of_surface", "surface_sections", "A patch cut by two families of planes, and their mesh"),
     example!("export_surface", "surface_export", "A patch as binary STL"),
-    example!("create_iteration_curve", "iteration_curve", "A smoothing spline of a measured profile, kept with it"),
+    example!("create_iteration_curve", "iteration_curve", "A smoothing spline of a measured profile, stored with it"),
     example!(
         "create_iteration_surface",
         "iteration_surface",
-        "A B-spline surface near the measured grid, kept with it"
+        "A B-spline surface near the measured grid, stored with it"
     ),
     example!("gear_geometry", "gear_geometry", "A helical gear with its rack tool"),
     example!("gear_flank", "gear_flank", "A left flank with tip relief and helix crowning"),
@@ -121,21 +126,25 @@ pub const REQUEST_EXAMPLES: &[RequestExample] = &[
         "gear_solid_mesh",
         "A helical tooth with its rim in quadratic elements, for Abaqus or CalculiX"
     ),
-    example!("gear_envelope", "gear_envelope", "What a rack with a sharp tip leaves of a gear"),
+    example!("gear_envelope", "gear_envelope", "The flank that a rack with a sharp tip generates"),
     example!("gear_tolerances", "gear_tolerances", "Class 5"),
     example!("evaluate_gear", "gear_evaluate", "Two profiles and a helix of a spur gear, signs of DIN"),
     example!("gear_pitch", "gear_pitch", "Index deviations of both flanks, with the run-out that follows"),
     example!(
         "gear_pitch",
         "gear_pitch_limits",
-        "The same pitches held against a class and limits, with how sure they are"
+        "The same pitches compared with a class and limits, with uncertainties"
     ),
     example!(
         "gear_deviations",
         "gear_deviations",
         "Points of both flanks of a tooth, registered by a turn and two shifts"
     ),
-    example!("gear_flank_surface", "gear_flank_surface", "Slopes, crownings and twist of a flank, held against limits"),
+    example!(
+        "gear_flank_surface",
+        "gear_flank_surface",
+        "Slopes, crownings and twist of a flank, compared with limits"
+    ),
     example!("simulate_closed_loop", "closed_loop", "Settings that cannot be separated, with two correction methods"),
     example!(
         "create_iteration_correction",
@@ -148,13 +157,13 @@ pub const REQUEST_EXAMPLES: &[RequestExample] = &[
         "gear_correction",
         "A generating grinder's settings by all teeth, the profile of its worm dressed by flank"
     ),
-    example!("create_gear_applied_changes", "gear_applied_changes", "The crownings stay as they are"),
+    example!("create_gear_applied_changes", "gear_applied_changes", "The crownings are not changed"),
     example!("create_iteration_evaluation", "iteration_evaluation", "A helix that was measured with the nodes"),
     example!("create_iteration_pitch", "iteration_pitch", "Single pitches of the left flank, and readings of a ball"),
     example!(
         "create_iteration_pitch",
         "iteration_pitch_limits",
-        "Single pitches held against limits of their own instead of the job's, with how sure they are"
+        "Single pitches compared with limits of their own instead of the job's, with uncertainties"
     ),
     example!("create_iteration_deviations", "iteration_deviations", "Deviations on a grid, the tip trimmed"),
     example!("purge_job", "purge", "A job that is old enough"),
@@ -162,19 +171,15 @@ pub const REQUEST_EXAMPLES: &[RequestExample] = &[
     example!("create_job", "job_requirements", "A gear with its class, limits of figures and bands of K-charts"),
     example!("create_iteration", "iteration", "The flank after the first cut, with one missing node"),
     example!("create_iteration_fit", "refit", "The same nodes with λ* by generalised cross-validation"),
-    example!("create_iteration_fit", "refit_prior", "The same nodes with what the job's earlier iterations know"),
-    example!(
-        "preview_iteration_fit",
-        "preview",
-        "Whether a larger λ* would do, with the fitted heights; stores nothing"
-    ),
+    example!("create_iteration_fit", "refit_prior", "The same nodes with the job's earlier iterations as prior"),
+    example!("preview_iteration_fit", "preview", "A larger λ*, with the fitted heights; stores nothing"),
     example!("choose_fit", "chosen_fit", "Choose another fit (put in the id of a stored fit)"),
-    example!("create_stream", "stream", "A flank that is fitted while the probe moves, on a domain known beforehand"),
+    example!("create_stream", "stream", "A flank that is fitted while the probe moves, on a given domain"),
     example!("add_stream_nodes", "stream_block", "The first block of nodes"),
-    example!("finish_stream", "stream_finish", "What is known of the measurement"),
+    example!("finish_stream", "stream_finish", "Details of the measurement"),
     example!("update_iteration", "decision", "The flank is machined again"),
     example!("create_key", "key", "A key of a machine, which stores measurements"),
     example!("create_key", "key_certificate", "The certificate of a measuring machine, scopes one by one"),
-    example!("rotate_key", "key_rotation", "Another secret, and a day to hand it over"),
+    example!("rotate_key", "key_rotation", "Another secret, with a day of overlap"),
     example!("create_tenant", "tenant", "Another plant"),
 ];

@@ -149,9 +149,8 @@ impl Problem {
                     ProblemCode::RankDeficient,
                     format!(
                         "The nodes determine only {rank} of {columns} coefficients; these terms depend on each other: \
-                         {}. \
-                         Spectral regularisation divides by the smallest eigenvalue, which is 0 here: ask for ridge, \
-                         leave terms out, or measure more nodes.",
+                         {}. Spectral regularisation divides by the smallest eigenvalue, which is 0 here: use \
+                         ridge, omit terms, or measure more nodes.",
                         terms.join(", ")
                     ),
                 )
@@ -185,7 +184,7 @@ impl Problem {
 
     /// 500: the cause goes to the log, nothing of it to the client.
     pub fn internal(cause: impl Display) -> Self {
-        Problem::new(ProblemCode::Internal, "The fault is on this side; it has been logged under the request id.")
+        Problem::new(ProblemCode::Internal, "The server has failed; the error is logged under the request id.")
             .caused_by(cause)
     }
 

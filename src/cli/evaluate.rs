@@ -216,7 +216,7 @@ fn trace_table(
             || "–".to_owned(),
             |class| {
                 let worst = [class.slope, class.form, class.total].into_iter().flatten().max();
-                if class.beyond.is_empty() {
+                if class.coarser_than_11.is_empty() {
                     worst.map_or_else(String::new, |c| c.to_string())
                 } else {
                     "> 11".to_owned()

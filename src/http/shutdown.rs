@@ -56,7 +56,7 @@ impl Shutdown {
     pub fn register(&self, kind: &'static str, connections: usize) -> Result<OpenConnection, Problem> {
         let most = (connections - connections / 4).max(1);
         if self.open.receiver_count() >= most {
-            let detail = format!("{most} event streams and WebSockets are open, which is as many as there may be.");
+            let detail = format!("{most} event streams and WebSockets are open, the greatest number allowed.");
             return Err(Problem::new(ProblemCode::Overloaded, detail).retry_after(10));
         }
         let gauge = metrics::gauge!(crate::telemetry::LISTENERS, "kind" => kind);

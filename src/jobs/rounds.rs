@@ -26,7 +26,7 @@ pub struct MeasuredIteration {
 /// A correction of a job, of an iteration or of the gear.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct MadeCorrection {
-    /// The iteration that it is kept with.
+    /// Its iteration.
     pub number: u32,
     pub id: Uuid,
     pub kind: RecordKind,

@@ -183,13 +183,13 @@ impl AsRef<[u8]> for Guarded {
 fn never(room: usize) -> Problem {
     Problem::new(
         ProblemCode::BodyTooLarge,
-        format!("This takes more memory than one request may have here ({room} bytes with what is made of its body)."),
+        format!("This needs more memory than a request may use ({room} bytes with the data made from its body)."),
     )
 }
 
 fn busy() -> Problem {
     telemetry::record_shed(REASON);
-    Problem::new(ProblemCode::Overloaded, "Other requests hold the memory there is for bodies; try again in a moment.")
+    Problem::new(ProblemCode::Overloaded, "Other requests use all memory for bodies; try again in a moment.")
         .retry_after(1)
 }
 

@@ -167,10 +167,7 @@ pub async fn of_gear(context: Context<'_>, job: Uuid, form: Form) -> Result<Vec<
 fn nothing_measured(rounds: &Rounds) -> Problem {
     let detail = match rounds.iterations.len() {
         0 => "the job has no iteration: measure a flank before correcting the gear",
-        _ => {
-            "no iteration that was measured since the last correction says which flank it is of: send `flank` by \
-             `PATCH` of the iteration"
-        }
+        _ => "no iteration since the last correction has a flank: send `flank` by `PATCH` of the iteration",
     };
     Problem::invalid(Faults::one("", detail))
 }

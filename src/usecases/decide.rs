@@ -9,7 +9,7 @@ use crate::{
         fits::reader,
         gears::{
             correction::chosen::ChosenFigures,
-            fit_figures::{FitFiguresBody, MISSING, OfFlank, may_be_told},
+            fit_figures::{FitFiguresBody, MISSING, OfFlank, can_have_figures},
         },
         jobs::{
             acceptance::{self, Kept},
@@ -37,7 +37,7 @@ pub async fn update(
     let IterationPatchBody { decision, accept_units, ref reason, .. } = patch;
     let (says_measurand, reason) = (patch.says_measurand(), reason.clone().map(String::from));
     if decision.is_none() && !says_measurand {
-        let what = "send a `decision`, or what the nodes are of: `flank`, `tooth`, `axes` or `accept_units`";
+        let what = "send a `decision`, or `flank`, `tooth`, `axes` or `accept_units` of the nodes";
         return Err(Problem::invalid(Faults::one("", what)));
     }
     precondition.check(iteration.version)?;
@@ -59,7 +59,7 @@ pub async fn update(
         let merged = amendments::merged(patch.measurand(), &measurand).map_err(Problem::internal)?;
         measurand = merged.checked(Some(&nodes)).map_err(Problem::invalid)?;
         measurand.accept_units = accept_units.unwrap_or(iteration.measurand.accept_units);
-        if let Some(on) = OfFlank::of(&job, &measurand).filter(|_| may_be_told(&nodes)) {
+        if let Some(on) = OfFlank::of(&job, &measurand).filter(|_| can_have_figures(&nodes)) {
             if limits {
                 acceptance::refuse_unknown(&job, &measurand).map_err(Problem::invalid)?;
             }
@@ -104,7 +104,7 @@ pub async fn counted(
     let spec = context.jobs.fit(iteration.job_id, iteration.number, id).await?.spec;
     let work = move || {
         let spec = reader::read_stored(&spec).map_err(Problem::internal)?;
-        let excluded = |_| Problem::internal("a stored fit excludes nodes that there are not");
+        let excluded = |_| Problem::internal("a stored fit excludes nodes that do not exist");
         let nodes = nodes.without(&spec.exclude).map_err(excluded)?;
         let figures = flank.map_or(Ok(FitFiguresBody::default()), |flank| serde_json::from_str(&flank));
         let figures = figures.map_err(Problem::internal)?;
@@ -153,7 +153,7 @@ async fn needs_reason(
     };
     let objections = context.pool.run(work).await?.map_err(Problem::internal)?;
     if !objections.is_empty() && reason.is_none() {
-        let detail = format!("{}; to accept all the same is a concession: send its `reason`", objections.join("; "));
+        let detail = format!("{}; accepting it anyway is a concession, which needs a `reason`", objections.join("; "));
         return Err(Problem::invalid(Faults::one("/reason", detail)));
     }
     Ok(!objections.is_empty())

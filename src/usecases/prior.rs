@@ -52,7 +52,7 @@ struct Link {
 
 /// A correction before the change that it predicts is computed.
 struct Made {
-    /// The iteration that it is kept with.
+    /// Its iteration.
     iteration: u32,
     record: Record,
     /// The changes that were entered in place of the proposed ones.
@@ -195,7 +195,7 @@ pub async fn gather_again(context: Context<'_>, job: Uuid, stored: &FitRecord) -
     let result = stored.result.clone();
     let stood = context.pool.run(move || serde_json::from_str::<StoodOn>(&result)).await?.map_err(Problem::internal)?;
     let Some(PriorReport { iterations: Some(numbers), fit_ids: Some(ids), corrections, .. }) = stood.prior else {
-        return Err(Problem::internal("the stored answer does not say what it stood on"));
+        return Err(Problem::internal("the stored result does not name its prior"));
     };
     let mut links: Vec<Link> =
         numbers.into_iter().zip(ids).map(|(number, fit_id)| Link { number, fit_id, corrections: Vec::new() }).collect();

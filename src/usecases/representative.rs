@@ -48,7 +48,7 @@ pub async fn resolved(context: Context<'_>, job: Uuid, spec: FitSpec) -> Result<
     let piece = match found {
         Given::Piece(piece) => Ok(piece),
         Given::NotSpectral => Err("is not regularised by a matrix B of its own (`spectral`)"),
-        Given::Standardized => Err("is of standardised columns, whose matrix B is none for the posted ones"),
+        Given::Standardized => Err("has standardised columns, whose matrix B does not apply to the posted ones"),
         Given::NothingRaised => {
             Err("raised no eigenvalue (L = 0): its matrix B is 0, and nothing would be regularised")
         }

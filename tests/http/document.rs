@@ -47,7 +47,11 @@ fn every_operation_is_documented_to_its_end() {
     for (path, method, operation) in operations(&document) {
         let id = operation["operationId"].as_str().unwrap_or_else(|| panic!("{method} {path}")).to_owned();
         assert!(id.chars().all(|c| c.is_ascii_lowercase() || c == '_'), "{id}");
-        assert!(operation["summary"].as_str().is_some_and(|text| !text.is_empty()), "{id}");
+        // an imperative verb and its object: "Create a job"
+        let summary = operation["summary"].as_str().unwrap_or_else(|| panic!("{id}"));
+        let (verb, object) = summary.split_once(' ').unwrap_or_else(|| panic!("{id}: {summary}"));
+        assert!(verb.starts_with(char::is_uppercase) && !verb.ends_with('s'), "{id}: {summary}");
+        assert!(!object.contains('\n') && !object.ends_with('.') && summary.len() <= 72, "{id}: {summary}");
         assert_eq!(operation["tags"].as_array().map(Vec::len), Some(1), "{id}");
         let responses = operation["responses"].as_object().unwrap();
         assert!(responses.keys().any(|status| status.starts_with(['1', '2', '3'])), "{id}");

@@ -78,7 +78,7 @@ async fn told_parameters_and_variances_come_back() {
     let body = app.fit(&small.to_string()).await.json();
     let warnings = body["warnings"].as_array().unwrap();
     let warning = warnings.iter().find(|w| w["code"] == "group_variance_uncertain").unwrap_or_else(|| panic!("{body}"));
-    assert!(warning["message"].as_str().unwrap().starts_with("the variance of group 0 rests on "), "{warning}");
+    assert!(warning["message"].as_str().unwrap().starts_with("the variance of group 0 has "), "{warning}");
     let wide = |k: usize| {
         let [low, high] = [0, 1].map(|end| number(&body["coefficients"][k]["interval"][end]));
         (high - low) / number(&body["coefficients"][k]["std_error"])
@@ -308,7 +308,7 @@ async fn positions_ask_for_no_more_work_than_there_is_time_for() {
     assert_eq!(answer.status, 422, "{}", answer.text);
     let fault = &answer.json()["errors"][0];
     assert_eq!(fault["pointer"], "/node_uncertainty/position_kind");
-    assert!(fault["detail"].as_str().unwrap().contains("too much work"), "{fault}");
+    assert!(fault["detail"].as_str().unwrap().contains("too long"), "{fault}");
     // what does not settle says where to change what
     let answer = app.fit(&rough(12, 5, 0.3, 0.1).to_string()).await;
     assert_eq!(answer.status, 422, "{}", answer.text);

@@ -59,7 +59,7 @@ async fn what_has_none_says_why() {
     many["nodes"] = json!({"type": "curve", "y": x, "x": x});
     let body = app.fit(&many.to_string()).await.json();
     assert!(body.get("influence").is_none());
-    assert!(body["warnings"].to_string().contains("influences of 200001 nodes are left out"));
+    assert!(body["warnings"].to_string().contains("influences of 200001 nodes are omitted"));
 }
 
 #[tokio::test]

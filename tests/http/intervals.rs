@@ -171,7 +171,7 @@ async fn covariances_are_of_600_coefficients_at_most() {
     let refused = app.fit(&request(24)).await;
     refused.problem(422, "invalid_request");
     assert_eq!(refused.pointers(), ["/model/degree"]);
-    let told = "625 coefficients are more than the 600 that a fit may have: take fewer";
+    let told = "a fit has at most 600 coefficients, this model has 625: use fewer";
     assert!(refused.text.contains(told), "{}", refused.text);
 }
 

@@ -32,7 +32,7 @@ async fn warnings_name_the_fields_of_the_request() {
     assert!(warnings(&answer).contains("coefficient_norm_limit shortens"), "{answer}");
     let truncated = with(json!({"include": ["predicted_mse"], "regularization": {"type": "truncated_svd", "rank": 1}}));
     let answer = app.fit(&truncated.to_string()).await.json();
-    assert!(warnings(&answer).contains("no predicted_mse_corrected here"), "{answer}");
+    assert!(warnings(&answer).contains("predicted_mse_corrected is not available here"), "{answer}");
     let flat = with(json!({"nodes": {"type": "curve", "x": [0, 1, 2, 3], "y": [0, 0, 0, 0]},
                            "prior": {"mean": [1, 1], "std_error": [1, 1]}}));
     let answer = app.fit(&flat.to_string()).await.json();

@@ -102,7 +102,7 @@ async fn five_iterations_and_a_correction() {
     let prior = &result["prior"];
     assert_eq!(prior["iterations"], json!([1, 2, 3, 5]));
     assert_eq!(prior["corrections"], json!([{"iteration": 2, "record_id": record}]));
-    assert_eq!(prior["conflict"]["let_go"], false, "{prior}");
+    assert_eq!(prior["conflict"]["dropped"], false, "{prior}");
     assert_eq!(prior["degrees_of_freedom"], 5 * 17);
     let chosen = async |number: u32| {
         let fits = send(app.get(&format!("{job}/iterations/{number}/fits"))).await.json();
@@ -184,7 +184,7 @@ async fn a_changed_tool_lets_the_prior_go() {
     let changed = measure(&app, &job, &flank(7, [3.0, 6.0, 5.0], Some(previous()))).await;
     let result = &changed["fits"][0]["result"];
     let conflict = &result["prior"]["conflict"];
-    assert!(conflict["let_go"] == true && conflict["p"].as_f64().unwrap() < 1e-4, "{conflict}");
+    assert!(conflict["dropped"] == true && conflict["p"].as_f64().unwrap() < 1e-4, "{conflict}");
     assert!(result["warnings"].as_array().unwrap().iter().any(|w| w["code"] == "prior_conflict"), "{result}");
     assert_eq!(result["coefficients"][0]["value"], result["coefficients"][0]["least_squares"]);
     assert_eq!(result["prior"]["share"], json!([0.0, 0.0, 0.0]));
@@ -268,7 +268,7 @@ async fn a_prior_that_is_posted() {
     let example = REQUEST_EXAMPLES.iter().find(|example| example.name == "fit_prior").unwrap();
     let request: Value = serde_json::from_str(example.text).unwrap();
     let body = app.fit(example.text).await.json();
-    assert_eq!(body["prior"]["conflict"]["let_go"], false, "{body}");
+    assert_eq!(body["prior"]["conflict"]["dropped"], false, "{body}");
     assert_eq!((body["prior"].get("iterations"), body["prior"].get("move")), (None, None));
     assert_eq!(body["prior"]["corrections"], json!([]));
     // the covariance may come whole
@@ -324,7 +324,7 @@ async fn a_prior_takes_what_was_entered() {
         let (fit, prior) = (&made["fits"][0]["id"], &made["fits"][0]["result"]["prior"]);
         let used = json!([{"iteration": 2, "record_id": record, "entered": [-4.0, 3.0]}]);
         assert_eq!(prior["corrections"], used, "{prior}");
-        assert_eq!(prior["conflict"]["let_go"], false, "{prior}");
+        assert_eq!(prior["conflict"]["dropped"], false, "{prior}");
         // three times as many nodes as the last iteration alone has
         assert!(prior["share"].as_array().unwrap().iter().all(|share| share.as_f64().unwrap() > 0.6), "{prior}");
         for (j, truth) in [half[0], half[2], half[1]].into_iter().enumerate() {
@@ -338,7 +338,7 @@ async fn a_prior_takes_what_was_entered() {
         // by the full changes the nodes contradict what was known
         let full = refit(&app, &job, 3, standing_still()).await.json();
         assert_eq!(full["result"]["prior"]["corrections"][0]["entered"], json!([-8.0, 6.0]));
-        assert_eq!(full["result"]["prior"]["conflict"]["let_go"], true, "{full}");
+        assert_eq!(full["result"]["prior"]["conflict"]["dropped"], true, "{full}");
     }
 }
 
@@ -360,7 +360,7 @@ async fn a_prior_takes_the_correction_of_the_gear() {
     let last = measure(&app, &job, &flank(3, AFTER, Some(listed.clone()))).await;
     let prior = &last["fits"][0]["result"]["prior"];
     assert_eq!(prior["corrections"], json!([{"iteration": 2, "record_id": made["id"]}]));
-    assert_eq!(prior["conflict"]["let_go"], false, "{prior}");
+    assert_eq!(prior["conflict"]["dropped"], false, "{prior}");
     for (j, truth) in [AFTER[0], AFTER[2], AFTER[1]].into_iter().enumerate() {
         let result = &last["fits"][0]["result"];
         assert!((value(result, j, "value") - truth / 1000.0).abs() < 2e-4, "{result}");
@@ -372,5 +372,5 @@ async fn a_prior_takes_the_correction_of_the_gear() {
     assert_eq!(send(app.post(&format!("{job}/correction/applied"), entry.to_string())).await.status, 201);
     let again = refit(&app, &job, 3, listed).await.json();
     assert_eq!(again["result"]["prior"]["corrections"][0]["entered"], json!([0.0, 0.0]));
-    assert_eq!(again["result"]["prior"]["conflict"]["let_go"], true, "{again}");
+    assert_eq!(again["result"]["prior"]["conflict"]["dropped"], true, "{again}");
 }

@@ -233,9 +233,9 @@ async fn it_is_said_why_nothing_can_be_stored() {
     }
     *server.store.unfit.lock().unwrap() = None;
     server.store.is_full.store(true, SeqCst);
-    told("takes no writes").await;
+    told("accepts no writes").await;
     server.store.is_silent.store(true, SeqCst);
-    told("does not answer").await;
+    told("does not respond").await;
 }
 
 /// Metrics report on the store although nobody requests readiness.

@@ -151,7 +151,7 @@ async fn an_iteration_without_a_piece_of_use_is_pointed_at() {
     }
     let of_stream = json!({"model": {"type": "polynomial", "degree": 3}, "regularization": by(1)});
     let said = refused(&format!("{job}/streams"), of_stream).await;
-    assert!(said.contains("a stream does not look at other fits"), "{said}");
+    assert!(said.contains("a stream does not use other fits"), "{said}");
 }
 
 #[tokio::test]

@@ -224,7 +224,7 @@ async fn faults_of_a_mapping_are_pointed_at_there() {
             "/mapping/columns/2/unit",
             "send `nm` or `um` or `mm` or `in`",
         ),
-        (json!({"columns": [u, {"meaning": "v"}, {"meaning": "ignore"}]}), "/mapping/columns", "holds heights"),
+        (json!({"columns": [u, {"meaning": "v"}, {"meaning": "ignore"}]}), "/mapping/columns", "has heights"),
         (
             json!({"layout": "scattered", "columns": [u, {"meaning": "ignore"}, {"meaning": "z"}]}),
             "/mapping/layout",
@@ -242,7 +242,7 @@ async fn faults_of_a_mapping_are_pointed_at_there() {
         };
         let fit = send(app.client.post(app.url("/v1/fits")).multipart(own("nodes").text("spec", spec))).await;
         // what makes no nodes yet is proposed all the same, with a warning
-        let proposed = Some(read(&app, "", own("file")).await).filter(|_| words != "holds heights");
+        let proposed = Some(read(&app, "", own("file")).await).filter(|_| words != "has heights");
         for refused in proposed.into_iter().chain([import(&app, &job, own("file")).await, fit]) {
             assert_eq!(refused.pointers()[0], wanted, "{mapping}: {}", refused.text);
             assert!(refused.text.contains(words), "{mapping}: {}", refused.text);
@@ -255,7 +255,7 @@ async fn an_unknown_flank_is_named_with_its_line() {
     let app = TestApp::start().await;
     let job = job(&app).await;
     let table = b"Flanke;Rollweg;Breite;Abweichung\nlinks;1;1;1\nlinkss;1;2;2\nlinks;2;1;3\n";
-    let words = "line 3: `linkss` is no flank; a left one is left, l, links, linke, lf, a right one right, r, rechts";
+    let words = "line 3: `linkss` is not a flank; write left, l, links, linke, lf for left and right, r, rechts";
     let body = read(&app, "", file("a.csv", table.to_vec())).await.json();
     let warning = body["warnings"].as_array().unwrap().last().unwrap().clone();
     assert_eq!((body.get("layout"), &warning["code"]), (None, &json!("flank_unknown")), "{body}");
@@ -296,7 +296,7 @@ async fn helices_are_turned_at_import() {
         let nodes = send(app.get(&format!("{job}/iterations/{number}/nodes"))).await.json();
         assert_eq!(nodes["z"][0], sign * printed(flank), "{flank}");
         let stored = send(app.get(&format!("{job}/iterations/{number}"))).await.json();
-        assert_eq!(stored["note"].as_str().unwrap().contains("are turned"), sign < 0.0, "{stored}");
+        assert_eq!(stored["note"].as_str().unwrap().contains("are reversed"), sign < 0.0, "{stored}");
     }
     // a fit has no note to say so
     let spec = json!({"model": {"type": "polynomial", "degree": [2, 2], "basis": "legendre"}}).to_string();
@@ -311,7 +311,7 @@ async fn helices_are_turned_at_import() {
             Form::new().text("spec", spec.clone()).part("nodes", Part::bytes(own.into_bytes()).file_name("f.csv"));
         let fitted = send(app.client.post(app.url("/v1/fits")).multipart(form)).await;
         assert_eq!(fitted.status, status, "{}", fitted.text);
-        assert!(status == 200 || fitted.text.contains("count the other way"), "{}", fitted.text);
+        assert!(status == 200 || fitted.text.contains("have the opposite sign"), "{}", fitted.text);
     }
 }
 
@@ -416,7 +416,7 @@ async fn traces_with_zeros_of_their_own() {
         assert_eq!(made.status, 201, "{}", made.text);
         let made = made.json();
         let note = made["note"].as_str().unwrap();
-        assert!(note.contains("zeros of its traces are set"), "{note}");
+        assert!(note.contains("the zeros of its traces are chosen"), "{note}");
         let mut given: Vec<u64> =
             made["axes"]["z"]["trace_lengths"].as_array().unwrap().iter().map(|n| n.as_u64().unwrap()).collect();
         assert_eq!(made["axes"], proposal["axes"]);
@@ -428,7 +428,7 @@ async fn traces_with_zeros_of_their_own() {
         assert_eq!((codes(figures), figures.get("profile_slope_um")), (vec![why.into()], None));
         let refused = fit(table.clone()).await;
         assert_eq!(refused.pointers(), ["/nodes"], "{}", refused.text);
-        assert!(refused.text.contains("zero of its own"), "{}", refused.text);
+        assert!(refused.text.contains("its own zero"), "{}", refused.text);
         // the nodes that the proposal returns are those that are stored
         let number = made["number"].as_u64().unwrap();
         let stored = send(app.get(&format!("{job}/iterations/{number}/nodes"))).await.json();

@@ -60,7 +60,7 @@ async fn tiny_and_huge_numbers_are_written_with_an_exponent() {
         ["expected a number from 0.001 to 1000000, found -1e300"]
     );
     let huge = format!(r#"{{{curve},"model":{{"type":"polynomial","degree":18446744073709551615}}}}"#);
-    let told = "so many coefficients are more than the 600 that a fit may have: take fewer";
+    let told = "a fit has at most 600 coefficients, this model has more: use fewer";
     assert_eq!(details(&app.fit(&huge).await), [told]);
 }
 
@@ -129,7 +129,7 @@ async fn what_leaves_double_precision_is_named_by_its_place() {
         *body.pointer_mut(&format!("{piece}{place}")).unwrap() = json!(value);
         let (pointer, detail) = post("/v1/fits", &body).await;
         assert_eq!(pointer, format!("{piece}{place}"), "{detail}");
-        assert!(detail.contains("leaves the range of double precision"), "{detail}");
+        assert!(detail.contains("the range of double precision"), "{detail}");
     }
     let mut study = example("study_matrix");
     study["x"][0][0] = json!(1e300);
@@ -140,7 +140,7 @@ async fn what_leaves_double_precision_is_named_by_its_place() {
     mesh["elements"]["width"] = json!(1u64 << 62);
     let (pointer, detail) = post("/v1/gears/solid-mesh", &mesh).await;
     assert_eq!(pointer, "/elements", "{detail}");
-    assert!(detail.starts_with("more nodes than can be counted are asked for"), "{detail}");
+    assert!(detail.starts_with("more nodes than can be counted are requested"), "{detail}");
 }
 
 #[tokio::test]
@@ -154,7 +154,7 @@ async fn lists_that_are_no_lines_are_told_apart() {
     };
     assert_eq!(
         details(&app.fit(&fit(json!([1, 1, 1, 1]))).await),
-        ["the counted nodes lie in fewer than two lines, of which the blocks of a cross-validation are made"]
+        ["the counted nodes lie in fewer than two lines: cross-validation needs at least two"]
     );
     let told = "expected a whole number from -9223372036854775808 to 9223372036854775807, found 9223372036854775808";
     assert_eq!(details(&app.fit(&fit(json!([1u64 << 63, 1, 2, 3]))).await), [told]);
@@ -186,7 +186,7 @@ async fn one_is_one_and_no_type_of_rust_is_named() {
         ),
         (
             with(r#""regularization":{"type":"attraction","target":[1]}"#),
-            "1 entry; the model has 2 coefficients, in the order of the answer".to_owned(),
+            "1 entry; the model has 2 coefficients, in the order of the result".to_owned(),
         ),
         (
             format!(
@@ -238,10 +238,10 @@ async fn parts_of_the_url_are_called_by_their_names() {
         ("/v1/jobs/5".to_owned(), "its segment `5`, job_id, must be a UUID such as"),
         ("/v1/streams/x".to_owned(), "its segment `x`, stream_id, must be a UUID such as"),
         ("/v1/jobs/x/iterations/1".to_owned(), "its segment `x`, job_id, must be a UUID such as"),
-        (format!("/v1/jobs/{id}/iterations/one"), "its segment `one` must be a whole number from 1 on"),
-        (format!("/v1/jobs/{id}/iterations/01"), "its segment `01`, number, is written `1`"),
-        (format!("/v1/jobs/{}/iterations/1", id.replace('-', "")), "job_id, is written `"),
-        (format!("/v1/jobs/{id}/iterations/-1"), "its segment `-1` must be a whole number from 1 on"),
+        (format!("/v1/jobs/{id}/iterations/one"), "its segment `one` must be a whole number of at least 1"),
+        (format!("/v1/jobs/{id}/iterations/01"), "write its segment `01` (number) as `1`"),
+        (format!("/v1/jobs/{}/iterations/1", id.replace('-', "")), "(job_id) as `"),
+        (format!("/v1/jobs/{id}/iterations/-1"), "its segment `-1` must be a whole number of at least 1"),
         (format!("/v1/jobs/{id}/iterations/99999999999"), "its segment `99999999999` must be a whole number"),
     ] {
         let body = send(app.get(&path)).await.problem(404, "not_found");

@@ -1,11 +1,10 @@
-//! Words of comments (CONTRIBUTING.md, *Terms* and *Prose*) in the folders that keep to them.
+//! Words of comments (CONTRIBUTING.md, *Terms* and *Prose*).
 
 use std::fs;
 
 use crate::{root, rust_files};
 
-const FOLDERS: &str =
-    "benches engine src/cli/demo src/config src/jobs src/oidc src/pool src/store src/telemetry tests xtask";
+const FOLDERS: &str = "benches engine src tests xtask";
 
 /// Words with which a doc comment does not begin.
 const BEGINNINGS: [&str; 5] = ["Of ", "What ", "Whether it ", "Where ", "There "];

@@ -41,7 +41,7 @@ struct Found {
     width: f64,
     /// Values outside of their intervals.
     outside: usize,
-    let_go: usize,
+    dropped: usize,
     /// Sets whose simultaneous band holds the heights at all nodes.
     bands: usize,
 }
@@ -118,7 +118,7 @@ fn run(x: &[Vec<f64>], iterations: u32, moving: Moving, step: f64, (sets, bands)
             let holds = |([low, high], row): (&[f64; 2], &Vec<f64>)| (*low..=*high).contains(&height(row));
             found.bands += usize::from(simultaneous.band.iter().zip(x).all(holds));
         }
-        found.let_go += usize::from(result.prior.and_then(|prior| prior.conflict).is_some_and(|c| c.let_go));
+        found.dropped += usize::from(result.prior.and_then(|prior| prior.conflict).is_some_and(|c| c.dropped));
     }
     found
 }
@@ -145,7 +145,7 @@ fn table(rows: &[Row], steps: &[f64], (sets, bands): (usize, bool)) {
                 shares.iter().sum::<f64>() / count,
                 shares.iter().fold(1.0f64, |least, s| least.min(*s)),
                 found.width / (count * sets as f64),
-                found.let_go as f64 / sets as f64
+                found.dropped as f64 / sets as f64
             );
             assert_eq!(found.outside, 0, "a value lies outside of its interval");
         }

@@ -7,10 +7,10 @@ use flankfit_numerics::check::Faults;
 pub enum FitError {
     /// Something in the request is impossible (too few nodes, an unsorted axis, a domain that
     /// leaves nodes out).
-    #[error("the fit is impossible as asked: {0}")]
+    #[error("the requested fit is impossible: {0}")]
     Invalid(Faults),
     /// Numbers on the way, or figures of the answer, leave the range of double precision.
-    #[error("the fit is impossible as asked: {0}")]
+    #[error("the requested fit is impossible: {0}")]
     BeyondDouble(Faults),
     /// Spectral regularisation divides by λ₁ (Eq. 39); with dependent columns λ₁ is 0.
     #[error("the columns are linearly dependent (rank {rank} of {columns}): {}", terms.join(", "))]
@@ -33,34 +33,34 @@ pub enum FitError {
 #[non_exhaustive]
 pub enum Unconverged {
     /// Singular values of scaled columns.
-    #[error("the singular value decomposition did not converge within its limit: take fewer terms or another basis")]
+    #[error("the singular value decomposition did not converge: use fewer terms or another basis")]
     SingularValues,
     /// The decomposition of matrix and penalty.
-    #[error("the decomposition of matrix and penalty did not converge within its limit: take another penalty or basis")]
+    #[error("the decomposition of matrix and penalty did not converge: use another penalty or basis")]
     PenaltyPair,
     /// The iterative refinement of a surface's coefficients.
-    #[error("corrections of the coefficients did not shrink: take fewer spans, or regularise more")]
+    #[error("corrections of the coefficients did not converge: use fewer spans, or regularise more")]
     Refinement,
     /// Knots placed by residuals.
     #[error("no knots were tried: give the knots, or allow more of them")]
     KnotPlacement,
     /// The simplex of least absolute deviations.
-    #[error("the nodes determine no vertex of least absolute deviations: take fewer terms or another estimator")]
+    #[error("the nodes determine no vertex of least absolute deviations: use fewer terms or another estimator")]
     AbsoluteDeviations,
     /// The simplex of the rank dispersion.
-    #[error("pairs of nodes determine no vertex of the rank dispersion: take fewer terms or another estimator")]
+    #[error("pairs of nodes determine no vertex of the rank dispersion: use fewer terms or another estimator")]
     RankDispersion,
     /// Positions of nodes that are off.
     #[error(
-        "the positions of the nodes did not converge: they are too uncertain for this model; take fewer terms, or take \
+        "the positions of the nodes did not converge: they are too uncertain for this model; use fewer terms, or \
             `nominal`"
     )]
     Positions,
     /// The registration of a measured flank.
-    #[error("the registration ran away to tilts beyond 0.1 rad: free fewer motions, or regularise")]
+    #[error("the registration diverged to tilts above 0.1 rad: free fewer motions, or regularise")]
     Registration,
     /// The quadratic surface of a flank.
-    #[error("the fit answered other terms than those of second order")]
+    #[error("the fit has other terms than those of second order")]
     SecondOrder,
     /// Singular values of a sensitivity matrix.
     #[error("the singular values of the sensitivity matrix did not converge")]

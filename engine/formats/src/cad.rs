@@ -115,7 +115,7 @@ impl CadSurface {
 
 /// Message for a shape with numbers above the range of a double, by its place among the shapes.
 pub fn not_finite(shape: usize) -> String {
-    format!("shape {shape} leaves the range of doubles on its way to the file")
+    format!("shape {shape} exceeds the range of double precision in the file")
 }
 
 /// The pieces of every shape, each with its shape's place in `shapes`.

@@ -9,7 +9,7 @@ pub(crate) fn nothing() -> Faults {
 
 /// Message for a node outside the range of the file's numbers.
 pub(crate) fn node_range(index: usize) -> String {
-    format!("node {index} leaves the range of the file's numbers")
+    format!("node {index} exceeds the range of the file's numbers")
 }
 
 /// The message of a file with more lines than the format can number.

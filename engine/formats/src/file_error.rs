@@ -35,8 +35,7 @@ pub enum FileError {
     },
     /// The file is of no format that is read.
     #[error(
-        "{place}: this is none of the formats that are read (.mka, .mew, REXS, tables of nodes or points); it begins with \
-         {found}"
+        "{place}: unknown format, beginning with {found}; known are .mka, .mew, REXS, and tables of nodes or points"
     )]
     Unrecognised {
         /// Beginning of the file.
@@ -101,7 +100,7 @@ pub enum FileError {
     #[error("the model has no cylindrical gear")]
     NoGear,
     /// The model has several gears, and none was chosen.
-    #[error("the model has several gears ({}); say which", .ids.join(", "))]
+    #[error("the model has several gears ({}); name one", .ids.join(", "))]
     SeveralGears {
         /// Identifiers of its gears.
         ids: Vec<String>,

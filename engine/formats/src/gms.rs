@@ -205,7 +205,7 @@ pub fn check(corrections: &[Correction]) -> Result<(), Faults> {
             if let Some(value) = value.filter(|value| !value.is_finite()) {
                 return Err(Faults::one(
                     format_args!("[{index}].{field}"),
-                    format_args!("correction {index}: {name} is {value}, no finite number"),
+                    format_args!("correction {index}: {name} is {value}, not a finite number"),
                 ));
             }
         }

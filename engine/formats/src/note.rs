@@ -9,7 +9,7 @@ pub enum Remark {
     #[error("the line {first}{} fits no known block", more(*.following))]
     "unknown_block" => UnknownBlock { first: String, following: usize },
     /// A line among results that is none.
-    #[error("the line {0} is no result")]
+    #[error("the line {0} is not a result")]
     "unknown_block" => NoResult(String),
     /// A header code again.
     #[error("header code {0} occurs here again")]
@@ -18,22 +18,22 @@ pub enum Remark {
     #[error("the result {0} occurs here again")]
     "repeated_result" => RepeatedResult(u32),
     /// The unit of angles.
-    #[error("angles are “{0}”; only decimal degrees are taken from the header")]
+    #[error("angles are “{0}”; only decimal degrees are read from the header")]
     "angles_not_decimal" => AnglesNotDecimal(String),
     /// A number that no double holds.
-    #[error("“{0}” is beyond the numbers that there are; it is not taken")]
+    #[error("“{0}” exceeds the range of double precision; it is ignored")]
     "unknown_setting" => BeyondDouble(String),
     /// A separator of more than one sign.
-    #[error("the separator is not one sign but “{0}”; a colon is taken")]
+    #[error("the separator is not one character but “{0}”; a colon is used")]
     "unknown_setting" => Separator(String),
     /// The mark of undefined points is no number; this one is taken.
-    #[error("undefined points are marked by “{mark}”, no number; {taken} is taken")]
+    #[error("the mark “{mark}” of undefined points is not a number; {taken} is used")]
     "unknown_setting" => UndefinedMark { mark: String, taken: f64 },
     /// A header value that is no number.
-    #[error("header code {code}: “{found}” is not a number; it is not taken")]
+    #[error("header code {code}: “{found}” is not a number; it is ignored")]
     "value_not_read" => ValueNotRead { code: u32, found: String },
     /// A header value in another unit.
-    #[error("header code {code}: values in “{unit}” are not taken, only in {wanted}")]
+    #[error("header code {code}: values in “{unit}” are ignored, only {wanted} is known")]
     "unit_not_known" => UnitNotKnown { code: u32, unit: String, wanted: &'static str },
     /// The profile shift and the tooth thickness contradict each other.
     #[error(
@@ -58,19 +58,19 @@ pub enum Remark {
     #[error("result {0} belongs to the other flank than its label says")]
     "side_disagrees" => SideDisagrees(u32),
     /// Left and right flank have different values where a gear has one.
-    #[error("left and right flank of gear {gear} have different {figures}; none is taken")]
+    #[error("left and right flank of gear {gear} have different {figures}; none is used")]
     "flanks_differ" => FlanksDiffer { gear: String, figures: &'static str },
     /// The order of a grid's values.
-    #[error("the order of the topography's amounts is not given; coordinates are taken to run fastest")]
+    #[error("the order of the topography's amounts is not given; coordinates are assumed to run fastest")]
     "order_assumed" => OrderAssumed,
     /// Points without a grid.
-    #[error("the points of the topography fill no grid")]
+    #[error("the points of the topography do not form a grid")]
     "not_a_grid" => NotAGrid,
     /// No gear.
     #[error("the model has no cylindrical gear and no ring gear")]
     "no_cylindrical_gear" => NoCylindricalGear,
     /// A flank that is omitted.
-    #[error("the {side} flank of gear {gear}, component {flank}, is of no type that is read; it is left out")]
+    #[error("the {side} flank of gear {gear}, component {flank}, has an unknown type; it is omitted")]
     "flank_not_read" => FlankNotRead { side: &'static str, gear: String, flank: String },
 }
 }

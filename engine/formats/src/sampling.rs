@@ -16,7 +16,10 @@ pub(super) fn check(us: &[f64], vs: &[f64]) -> Result<(), Faults> {
     for values in [us, vs] {
         if values.len() < 2 {
             let given = values.len();
-            let message = format_args!("{given} parameters along one direction make no faces; at least 2 are needed");
+            let message = format_args!(
+                "{given} parameters along one direction do not make faces; at least 2 are \
+                needed"
+            );
             return Err(Faults::one("", message));
         }
         if let Some(i) = (1..values.len()).find(|i| !(values[i - 1] < values[*i])) {
@@ -34,13 +37,13 @@ fn too_many(wanted: usize) -> Faults {
 
 /// Refuses a point outside the range of a double at parameters (u, v).
 pub(super) fn no_place(at: [f64; 2]) -> Faults {
-    Faults::one("", format_args!("the place at the parameters {at:?} leaves the range of doubles"))
+    Faults::one("", format_args!("the place at the parameters {at:?} exceeds the range of double precision"))
 }
 
 /// Refuses a tolerance that nodes cannot be compared by.
 pub(super) fn no_tolerance(tolerance: f64) -> Faults {
     let tolerance = Shown(tolerance);
-    Faults::one("tolerance", format_args!("the tolerance {tolerance} is not a length that nodes can be compared by"))
+    Faults::one("tolerance", format_args!("the tolerance {tolerance} is not a length above 0"))
 }
 
 /// Number of all nodes; refuses more than [`MOST_NODES`], before there is any list of that length.
@@ -106,8 +109,7 @@ pub fn curve_parameters(curve: &dyn Curve, tolerance: f64) -> Result<Vec<f64>, F
             return Err(Faults::one(
                 "tolerance",
                 format_args!(
-                    "chords come no nearer than {reached} to the curve within a million of them and the rounding of \
-                     its places, not {tolerance}"
+                    "a million chords, or rounding, allow a distance of {reached} from the curve only, not {tolerance}"
                 ),
             ));
         }
@@ -192,8 +194,8 @@ mod tests {
         assert!(fine.windows(2).all(|pair| 10.0 - ((pair[0] + pair[1]) / 2.0).norm() < 1.01e-10));
         // a tolerance below rounding is refused, in bounded time
         let refused = curve_parameters(&arc, 1e-30).unwrap_err().to_string();
-        assert!(refused.ends_with("the rounding of its places, not 1e-30"), "{refused}");
-        let words = refused.strip_prefix("tolerance: chords come no nearer than ").unwrap();
+        assert!(refused.ends_with("from the curve only, not 1e-30"), "{refused}");
+        let words = refused.strip_prefix("tolerance: a million chords, or rounding, allow a distance of ").unwrap();
         let reached: f64 = words.split(' ').next().unwrap().parse().unwrap();
         assert!(reached > 1e-30 && reached < 1e-10, "{reached}");
     }

@@ -38,10 +38,10 @@ impl Gear {
         let (thick, wide) = if self.data().internal { (outer, inner) } else { (inner, outer) };
         let mut faults = Faults::default();
         if !(half_tooth(thick) > 0.0) {
-            let diameter = Shown(2.0 * thick);
+            let diameter = rounded(2.0 * thick, 7);
             faults.push(
                 "profile_shift_coefficient",
-                format_args!("the flanks of a tooth meet before the root: no tooth is left on {diameter} mm"),
+                format_args!("the flanks of a tooth meet before the root: there is no tooth on {diameter} mm"),
             );
         }
         if !(half_tooth(wide) < PI / self.teeth()) {
@@ -57,13 +57,13 @@ impl Gear {
         let internal = self.data().internal;
         let crossed = if internal { tip >= root } else { tip <= root };
         let no_involute = |name: &str, diameter: f64| {
-            let [diameter, base] = [diameter, 2.0 * base].map(Shown);
-            format!("the {name} diameter {diameter} mm is not above the base circle of {base} mm: no involute is left")
+            let [diameter, base] = [diameter, 2.0 * base].map(|x| rounded(x, 7));
+            format!("the {name} diameter {diameter} mm is not above the base circle of {base} mm: there is no involute")
         };
         let (tip_diameter, root_diameter) = (2.0 * tip, 2.0 * root);
         if crossed {
             let greater = if internal { "smaller" } else { "greater" };
-            let [tip, root] = [tip_diameter, root_diameter].map(Shown);
+            let [tip, root] = [tip_diameter, root_diameter].map(|x| rounded(x, 7));
             faults.push(
                 self.given_circle(),
                 format_args!("the tip diameter {tip} mm is not {greater} than the root diameter {root} mm"),
@@ -74,10 +74,8 @@ impl Gear {
             faults.push(self.given_circle(), no_involute("root", root_diameter));
         }
         if !(root > 0.0) && self.data().root_diameter.is_none() {
-            faults.push(
-                "profile_shift_coefficient",
-                "the root circle that follows is not above 0; give `root_diameter_mm`",
-            );
+            faults
+                .push("profile_shift_coefficient", "the resulting root circle is not above 0; give `root_diameter_mm`");
         }
         faults.into_result(())
     }
@@ -85,7 +83,7 @@ impl Gear {
 
 /// The message of teeth that touch each other on a diameter, mm.
 pub(crate) fn no_space(diameter: f64) -> String {
-    format!("the teeth leave no space between them on {} mm", Shown(diameter))
+    format!("there is no space between the teeth on {} mm", rounded(diameter, 7))
 }
 
 /// Checks a number of teeth.

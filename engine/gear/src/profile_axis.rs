@@ -2,7 +2,10 @@
 
 use super::Gear;
 use crate::check::degrees;
-use flankfit_numerics::{check::Faults, words::Shown};
+use flankfit_numerics::{
+    check::Faults,
+    words::{Shown, rounded},
+};
 
 /// Coordinate along the profile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -86,7 +89,7 @@ impl ProfileAxis {
             ProfileAxis::RollLength => format!("a roll length of {} mm has no involute", Shown(value)),
             ProfileAxis::RollAngle => format!("a roll angle of {}° has no involute", degrees(value)),
             ProfileAxis::Diameter => {
-                let [value, base] = [value, 2.0 * gear.base_radius()].map(Shown);
+                let [value, base] = [value, 2.0 * gear.base_radius()].map(|x| rounded(x, 7));
                 format!("a diameter of {value} mm, where the base circle has {base} mm, has no involute")
             }
         }

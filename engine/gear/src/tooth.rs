@@ -69,9 +69,9 @@ impl fmt::Display for NameFault {
             NameFault::Blank => f.write_str("a tooth has a number or a name"),
             NameFault::Spelled(right) => {
                 let shown: String = right.chars().take(20).collect();
-                write!(f, "write `{shown}`, by which this tooth is known")
+                write!(f, "write `{shown}` for this tooth")
             }
-            NameFault::NotCounted => f.write_str("no tooth has this number; write a whole one from 1, or a name"),
+            NameFault::NotCounted => f.write_str("no tooth has this number; write a whole number from 1, or a name"),
         }
     }
 }

@@ -20,7 +20,7 @@ pub enum Kind {
     Helix,
 }
 
-/// Along what deviations are taken.
+/// Direction of deviations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 #[cfg_attr(
     feature = "contract",

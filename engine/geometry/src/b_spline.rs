@@ -24,7 +24,7 @@ impl BSplineBasis {
         let least = degree.saturating_add(1).saturating_mul(2);
         if knots.len() < least {
             let given = counted(knots.len(), "knot", "knots");
-            return Err(Faults::one("", format_args!("{given}: degree {degree} asks for at least {least}")));
+            return Err(Faults::one("", format_args!("{given}: degree {degree} needs at least {least}")));
         }
         for (index, &value) in knots.iter().enumerate() {
             let at = format_args!("[{index}]");
@@ -212,7 +212,7 @@ mod tests {
     #[test]
     fn faults_name_the_knot() {
         let told = |degree, knots: &[f64]| BSplineBasis::new(degree, knots.to_vec()).unwrap_err().to_string();
-        assert_eq!(told(1, &[0., 1.]), "2 knots: degree 1 asks for at least 4");
+        assert_eq!(told(1, &[0., 1.]), "2 knots: degree 1 needs at least 4");
         for degree in [usize::MAX, usize::MAX / 2, isize::MAX as usize] {
             assert!(told(degree, &[0., 1.]).starts_with("2 knots: degree"), "{degree}");
         }

@@ -51,15 +51,14 @@ impl Dimension {
 
 /// A degree above [`HIGHEST_DEGREE`].
 pub fn degree_too_high(path: &str, degree: usize) -> Faults {
-    let message =
-        format_args!("degree {degree} is above {HIGHEST_DEGREE}, the highest that curves and surfaces have here");
+    let message = format_args!("degree {degree} is above {HIGHEST_DEGREE}, the highest degree of curves and surfaces");
     Faults::one(path, message)
 }
 
 /// Weights that vanish together around the knot `place`, so that the denominator is 0 there.
 pub(super) fn no_weight(place: f64) -> Faults {
     let place = Shown(place);
-    let message = format_args!("the weights around parameter {place} are all 0, so that no point is defined there");
+    let message = format_args!("the weights around parameter {place} are all 0, so no point is defined there");
     Faults::one("weights", message)
 }
 
@@ -73,7 +72,7 @@ pub(super) fn check_controls(
 ) -> Result<(), Faults> {
     if points.len() != wanted {
         let given = counted(points.len(), "control point", "control points");
-        return Err(Faults::one("control_points", format_args!("{given}; knots and degree ask for {wanted}")));
+        return Err(Faults::one("control_points", format_args!("{given}; knots and degree need {wanted}")));
     }
     if let Some(index) = points.iter().position(|p| !p.iter().all(|x| x.is_finite())) {
         return Err(control_not_finite(index, &format!("control_points{}", place(index))));

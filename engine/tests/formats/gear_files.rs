@@ -96,14 +96,14 @@ fn the_content_says_what_a_file_is() {
     }
     let start = Some(FilePosition { line: 1, column: 1 });
     for (bytes, name, wanted) in [
-        (&b"hello"[..], None, "none of the formats that are read"),
+        (&b"hello"[..], None, "unknown format"),
         (b"hello", Some("x.mka"), "expected HEADER KS.MK.FILE, found “hello”"),
         (b"hello", Some("X.MEW"), "expected HEADER KS.MW.FILE"),
         (b"a,b,c,d", Some("x.csv"), "no line of the table has two numbers"),
         (b"<a/>", None, "a document of “a”"),
         (b"{\"id\":1}", Some("x.rexsj"), "a JSON file without a `model`"),
         (b"PK\x03\x04..", Some("x.rexsz"), "a ZIP archive without a list of its files"),
-        (b"\xFF\xFEH\0", None, "none of the formats that are read"),
+        (b"\xFF\xFEH\0", None, "unknown format"),
     ] {
         let fault = read(bytes, name, None).unwrap_err();
         assert!(fault.to_string().contains(wanted), "{fault}");

@@ -58,7 +58,7 @@ fn what_is_no_correction() {
     assert_eq!(one(|_| ()), Ok(()));
     let refused = |change: fn(&mut Correction)| one(change).unwrap_err().to_string();
     assert_eq!(refused(|it| it.relative = None), "[1]: correction 1 has neither an absolute nor a relative value");
-    assert!(refused(|it| it.absolute = Some(f64::NAN)).contains("the absolute value is NaN, no finite number"));
+    assert!(refused(|it| it.absolute = Some(f64::NAN)).contains("the absolute value is NaN, not a finite number"));
     let limits = refused(|it| it.lower_limit = Some(0.75));
     assert!(limits.contains("the lower limit 0.75 lies above the upper one, 0.5"), "{limits}");
     assert_eq!(refused(|it| it.characteristic.clear()), "[1].characteristic: correction 1 has no characteristic");

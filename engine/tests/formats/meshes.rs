@@ -120,7 +120,7 @@ fn numbers_beyond_single_precision_are_refused() {
     let far = bilinear([[0., 0., 0.], [0., 1e39, 0.], [1., 0., 0.], [1., 1e39, 0.]]);
     let mesh = Arc::new(QuadMesh::of_surfaces(&[&far], [1, 1], 1e-9, true).expect("a mesh"));
     let refused = stl::binary_file(Arc::clone(&mesh), &label()).unwrap_err();
-    assert_eq!(refused.to_string(), "node 1 leaves the range of the file's numbers");
+    assert_eq!(refused.to_string(), "node 1 exceeds the range of the file's numbers");
     assert!(stl::ascii_file(Arc::clone(&mesh), &label()).is_ok());
 }
 

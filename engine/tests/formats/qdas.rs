@@ -102,7 +102,7 @@ fn what_cannot_be_written() {
     let limits = refused(&[slope("1"), lower]);
     assert!(limits.ends_with("characteristic 1: the lower limit 7 lies above the upper one, 6.5"), "{limits}");
     let infinite = Characteristic { value: Some(f64::INFINITY), ..slope("1") };
-    assert!(refused(&[infinite]).contains("characteristic 0: its value is inf, no finite number"));
+    assert!(refused(&[infinite]).contains("characteristic 0: its value is inf, not a finite number"));
     let nameless = Characteristic { name: "\r\n\t".into(), ..slope("1") };
     assert_eq!(refused(&[nameless]), "characteristics[0].name: characteristic 0 has no name");
     let part = Part { number: " \u{14}".into(), ..part() };

@@ -144,8 +144,8 @@ fn teeth_and_flanks_are_kept_apart() {
         ]
     );
     let misspelt = read(text.replacen("links", "linkss", 1).as_bytes()).unwrap();
-    let wanted = "line 2: `linkss` is no flank; a left one is left, l, links, linke, lf, a right one right, r, rechts, \
-                  rechte, rf";
+    let wanted = "line 2: `linkss` is not a flank; write left, l, links, linke, lf for left and right, r, rechts, \
+                  rechte, rf for right";
     assert_eq!(misspelt.node_sets().unwrap_err().to_string(), wanted);
     assert_eq!(misspelt.layout(), None);
 }
@@ -229,7 +229,7 @@ fn refusals_say_one_thing_of_the_file() {
             "135 rows have 4 cells for 3 columns; with decimal commas they have 3: send `decimal: \",\"`",
             5,
         ),
-        (many("5,97,0,75,-10,28"), Mapping::default(), "nothing tells them apart", 5),
+        (many("5,97,0,75,-10,28"), Mapping::default(), "a comma cannot be both", 5),
         ("x,y,z\n1,zwei,3\n".into(), Mapping::default(), "1 cell is not a finite number", 1),
         ("x,y,z\n1,,3\n".into(), Mapping::default(), "line 2, column 2 (y): empty", 1),
         ("x,y,z\n1,nan,3\n".into(), Mapping::default(), "`nan`", 1),
@@ -250,16 +250,16 @@ fn refusals_say_one_thing_of_the_file() {
     }
     for (text, wanted) in [
         ("id,x,y\n1,2,3\n4,5,6\n", "OTHER"),
-        ("x,y,z,i\n1,2,3,1\n", "of i, j and k there must be all or none"),
-        ("p,1,2,3,0,0,0\n", "no direction"),
-        ("roll length,rest,more\n1,2,3\n", "none of them holds heights"),
+        ("x,y,z,i\n1,2,3,1\n", "give all of i, j and k or none"),
+        ("p,1,2,3,0,0,0\n", "not a direction"),
+        ("roll length,rest,more\n1,2,3\n", "none of them has heights"),
         ("u,v,z\n1,2,3\n", "the table holds scattered nodes"),
     ] {
         let fault = points(text.as_bytes()).expect_err(text);
         assert!(wanted == "OTHER" || fault.to_string().contains(wanted), "{text}: {fault}");
     }
     let bad = [point(None, [1.0, 2.0, 3.0], None, 0), point(None, [f64::NAN, 2.0, 3.0], None, 0)];
-    assert_eq!(write_points(&bad).unwrap_err().to_string(), "node 1 leaves the range of the file's numbers");
+    assert_eq!(write_points(&bad).unwrap_err().to_string(), "node 1 exceeds the range of the file's numbers");
 }
 
 #[test]

@@ -52,7 +52,7 @@ fn lines_over_diameters_are_straight_over_diameters() {
         lower: line(-0.01),
     };
     let straight = found(&gear, band.clone());
-    assert!((straight.room_um - 0.02).abs() < 1e-6 && straight.shift_um.abs() < 1e-6, "{straight:?}");
+    assert!((straight.clearance_um - 0.02).abs() < 1e-6 && straight.shift_um.abs() < 1e-6, "{straight:?}");
     assert_eq!(straight.within, Some(true));
     // where it is nearest is a roll length still
     assert!(straight.nearest_mm.iter().all(|roll| (0.0..13.0).contains(roll)), "{straight:?}");
@@ -61,5 +61,5 @@ fn lines_over_diameters_are_straight_over_diameters() {
     };
     let bent = Band { axis: ProfileAxis::RollLength, upper: rolls(&band.upper), lower: rolls(&band.lower), ..band };
     let bent = found(&gear, bent);
-    assert!(bent.room_um < -3.0 && bent.within == Some(false), "{bent:?}");
+    assert!(bent.clearance_um < -3.0 && bent.within == Some(false), "{bent:?}");
 }

@@ -305,27 +305,27 @@ fn what_cannot_be_met_or_is_not_for_constraints_is_refused() {
     certified(&fit(&nodes, &of(apart.clone())));
     // rises, then falls, and is convex all the while
     let three = [apart, vec![just(Convex)]].concat();
-    refused(&nodes, &of(three), "constraints: no function of the model does all of this");
+    refused(&nodes, &of(three), "constraints: no function of the model meets all of these");
     let along = |axis| vec![Constraint { along: Some(axis), ..just(Increasing) }];
     refused(&nodes, &of(along(FilterAxis::V)), "constraints[0].along: a curve has no v");
     let range = |low, high| of(vec![within(Increasing, low, high)]);
     refused(&nodes, &range(0.5, 0.5), "constraints[0].domain.u: [0.5, 0.5] is not a range");
-    let outside = "constraints[0].domain.u: [0.5, 1.5] reaches beyond the domain of the fit, [0, 1]";
+    let outside = "constraints[0].domain.u: [0.5, 1.5] extends outside the domain of the fit, [0, 1]";
     refused(&nodes, &range(0.5, 1.5), outside);
     let straight = spec(chebyshev(Degree::Both(1)), vec![just(Convex)]);
-    refused(&nodes, &straight, "constraints[0]: along u the model has the degree 1: derivatives of order 2");
+    refused(&nodes, &straight, "constraints[0]: the model has degree 1 along u: derivatives of order 2");
     let knots = vec![0.0, 0.0, 0.0, 0.5, 0.5, 1.0, 1.0, 1.0];
     let kinked = |kind| {
         let model = Model::BSpline { degree: Degree::Both(2), knots: Knots::Curve(knots.clone()), weights: None };
         spec(model, vec![just(kind)])
     };
     certified(&fit(&nodes, &kinked(Increasing)));
-    refused(&nodes, &kinked(Convex), "constraints[0]: the knot 0.5 stands 2 times");
+    refused(&nodes, &kinked(Convex), "constraints[0]: the knot 0.5 occurs 2 times");
     let weights = Some(vec![1.0, 2.0, 1.0, 1.0, 1.0]);
     let rational = Model::BSpline { degree: Degree::Both(2), knots: Knots::Curve(knots.clone()), weights };
     refused(&nodes, &spec(rational, rising()), "constraints: derivatives of NURBS");
     let matrix = Nodes::matrix(vec![1.0, 2.0, 4.0], 1, vec![1.0, 2.0, 3.0], None, None).unwrap();
-    refused(&matrix, &spec(Model::Linear, rising()), "constraints: a measurement matrix is no function");
+    refused(&matrix, &spec(Model::Linear, rising()), "constraints: a measurement matrix is not a function");
     let grid = Nodes::grid(dense(4), dense(4), vec![0.0; 25], None, None).unwrap();
     refused(&grid, &plain(), "constraints[0].along: missing");
     let four = Nodes::curve(vec![0.0, 1.0, 2.0, 3.0], vec![3.0, 1.0, 2.0, 4.0], None).unwrap();

@@ -222,11 +222,11 @@ fn what_does_not_go_together_is_refused() {
     refused(&FitSpec { prior: given, ..sandwich.clone() }, "prior: a prior needs errors with given correlations");
     let chain = Chain { which: Which::Previous, moves: Moves::Estimated, correction: true, earlier: None };
     let chain = Some(Prior::Iterations(chain));
-    refused(&FitSpec { prior: chain, ..correlated(Some(0.5)) }, "prior: earlier iterations are weighed");
+    refused(&FitSpec { prior: chain, ..correlated(Some(0.5)) }, "prior: earlier iterations are weighted");
     let groups = FitSpec { variance: Variance::Groups(vec![1; COUNT]), noise_sigma: Some(1.0), ..plain() };
     refused(&groups, "noise_sigma: variances are estimated from the residuals");
     let rank = FitSpec { estimator: Estimator::Rank, ..sandwich.clone() };
-    refused(&rank, "estimator.type: a model of the errors is for least squares");
+    refused(&rank, "estimator.type: a model of the errors needs least squares");
     let uncertain =
         FitSpec { node_uncertainty: Some(NodeUncertainty { position: 0.0, height: 1.0, kind: None }), ..sandwich };
     refused(&uncertain, "node_uncertainty: perturbation bounds are those");

@@ -212,9 +212,9 @@ fn what_does_not_go_together_is_refused() {
         &correlated(ar1, Along::Order),
         "errors.along: the nodes of a grid lie on lines along u and along v",
     );
-    refused(&curve, &correlated(ar1, Along::V), "errors.along: only the nodes of a grid lie on lines along v");
+    refused(&curve, &correlated(ar1, Along::V), "errors.along: only nodes of a grid lie on lines along v");
     let walk = Correlation::Ar1 { rho: Some(1.0) };
-    refused(&curve, &correlated(walk, Along::Order), "errors.parameters.rho: 1 is no correlation");
+    refused(&curve, &correlated(walk, Along::Order), "errors.parameters.rho: 1 is not a correlation");
     let both = FitSpec { variance: Variance::Hc3, ..correlated(ar1, Along::Order) };
     refused(&curve, &both, "variance: either correlated errors or unequal variances");
     let told = FitSpec { variance: Variance::Hc3, noise_sigma: Some(1.0), ..spec(3) };

@@ -94,7 +94,7 @@ fn sentences_are_true_as_printed() {
         let sums = found.estimable.as_ref().unwrap();
         assert!(!sums.is_empty());
         for sum in sums {
-            let (_, equation) = sum.sentence.split_once("is known: ").unwrap();
+            let (_, equation) = sum.sentence.split_once("is determined: ").unwrap();
             let (left, right) =
                 equation.replace('−', "-").split_once(" = ").map(|(l, r)| (l.to_owned(), r.to_owned())).unwrap();
             let (right, level) = right.split_once(" with ").unwrap();

@@ -362,7 +362,7 @@ fn a_setting_without_effect_is_undetermined() {
         assert_eq!(with.settings[..2], without.settings[..]);
         assert!(with.settings[2].undetermined && with.settings[2].change == 0.0);
         let warning = with.warnings.iter().find(|warning| warning.code() == "undetermined_settings").unwrap();
-        assert_eq!(warning.to_string(), "`s2`: at these nodes it has no effect of its own; it stays as it is");
+        assert_eq!(warning.to_string(), "`s2`: at these nodes it has no independent effect; it is not changed");
     }
     let nothing = CorrectionSpec { absolute: true, ..plain(d, vec![0.0; 9], settings(1)) };
     let faults = Correction::new(nothing).unwrap_err();

@@ -84,14 +84,14 @@ fn intervals_of_figures_and_of_their_changes_hold() {
         let predicted: Vec<f64> = first.iter().zip(&change).map(|(d, c)| d + c).collect();
         let after: Vec<f64> = before.iter().zip(&change).map(|(d, c)| d + c).collect();
         let found = compare_figures(&first, &predicted, &measured(&after), |list, _| figures(list)).unwrap();
-        let FigureChange { before, predicted, measured, change, beyond_predicted } = found.helix_slope.unwrap();
+        let FigureChange { before, predicted, measured, change, difference } = found.helix_slope.unwrap();
         assert!(predicted.abs() < 1e-9);
         assert!((change.value - (measured.value - before.value)).abs() < 1e-9);
-        assert!((beyond_predicted.value - (measured.value - predicted)).abs() < 1e-9);
+        assert!((difference.value - (measured.value - predicted)).abs() < 1e-9);
         of_before += holds(before, -8.0);
         of_change += holds(change, -tilt);
         // what the noise of the first measurement left of the tilt
-        of_rest += holds(beyond_predicted, -8.0 - tilt);
+        of_rest += holds(difference, -8.0 - tilt);
         let crowning = found.profile_crowning.unwrap();
         narrower += usize::from(crowning.change.std_error.unwrap() < 1.414 * crowning.before.std_error.unwrap());
     }
@@ -152,14 +152,14 @@ fn changes_are_the_differences_of_the_figures_of_the_fits() {
         predicted: 0.11,
         measured: figure(0.12),
         change: figure(-0.19),
-        beyond_predicted: figure(0.01),
+        difference: figure(0.01),
     };
     let found = change.by_fits(&[of_fit(0.33, 0.36)], &[of_fit(0.11, 0.15)]);
     assert_eq!((found.before, found.measured), (of_fit(0.33, 0.36), of_fit(0.11, 0.15)));
     let near = |found: f64, want: f64| assert!((found - want).abs() < 1e-12, "{found} is not {want}");
     near(found.predicted, 0.13);
     near(found.change.value, -0.22);
-    near(found.beyond_predicted.value, -0.02);
+    near(found.difference.value, -0.02);
     // errors stay those of the differences node by node
     near(found.change.interval.unwrap()[1], -0.02);
     let same = change.by_fits(&[], &[]);

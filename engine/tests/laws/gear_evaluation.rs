@@ -199,7 +199,7 @@ proptest! {
         turned.rotate_left(turn % traces.len());
         let (a, b) = (all(&gear, &traces, &settings), all(&gear, &turned, &settings));
         prop_assert_eq!(&a.summaries, &b.summaries);
-        prop_assert_eq!((a.class, a.beyond_classes), (b.class, b.beyond_classes));
+        prop_assert_eq!((a.class, a.coarser_than_11), (b.class, b.coarser_than_11));
         let slope = &a.summaries[0].slope_um;
         let found: Vec<f64> = a.traces.iter().map(|t| t.values.expect("figures").slope_um).collect();
         near(slope.mean, found.iter().sum::<f64>() / found.len() as f64, 1e-9);
@@ -265,7 +265,7 @@ fn what_cannot_be_evaluated_is_said() {
     assert!(codes.contains(&("too_few_samples", "traces[1].deviation_um".to_owned())), "{codes:?}");
     assert!(codes.contains(&("no_mean_curve", "traces[2].deviation_um".to_owned())), "{codes:?}");
     assert!(answer.traces.iter().all(|trace| trace.values.is_none() && trace.classes.is_none()));
-    assert!(answer.class.is_none() && !answer.beyond_classes);
+    assert!(answer.class.is_none() && !answer.coarser_than_11);
 }
 
 #[test]

@@ -163,7 +163,7 @@ proptest! {
         let mut readings: Vec<f64> = (0..48).map(|i| level + amount * phase(i).cos()).collect();
         let answer = from_readings(&gear, &readings, Rounding::Rounded).expect("48 readings");
         prop_assert!(answer.runout_um <= 2.0 * amount + 1e-9 && answer.runout_um >= 1.99 * amount);
-        prop_assert!(answer.class.is_some() != answer.beyond_classes && !answer.derived);
+        prop_assert!(answer.class.is_some() != answer.coarser_than_11 && !answer.derived);
         let found = answer.eccentricity.expect("enough readings");
         near(found.amount_um, amount, 1e-9);
         near(found.angle_deg.to_radians(), angle, 1e-6);

@@ -49,7 +49,7 @@ fn gaps_below_a_hole_count_together() {
         assert_eq!(codes(&crests), ["samples_missing"], "{share} of {count}");
         let warning = crests.warnings.iter().find(|warning| warning.code() == "samples_missing").expect("a warning");
         assert_eq!(warning.path().as_deref(), Some("traces[0].deviation_um"));
-        assert!(warning.to_string().contains("are covered, less than 75 %"), "{}", warning);
+        assert!(warning.to_string().contains("is covered, less than 75 %"), "{}", warning);
     }
 }
 

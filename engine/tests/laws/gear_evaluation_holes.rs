@@ -195,7 +195,7 @@ fn a_slope_that_the_hole_leaves_open_has_no_class() {
     assert!(answer.traces[0].values.is_some() && answer.traces[0].classes.is_none());
     let warning = answer.warnings.iter().find(|warning| warning.code() == "slope_class_open").expect("a warning");
     assert_eq!(warning.path().as_deref(), Some("traces[0].deviation_um"));
-    assert!(warning.to_string().contains("leaves it open"), "{}", warning);
+    assert!(warning.to_string().contains("it is too uncertain"), "{}", warning);
 }
 
 /// Ends that are not reached: to a twentieth of the range the figures go on, with errors and

@@ -258,7 +258,7 @@ fn dust_is_suspected_and_left_out_where_asked() {
         assert_eq!(left_out.traces[0].values.map(WithoutSuspects::from), Some(figures));
         assert_eq!(left_out.traces[0].samples.excluded, place.samples);
         assert!(
-            left_out.warnings.iter().any(|w| w.code() == "outliers_suspected" && w.to_string().contains("left out"))
+            left_out.warnings.iter().any(|w| w.code() == "outliers_suspected" && w.to_string().contains("omitted"))
         );
         // what is left out is a hole: of 11 samples one over which there is no form
         assert_eq!(left_out.traces[0].classes.as_ref().is_some_and(|c| c.form.is_some()), wide < 8);

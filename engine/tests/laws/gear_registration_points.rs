@@ -273,7 +273,7 @@ fn tip_and_root_circles_that_are_given_hold() {
     let roll = gear.roll_length(tip + 6.0).expect("above the base circle");
     let point = anywhere(above(&gear, 1, Side::Left, roll, 0.0, 0.0));
     assert!(measure(&Reference::new(&plain), &[point], &Measurement::default()).is_ok());
-    let faults = measure(&Reference::new(&gear), &[point], &Measurement::default()).expect_err("beyond the tip");
+    let faults = measure(&Reference::new(&gear), &[point], &Measurement::default()).expect_err("outside the tip");
     assert!(faults.list()[0].message.contains("tip circle"), "{}", faults.list()[0].message);
 }
 

@@ -136,7 +136,7 @@ fn adaptive_knots_end_where_they_must() {
     let few = stop(20);
     assert_eq!((few.stop, few.curve.basis().size()), (Some(Stop::MostControls), 20));
     let all = stop(200);
-    assert!(matches!(all.stop, Some(Stop::NoRoom | Stop::Tolerance)), "{:?}", all.stop);
+    assert!(matches!(all.stop, Some(Stop::TooFewPoints | Stop::Tolerance)), "{:?}", all.stop);
     assert!(all.curve.basis().size() <= 60);
 }
 
@@ -174,7 +174,7 @@ fn adaptive_knots_leave_no_swings_between_the_points() {
         let adaptive = Adaptive { spans: 4, tolerance: 1e-6, most_controls: 500 };
         let knots = asked(3, KnotPlacement::Adaptive(adaptive), None);
         let found = fitted(&[noisy], Parameters::Given(&x), &knots);
-        assert_eq!(found.stop, Some(Stop::NoRoom));
+        assert_eq!(found.stop, Some(Stop::TooFewPoints));
         for k in 0..=2000 {
             let value = found.curve.value(f64::from(k) / 200.0).x;
             assert!(value.abs() < 5.0, "{seed} {k} {value}");

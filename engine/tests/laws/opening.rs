@@ -148,7 +148,7 @@ fn where_the_first_block_decides_it_is_refused_and_changes_nothing() {
         let faults = stream.push(&wrong).expect_err(&format!("{spec:?}"));
         assert_eq!(faults.list()[0].path, place, "{spec:?}");
         let told = &faults.list()[0].message;
-        assert!(told.starts_with(&format!("the stream's /{batch} does not suit these nodes: ")), "{told}");
+        assert!(told.starts_with(&format!("the stream's /{batch} does not fit these nodes: ")), "{told}");
         assert_eq!((stream.count(), stream.size(), stream.state()), (0, None, None));
         stream.push(&right).unwrap();
         assert!(stream.result().unwrap().is_some());

@@ -274,13 +274,13 @@ fn an_excluded_node_is_a_missing_one() {
     let beyond = vec![NodeAt::Cell { row: 5, column: 0 }, NodeAt::Index(45), NodeAt::Index(3), named[0], named[0]];
     assert_eq!(
         told(&SMALL.grid(&errors), beyond),
-        "exclude[0]: the grid has 5 rows and 9 columns, which count from 0; exclude[1]: there is no such node: 45 were \
-         posted, numbers count from 0; exclude[4]: this node is already excluded by entry 3: name it once"
+        "exclude[0]: the grid has 5 rows and 9 columns, which count from 0; exclude[1]: there is no such node: 45 \
+         were posted, and indices count from 0; exclude[4]: this node is already excluded by entry 3: name it once"
     );
     let cell = told(&SMALL.scattered(&errors, None), vec![named[0]]);
-    assert_eq!(cell, "exclude[0]: only the nodes of a grid have a row and a column: give the node's index");
+    assert_eq!(cell, "exclude[0]: only nodes of a grid have a row and a column: give the index of the node");
     let most = told(&SMALL.grid(&errors), (0..37).map(NodeAt::Index).collect());
-    assert_eq!(most, "exclude: 8 nodes are left for 9 coefficients: leave fewer out, or lower the degree");
+    assert_eq!(most, "exclude: 8 nodes are left for 9 coefficients: exclude fewer, or lower the degree");
     let all = told(&SMALL.grid(&errors), (0..45).map(NodeAt::Index).collect());
-    assert_eq!(all, "exclude: no node is left: leave fewer out");
+    assert_eq!(all, "exclude: no node is left: exclude fewer");
 }

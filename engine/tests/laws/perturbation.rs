@@ -88,7 +88,7 @@ proptest! {
             worst = worst.max(relative_change(&own, &fit(&nodes(&moved_x, &moved_y), &spec), &scales));
         }
         prop_assert!(worst <= bound * 1.01, "moved by {worst:e}, bound {bound:e}");
-        prop_assert!(bound <= 1e4 * worst.max(1e-12), "the bound {bound:e} says nothing beside {worst:e}");
+        prop_assert!(bound <= 1e4 * worst.max(1e-12), "the bound {bound:e} cannot show beside {worst:e}");
     }
 
     #[test]

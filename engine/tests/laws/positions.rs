@@ -260,14 +260,14 @@ fn what_takes_positions_as_exact_says_so() {
     let robust = |kind| FitSpec { estimator: Estimator::LeastAbsolute, ..uncertain(0.1, 1.0, kind) };
     assert!(warned(&nodes, &robust(None)) && warned(&nodes, &uncertain(0.1, 0.0, None)));
     assert!(!warned(&nodes, &uncertain(0.0, 1.0, None)));
-    refused(&nodes, &robust(kind), "a model of the errors is for least squares");
+    refused(&nodes, &robust(kind), "a model of the errors needs least squares");
     refused(&nodes, &uncertain(0.1, 0.0, kind), "where the surface is level");
     // a cubic at three places
     let x: Vec<f64> = (0..9).map(|k| f64::from(k / 3)).collect();
     let three = Nodes::curve(x.clone(), x.iter().map(|x| x + 1.0).collect(), None).unwrap();
     assert!(warned(&three, &uncertain(0.1, 1.0, None)));
     for kind in [PositionKind::Measured, PositionKind::Nominal] {
-        refused(&three, &uncertain(0.1, 1.0, Some(kind)), "the columns depend on each other over these nodes");
+        refused(&three, &uncertain(0.1, 1.0, Some(kind)), "the columns are linearly dependent at these nodes");
     }
     let matrix = Nodes::matrix(vec![1.0; 5], 1, vec![1.0, 2.0, 3.0, 2.0, 1.0], None, None).unwrap();
     let linear = |kind| FitSpec { model: Model::Linear, domain: None, ..uncertain(0.1, 1.0, kind) };

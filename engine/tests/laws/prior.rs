@@ -96,7 +96,7 @@ fn what_does_not_move_is_one_fit_of_all_nodes() {
         );
         let pooled = fit(&together, &with_plain()).unwrap();
         let found = answered(&nodes(&measured), Moves::StdError(vec![1e-12; 3]));
-        if found.prior.as_ref().unwrap().conflict.unwrap().let_go {
+        if found.prior.as_ref().unwrap().conflict.unwrap().dropped {
             continue;
         }
         assert_close(&values(&found), &values(&pooled), 1e-8);
@@ -282,7 +282,7 @@ fn a_flank_that_jumps_lets_its_prior_go() {
     let all = nodes(&measured);
     let found = answered(&all, Moves::Estimated);
     let conflict = found.prior.as_ref().unwrap().conflict.unwrap();
-    assert!(conflict.let_go && conflict.p < 1e-4 && conflict.statistic > 10.0, "{conflict:?}");
+    assert!(conflict.dropped && conflict.p < 1e-4 && conflict.statistic > 10.0, "{conflict:?}");
     assert!(found.warnings.contains(&Warning::PriorConflict { statistic: conflict.statistic, p: conflict.p }));
     let alone = fit(&all[4], &with_plain()).unwrap();
     assert_eq!((values(&found), errors(&found)), (values(&alone), errors(&alone)));
@@ -321,7 +321,7 @@ fn what_cannot_be_meant_is_refused_by_its_place() {
             with(covariance(vec![vec![1.0], vec![0.0], vec![0.0, 0.0, 1.0]])),
             "prior.covariance[1]: row 1 of a lower triangle has 2 numbers; this one has 1",
         ),
-        (with(Prior::Iterations(unknown)), "prior.iterations: earlier iterations are those of a job"),
+        (with(Prior::Iterations(unknown)), "prior.iterations: only a fit in a job has earlier iterations"),
         (with(chain(&all[..1], Moves::StdError(vec![1.0]))), "prior.move: "),
         (with(chain(&[other], Moves::Estimated)), "prior.iterations: "),
         (with(chain(&[few], Moves::Estimated)), "prior.iterations: "),
@@ -330,10 +330,10 @@ fn what_cannot_be_meant_is_refused_by_its_place() {
             FitSpec { regularization: Regularization::JamesStein(stein), ..with(given(3)) },
             "regularization: a `prior` excludes regularisation",
         ),
-        (FitSpec { estimator: robust, ..with(given(3)) }, "estimator: a `prior` is for the estimator `least_squares`"),
+        (FitSpec { estimator: robust, ..with(given(3)) }, "estimator: a `prior` needs the estimator `least_squares`"),
         (
             FitSpec { coefficient_norm_limit: Some(1.0), ..with(given(3)) },
-            "coefficient_norm_limit: the `prior` says how large the coefficients are",
+            "coefficient_norm_limit: the `prior` already limits the coefficients",
         ),
     ];
     for (spec, told) in cases {
@@ -349,7 +349,7 @@ fn a_prior_is_of_the_constant_too() {
     let prior = Some(Prior::Given { mean: vec![0.5, 1.0], spread: PriorSpread::StdError(vec![1.0; 2]) });
     let spec = FitSpec { scaling: Scaling::Standardized, prior, ..plain(model) };
     let Err(FitError::Invalid(faults)) = fit(&nodes, &spec) else { panic!("it is taken") };
-    assert!(faults.to_string().starts_with("scaling: a `prior` is of all coefficients"), "{faults}");
+    assert!(faults.to_string().starts_with("scaling: a `prior` covers all coefficients"), "{faults}");
     let found = fit(&nodes, &FitSpec { scaling: Scaling::None, ..spec }).unwrap();
     // the spectrum of nodes and prior together: XᵀX + σ² 1
     let sigma = found.prior.unwrap().sigma.unwrap();

@@ -83,7 +83,7 @@ struct Sets {
     alone: f64,
     /// Mean width over that of least squares.
     width: f64,
-    let_go: f64,
+    dropped: f64,
     /// Share of the sets that are warned of unequal noise.
     warned: f64,
 }
@@ -119,7 +119,7 @@ impl Flank {
         let errors = self.iterations.last().expect("iterations").errors();
         let n = errors.len();
         let (mut ours, mut theirs, mut hits) = (0.0, 0.0, vec![[0usize; 2]; n]);
-        let (mut width, mut let_go, mut warned) = (0.0, 0, 0);
+        let (mut width, mut dropped, mut warned) = (0.0, 0, 0);
         for _ in 0..sets {
             let mut truth: Vec<f64> = random.normals(n);
             let mut heights = Vec::new();
@@ -134,7 +134,7 @@ impl Flank {
             }
             let found = self.fitted(heights);
             let prior = found.prior.as_ref().expect("a prior");
-            let_go += usize::from(prior.conflict.is_some_and(|conflict| conflict.let_go));
+            dropped += usize::from(prior.conflict.is_some_and(|conflict| conflict.dropped));
             warned += usize::from(found.warnings.iter().any(|one| matches!(one, Warning::UnequalNoise { .. })));
             for (j, (c, a)) in found.coefficients.iter().zip(&truth).enumerate() {
                 ours += ((c.value - a) / errors[j]).powi(2);
@@ -158,7 +158,7 @@ impl Flank {
             least: least(0),
             alone: least(1),
             width,
-            let_go: share(let_go),
+            dropped: share(dropped),
             warned: share(warned),
         }
     }
@@ -265,7 +265,7 @@ fn what_is_too_far_off_leaves_students_interval() {
     let flank = Flank::same(2, 20);
     for (step, least) in [(3e3, 0.9), (1e5, 1.0), (1e7, 1.0)] {
         let found = flank.sets(400, |_, _, _| step);
-        assert!(found.let_go >= least && found.least >= 0.92 && found.mean >= 0.94, "{step}: {found:?}");
+        assert!(found.dropped >= least && found.least >= 0.92 && found.mean >= 0.94, "{step}: {found:?}");
         assert!((0.98..1.02).contains(&found.width), "{step}: {found:?}");
     }
 }

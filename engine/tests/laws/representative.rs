@@ -237,10 +237,10 @@ fn a_piece_has_to_be_of_the_model() {
     fit(&second, &with(&|_| {}));
     let none = Representative { of: PieceOf { iteration: Some(3), fit_id: None }, piece: None };
     let spec = FitSpec { regularization: Regularization::Representative(none), ..FitSpec::new(powers(3)) };
-    refused(&second, &spec, "regularization.iteration: iterations are those of a job");
+    refused(&second, &spec, "regularization.iteration: only a fit in a job has iterations");
     let spec = FitSpec { scaling: Scaling::Standardized, ..with(&|_| {}) };
-    refused(&second, &spec, "scaling: a representative piece is of columns that are not standardised");
-    refused(&second, &with(&|p| p.model = powers(4)), "regularization.piece.model: the piece is of another model");
+    refused(&second, &spec, "scaling: a representative piece needs columns that are not standardised");
+    refused(&second, &with(&|p| p.model = powers(4)), "regularization.piece.model: the piece has another model");
     // a mapped basis is another one on another domain, powers are the same
     fit(&second, &with(&|p| p.domain = None));
     let mut elsewhere = of(legendre.clone());
@@ -260,7 +260,7 @@ fn a_piece_has_to_be_of_the_model() {
     refused(&second, &with(&|p| p.scale[2] = -1.0), "regularization.piece.scale[2]: -1 is not greater");
     refused(&second, &with(&|p| p.lambda_star = 0.0), "regularization.piece.lambda_star: 0 is not greater");
     let longer = with(&|p| p.directions[0][0] += 0.1);
-    refused(&second, &longer, "regularization.piece.directions[0]: directions are of length 1");
+    refused(&second, &longer, "regularization.piece.directions[0]: directions are orthonormal");
     // what gives nothing says so
     let ridge = Regularization::Ridge { parameter: Parameter::Fixed(1.0) };
     let found = fit(&first, &FitSpec { regularization: ridge, include, ..FitSpec::new(powers(3)) });

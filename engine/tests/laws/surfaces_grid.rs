@@ -220,13 +220,13 @@ fn points_in_rows_get_parameters() {
     let mut twice = rows.clone();
     twice[2][1] = twice[1][1];
     let fault = NodeGrid::rows(&twice, Parametrization::Centripetal).unwrap_err();
-    assert!(fault.to_string().starts_with("nodes.points[2][1]: the points (2, 1) and the one before it along u"));
+    assert!(fault.to_string().starts_with("nodes.points[2][1]: the point (2, 1) and the one before it along u"));
     twice[3].pop();
     let fault = NodeGrid::rows(&twice, Parametrization::Centripetal).unwrap_err();
     assert_eq!(fault.to_string(), "nodes.z[3]: row 3 has 4 points, the first one 5");
     let same = vec![vec![Vector::x(); 3]; 2];
     let fault = NodeGrid::rows(&same, Parametrization::Uniform).unwrap_err();
-    assert_eq!(fault.to_string(), "nodes.points: along u all points of every line are one");
+    assert_eq!(fault.to_string(), "nodes.points: along u all points of every line coincide");
 }
 
 #[test]
@@ -257,17 +257,19 @@ fn refused_grids() {
         "nodes.u[5]: node 5 along u (5) lies outside of the knots' domain, [0, 4]"
     );
     let alone = through([1, 1], knots(&[0., 0., 0.1, 0.2, 0.3, 4., 5., 5.]));
-    assert!(
-        alone.starts_with("knots[0][1]: no node along u is left for function 1, which lives between knots 0 and 0.2")
-    );
+    assert!(alone.starts_with(
+        "knots[0][1]: no node along u is left for function 1, which is non-zero between knots 0 and \
+            0.2"
+    ));
 
     let near = |knots| least_squares(&grid, [2, 1], [knots, AxisKnots::Uniform(1)]).unwrap_err().to_string();
-    assert!(near(AxisKnots::Spans(5)).starts_with("spans[0]: 5 spans along u ask for more functions than the 6 nodes"));
+    assert!(near(AxisKnots::Spans(5)).starts_with("spans[0]: 5 spans along u need more functions than the 6 nodes"));
     assert!(near(AxisKnots::Uniform(0)).starts_with("spans[0]: 0 spans along u"));
     let alone = near(AxisKnots::Given(vec![0., 0., 0., 3.1, 3.2, 3.3, 5., 5., 5.]));
-    assert!(
-        alone.starts_with("knots[0][4]: no node along u is left for function 4, which lives between knots 3.2 and 5")
-    );
+    assert!(alone.starts_with(
+        "knots[0][4]: no node along u is left for function 4, which is non-zero between knots 3.2 \
+            and 5"
+    ));
     let many = AxisKnots::Given(vec![0., 0., 0., 0.5, 1., 2., 3., 4., 5., 5., 5.]);
     assert_eq!(near(many), "knots[0]: 8 functions along u for 6 nodes");
 }

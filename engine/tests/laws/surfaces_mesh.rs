@@ -216,7 +216,7 @@ fn a_kink_is_found_where_it_is() {
     assert!((joints(&apart, 3)[0].gap.value - 0.25).abs() < 1e-13);
 
     let fault = plane(arc(1.0, 2.5, 1.0)).unwrap_err();
-    let told = "patches[1][0]: patch 1 lives over [[1.0, 2.5], [0.0, 1.0]], not over its rectangle";
+    let told = "patches[1][0]: patch 1 covers [[1.0, 2.5], [0.0, 1.0]], not its rectangle";
     assert!(fault.to_string().starts_with(told), "{fault}");
     assert_eq!(plane(SurfaceShape::BSpline(roof)).unwrap_err().list()[0].path, "patches[1][0]");
     let nested = SurfaceShape::Patchwork(plane(arc(1.0, 2.0, 1.0)).unwrap());
@@ -296,7 +296,7 @@ fn refused_meshes() {
     let basis = BSplineBasis::uniform(1, 1, 0.0, 2.0).unwrap();
     let plane = BSplineCurve::new(basis, Dimension::Plane, vec![Vector::zeros(); 2], None).unwrap();
     let found = fault(&|m| m.over_u[0] = Some(CurveShape::BSpline(plane.clone())));
-    assert_eq!(found, "mesh.v_curves[0]: the curve has values of 2 coordinates, where 1 are wanted");
+    assert_eq!(found, "mesh.v_curves[0]: the curve has values of 2 coordinates, where 1 are needed");
     let fault = good.fill(Fill::Bezier, f64::INFINITY).unwrap_err();
     assert!(fault.to_string().starts_with("tolerance: patch (0, 0): a tolerance of"), "{fault}");
 }

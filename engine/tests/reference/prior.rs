@@ -54,7 +54,7 @@ fn agrees(file: &Value, truth: &Value, result: &FitResult) -> PriorReport {
     let conflict = prior.conflict.expect("judged from the third iteration on");
     near("statistic", conflict.statistic, number(&truth["statistic"]));
     near("p", conflict.p, number(&truth["p"]));
-    assert!(!conflict.let_go);
+    assert!(!conflict.dropped);
     prior
 }
 

@@ -129,11 +129,11 @@ impl NewKeyBody {
                 Scopes::of(&named)
             }
             (Some(_), Some(_)) => {
-                faults.push("/scopes", "the role says what the key allows; leave one of the two out");
+                faults.push("/scopes", "give either `role` or `scopes`, not both");
                 Scopes::default()
             }
             (None, None) => {
-                faults.push("/role", "say what the key allows: a `role`, or `scopes`");
+                faults.push("/role", "give `role` or `scopes`");
                 Scopes::default()
             }
         };
@@ -149,11 +149,11 @@ impl NewKeyBody {
                 san
             }
             (KeyKindName::Secret, Some(_)) => {
-                faults.push("/san", "a secret has no name; say `\"kind\": \"certificate\"`, or leave it out");
+                faults.push("/san", "a secret has no subject name; send `\"kind\": \"certificate\"`, or omit it");
                 None
             }
             (KeyKindName::Certificate, None) => {
-                faults.push("/san", "give a host name or a URI among the subject alternative names of the certificate");
+                faults.push("/san", "give a host name or a URI from the subject alternative names of the certificate");
                 None
             }
         };

@@ -33,7 +33,7 @@ pub struct WhoamiBody {
     pub key_id: Option<String>,
     /// The key's name.
     pub key_name: Option<String>,
-    /// When the key or the token ends.
+    /// Time when the key or the token expires.
     #[schema(value_type = Option<String>, format = DateTime)]
     pub expires_at: Option<Moment>,
 }

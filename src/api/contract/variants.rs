@@ -28,7 +28,7 @@ pub fn name(schemas: &mut Schemas) {
             && let Some(tag) = tag_of(object)
             && let Some(RefOr::T(Schema::Object(kind))) = object.properties.get_mut("type")
         {
-            kind.description.get_or_insert_with(|| format!("Says which alternative this is: `{tag}`."));
+            kind.description.get_or_insert_with(|| format!("Name of the alternative: `{tag}`."));
         }
     }
 }

@@ -10,7 +10,7 @@ use crate::api::{
     faults::Faults,
     json::{members::of_request, numbers::read_rows, request::request, writer::Json},
     problem::Problem,
-    shapes::places::{beyond, write_points},
+    shapes::places::{out_of_range, write_points},
 };
 use flankfit_engine::{
     geometry::{
@@ -69,7 +69,7 @@ pub fn read_points(slice: &[u8], width: usize, faults: &mut Faults) -> Option<Ve
     const AT: &str = "/points";
     let (flat, lengths) = read_rows(slice, AT, faults)?;
     if lengths.len() > MOST_POINTS {
-        faults.push(AT, format!("{} points are more than {MOST_POINTS}", lengths.len()));
+        faults.push(AT, format!("{} points; at most {MOST_POINTS} are allowed", lengths.len()));
         return None;
     }
     if lengths.is_empty() {
@@ -102,5 +102,5 @@ fn write(curve: &CurveShape, points: &[Vector], width: usize) -> Result<Vec<u8>,
         object.numbers("signed_distances", signed);
     }
     object.end();
-    json.finish().map_err(|_| beyond("/points"))
+    json.finish().map_err(|_| out_of_range("/points"))
 }

@@ -8,7 +8,7 @@ use crate::api::{
     faults::Faults,
     json::{members::of_request, request::request, writer::Json},
     problem::Problem,
-    shapes::places::{beyond, within},
+    shapes::places::{out_of_range, within},
     warning::WarningBody,
 };
 use flankfit_engine::{
@@ -118,10 +118,10 @@ pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
     }
     let mut warnings = Vec::new();
     if arc_length {
-        let lengths = Lengths::of(&curve, &at).ok_or_else(|| beyond("/at"))?;
+        let lengths = Lengths::of(&curve, &at).ok_or_else(|| out_of_range("/at"))?;
         if !lengths.converged {
             let message = format!(
-                "the lengths are known to {} only: the curve is small or wild against its place",
+                "the lengths are accurate to {} only: the curve is small or irregular relative to its coordinates",
                 rounded(lengths.error, 2)
             );
             warnings.push(("length_uncertain", message));
@@ -133,9 +133,8 @@ pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
     }
     warnings.extend(bends.still.map(|(first, count)| {
         let message = format!(
-            "the curve stands still (its first derivative is 0) at {count} of the parameters, first at number {first}: \
-             it has no \
-             curvature there"
+            "the first derivative is 0 at {count} of the parameters, first at number {first}: there is no curvature \
+             there"
         );
         ("no_curvature", message)
     }));
@@ -144,7 +143,7 @@ pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
             object.field("code", &code).field("message", &message);
         })
         .end();
-    json.finish().map_err(|_| beyond("/at"))
+    json.finish().map_err(|_| out_of_range("/at"))
 }
 
 /// Curvatures and torsions, place by place.
@@ -202,7 +201,7 @@ fn read(text: &[u8]) -> Result<CheckedRequest, Problem> {
     let at = members.at.numbers(&mut faults);
     let derivatives = members.derivatives.read(&mut faults).unwrap_or(0);
     if derivatives > 3 {
-        faults.push("/derivatives", format!("{derivatives} is more than 3, the highest order that is offered"));
+        faults.push("/derivatives", format!("{derivatives} exceeds 3, the highest order"));
     }
     let include = members.include.read(&mut faults).unwrap_or_default();
     let arc_length = include.contains(&CurveIncludeName::ArcLength);
@@ -211,7 +210,7 @@ fn read(text: &[u8]) -> Result<CheckedRequest, Problem> {
         if arc_length && at.len() > MOST_LENGTHS {
             faults.push(
                 "/at",
-                format!("arc lengths are answered for at most {MOST_LENGTHS} parameters, not {}", at.len()),
+                format!("arc lengths are available for at most {MOST_LENGTHS} parameters, not {}", at.len()),
             );
         }
     }

@@ -211,10 +211,9 @@ impl CurveMethod {
     pub fn takes_no_fit(&self) -> Option<&'static str> {
         match self {
             CurveMethod::BSplineLeastSquares(_) | CurveMethod::NurbsLeastSquares(_) => None,
-            CurveMethod::SmoothingSpline(_) => Some(
-                "a smoothing spline has its `parameter`, `noise_sigma` and `weight` in its method, and no other \
-                 estimator",
-            ),
+            CurveMethod::SmoothingSpline(_) => {
+                Some("a smoothing spline has `parameter`, `noise_sigma` and `weight` in its method, and no estimator")
+            }
             _ => Some(THROUGH),
         }
     }
@@ -261,7 +260,7 @@ impl Values {
             return None;
         };
         if dimension != self.dimension {
-            faults.push(at, "they must be of the kind of the points: numbers for a graph, else as many coordinates");
+            faults.push(at, "they must be like the points: numbers for a graph, else as many coordinates");
             return None;
         }
         Some(values)

@@ -15,7 +15,7 @@ use crate::api::{
     fits::{answer::FitResultBody, canonical},
     json::{gather::gathered, writer::whole},
     problem::Problem,
-    shapes::{fault::refused, places::beyond},
+    shapes::{fault::refused, places::out_of_range},
     warning::WarningBody,
 };
 use flankfit_engine::{
@@ -120,7 +120,7 @@ fn least_squares(given: &GivenPoints, weight: Option<Vec<f64>>, settings: CurveS
     let swing = fit.swing(&points);
     if swing > near::WILD {
         let message = format!(
-            "between the points the curve swings out by {swing:.1} times their extent: take fewer control points, or \
+            "between the points the curve overshoots by {swing:.1} times their extent: use fewer control points, or \
              regularise"
         );
         warnings.push(WarningBody::new("swings_out", message));
@@ -136,7 +136,7 @@ fn least_squares(given: &GivenPoints, weight: Option<Vec<f64>>, settings: CurveS
         warnings,
         ..BuiltCurveBody::new(&CurveShape::BSpline(curve.clone()))
     };
-    whole(&body).map(gathered).map_err(|_| beyond("/points"))
+    whole(&body).map(gathered).map_err(|_| out_of_range("/points"))
 }
 
 impl From<&near::Step> for KnotInsertionStep {
@@ -151,7 +151,7 @@ impl From<Stop> for KnotInsertionStop {
     fn from(stop: Stop) -> Self {
         match stop {
             Stop::Tolerance => KnotInsertionStop::ToleranceMet,
-            Stop::NoRoom => KnotInsertionStop::NoRoom,
+            Stop::TooFewPoints => KnotInsertionStop::TooFewPoints,
             Stop::MostControls | Stop::MostSteps => KnotInsertionStop::LimitReached,
         }
     }
@@ -199,7 +199,7 @@ fn smoothed(given: &GivenPoints, method: &SmoothingSplineCurveMethod) -> Result<
         warnings,
         ..BuiltCurveBody::new(&CurveShape::BSpline(spline.curve.clone()))
     };
-    whole(&body).map_err(|_| beyond("/points"))
+    whole(&body).map_err(|_| out_of_range("/points"))
 }
 
 fn smoothing_body(spline: &SmoothingSpline, names: &'static [&'static str]) -> SmoothingBody {

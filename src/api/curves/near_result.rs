@@ -36,7 +36,7 @@ pub struct KnotInsertionBody {
 #[serde(rename_all = "snake_case")]
 pub enum KnotInsertionStop {
     ToleranceMet,
-    NoRoom,
+    TooFewPoints,
     LimitReached,
 }
 
@@ -101,7 +101,7 @@ pub struct CoordinateResidualsBody {
 pub struct BandedFitBody {
     /// Nodes counted.
     pub count: usize,
-    /// Count less effective degrees of freedom.
+    /// Count minus effective degrees of freedom.
     pub degrees_of_freedom: f64,
     /// The number of coefficients, or the trace of the smoother under a penalty.
     pub effective_degrees_of_freedom: f64,

@@ -93,10 +93,7 @@ pub fn of_nodes(nodes: &Nodes, faults: &mut Faults) -> Option<GivenPoints> {
             })
         }
         _ => {
-            faults.push_missing(
-                "/points",
-                "missing; the nodes of this iteration are no curve whose points could be taken",
-            );
+            faults.push_missing("/points", "missing; the nodes of this iteration are not a curve");
             None
         }
     }
@@ -108,7 +105,7 @@ pub fn space(flat: &[f64], lengths: &[usize], at: &str, faults: &mut Faults) -> 
     let Some(dimension) = Dimension::of(width).filter(|dimension| dimension.is_parametric()) else {
         faults.push(
             format!("{at}/0"),
-            format!("{}, where [x, y] or [x, y, z] is wanted", counted(width, "number", "numbers")),
+            format!("{}, where [x, y] or [x, y, z] is needed", counted(width, "number", "numbers")),
         );
         return None;
     };

@@ -5,7 +5,7 @@ use serde_with_macros::skip_serializing_none;
 use utoipa::ToSchema;
 
 use super::near_result::{CoordinateFitBody, KnotInsertionBody, SmoothingBody};
-use crate::api::{json::writer::whole, problem::Problem, shapes::places::beyond, warning::WarningBody};
+use crate::api::{json::writer::whole, problem::Problem, shapes::places::out_of_range, warning::WarningBody};
 use flankfit_engine::{
     geometry::curve::{Absence, Constructed, Curve, CurveShape, Stability, overshoot::Overshoot},
     words::rounded,
@@ -34,8 +34,8 @@ pub struct BuiltCurveBody<'a> {
     pub warnings: Vec<WarningBody>,
 }
 
-/// Stability of a curve through points: the paper's warnings about oscillation, as figures. A
-/// figure that does not exist is absent, and a warning says why.
+/// Stability of a curve through points: measures of oscillation. A result that does not exist is
+/// absent, with a warning.
 #[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Stability)]
@@ -65,7 +65,7 @@ pub fn through(constructed: &Constructed, parametric: bool) -> Result<Vec<u8>, P
         warnings: warnings(stability),
         ..BuiltCurveBody::new(shape)
     };
-    whole(&body).map_err(|_| beyond("/points"))
+    whole(&body).map_err(|_| out_of_range("/points"))
 }
 
 impl BuiltCurveBody<'_> {

@@ -31,13 +31,13 @@ pub struct FitResultBody<'a> {
     #[serde(flatten)]
     #[schema(inline)]
     pub result: Cow<'a, FitResult>,
-    /// The fitted curve, where the nodes are of type `curve`: of the model `b_spline`, its
-    /// control points being the coefficients; of `polynomial` where `shape` was included, in
-    /// Bernstein pieces over `domain`, more than one where a high degree swings much. It has
-    /// the fitted heights to about 1e-14 of the largest.
+    /// The fitted curve for nodes of type `curve`: for the model `b_spline`, with the coefficients
+    /// as control points; for `polynomial` if `shape` was included, in Bernstein pieces over
+    /// `domain` (several for a high degree with large oscillations). It reproduces the fitted
+    /// heights to about 1e-14 of the largest.
     pub curve: Option<CurveShape>,
-    /// The fitted surface, where the nodes have u and v: of the model `b_spline`, its control
-    /// points being the coefficients; of `polynomial` where `shape` was included, as `curve`.
+    /// The fitted surface for nodes with u and v: for the model `b_spline`, with the coefficients
+    /// as control points; for `polynomial` if `shape` was included, as `curve`.
     pub surface: Option<SurfaceShape>,
     /// Warnings about the result.
     pub warnings: Vec<WarningBody>,

@@ -55,7 +55,7 @@ pub fn of(spanned: &Spanned<'_>, requirements: &RequirementsBody) -> (FlankFigur
             let [[from, to], [low, high]] = [reached, range].map(|ends| ends.map(digits));
             let message = format!(
                 "{}: the nodes cover {what} from {from} to {to} mm of {low} to {high} mm, too little to compare with \
-                 limits; measure three quarters of the range or more",
+                 limits; measure at least three quarters of the range",
                 listed(figures.iter().map(|name| format!("{name}_um")))
             );
             Uncovered { figures, reached, range, message }
@@ -90,7 +90,7 @@ fn extended(spanned: &Spanned<'_>) -> Option<Uncovered> {
         let [low, high] = reached.map(digits);
         let message = format!(
             "helix_slope_um: the nodes cover z from {low} to {high} mm, {} of {} mm of face width; slope and interval \
-             are extended linearly: measure three quarters of the face width or more",
+             are extended linearly: measure at least three quarters of the face width",
             digits(span),
             digits(reference)
         );

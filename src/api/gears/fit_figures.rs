@@ -30,13 +30,13 @@ use flankfit_engine::{
     },
 };
 
-/// Slopes, crownings and twist of the fitted surface, in µm: of the surface of second order that is
-/// nearest to it in the mean square, with the signs of ISO 1328-1 and DIN's for slopes. Slopes are
-/// extended linearly to their reference lengths and compared with the full limits; crownings and
-/// twist are over what the nodes span. Limits are those of the gear and the requirements that the
-/// job had when the fit was made; tolerances of a class, which are transverse, are converted to
-/// `direction`. Nodes over diameters are fitted once more over their roll lengths for them. Figures
-/// that cannot be determined are left out, and `warnings` say why.
+/// Slopes, crownings and twist of the fitted surface, in µm: those of the second-order surface
+/// nearest to it in the mean square, with the signs of ISO 1328-1, for slopes those of DIN. Slopes
+/// are extended linearly to their reference lengths and compared with the full limits; crownings
+/// and twist refer to the range of the nodes. Limits are those of the gear and the requirements
+/// that the job had when the fit was made; tolerances of a class, which are transverse, are
+/// converted to `direction`. For nodes over diameters, another fit over roll lengths gives them.
+/// Figures that cannot be determined are absent, with the reason in `warnings`.
 #[skip_serializing_none]
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = FitFigures)]
@@ -44,7 +44,7 @@ pub struct FitFiguresBody {
     #[serde(flatten)]
     #[schema(inline)]
     pub figures: FlankFigures<Figure>,
-    /// Direction in which the figures count: that of the job's requirements.
+    /// Direction of the figures: that of the job's requirements.
     pub direction: Option<Direction>,
     /// Length that the profile slope refers to: the range of the nodes.
     pub profile_reference_length_mm: Option<f64>,
@@ -92,14 +92,11 @@ pub fn missing(axes: &AxesBody, side: Option<Side>, gear: bool) -> Vec<(&'static
         let list = absent.join(", ");
         all.push((
             axes_missing,
-            format!(
-                "what {list} of the nodes mean is not known: send `axes` with quantity and unit of {list} by `PATCH` \
-                 of the iteration"
-            ),
+            format!("quantity and unit of {list} are not known: send them in `axes` by `PATCH` of the iteration"),
         ));
     }
     if side.is_none() {
-        let how = "which flank was measured is not known: send `flank` (`left` or `right`) by `PATCH` of the iteration";
+        let how = "the measured flank is not known: send `flank` (`left` or `right`) by `PATCH` of the iteration";
         all.push((flank_missing, how.to_owned()));
     }
     if !gear {
@@ -111,12 +108,12 @@ pub fn missing(axes: &AxesBody, side: Option<Side>, gear: bool) -> Vec<(&'static
 }
 
 /// Returns true if nodes may be on a flank, so that their figures depend on the job.
-pub fn may_be_told(nodes: &Nodes) -> bool {
+pub fn can_have_figures(nodes: &Nodes) -> bool {
     matches!(nodes, Nodes::Scattered(_) | Nodes::Grid(_))
 }
 
 /// Returns true if all axes of a flank are described.
-fn is_told(axes: &AxesBody) -> bool {
+fn are_described(axes: &AxesBody) -> bool {
     axes.u.is_some() && axes.v.is_some() && axes.z.is_some()
 }
 
@@ -125,7 +122,7 @@ impl OfFlank {
     /// axes do not describe a flank.
     pub fn of(job: &Job, measurand: &Measurand) -> Option<Self> {
         let axes = AxesBody::of(measurand).ok()?;
-        if !is_told(&axes) && job.gear.is_none() && job.requirements.is_none() {
+        if !are_described(&axes) && job.gear.is_none() && job.requirements.is_none() {
             return None;
         }
         let gear = job.gear.as_deref().and_then(|document| of_text(document).ok());
@@ -137,7 +134,7 @@ impl OfFlank {
     /// Returns the sums to request from a fit, or the warnings why there are no figures; `None` for
     /// nodes that cannot be on a flank.
     pub fn ask<'a>(&'a self, nodes: &'a Nodes, spec: &FitSpec) -> Option<Asked<'a>> {
-        if !may_be_told(nodes) {
+        if !can_have_figures(nodes) {
             return None;
         }
         let missing = missing(&self.axes, self.side, self.gear.is_some());
@@ -166,12 +163,13 @@ impl OfFlank {
             return Err(notice("not_second_order", why));
         }
         if self.axes.traces().is_some() {
-            let why = "each trace has a zero of its own; their evaluation tells the figures that they have";
+            let why = "each trace has its own zero; evaluate the traces for their figures";
             return Err(notice("traces_with_own_zeros", why));
         }
         let height = self.axes.deviation_factor().map_err(unknown)?;
         let v = self.axes.along().map_err(unknown)?;
-        let (axis, unit) = self.axes.profile().map_err(unknown)?.ok_or_else(|| unknown("u is not told".into()))?;
+        let (axis, unit) =
+            self.axes.profile().map_err(unknown)?.ok_or_else(|| unknown("the quantity of u is not known".into()))?;
         // a value of the wire in the unit that the axis is taken in
         let factor = axis.requested(unit);
         let no_span = || notice("no_extent", "the nodes do not extend over the flank");
@@ -182,8 +180,8 @@ impl OfFlank {
             NoRollLengths::NoInvolute => no_involute(),
             NoRollLengths::Coefficients => notice(
                 "coefficients_over_diameters",
-                "figures are of a surface over roll lengths, for which values of coefficients over diameters do not \
-                 hold: send u as roll lengths, or fit without these values",
+                "figures need a surface over roll lengths, and the given coefficients refer to diameters: send u as \
+                 roll lengths, or fit without these coefficients",
             ),
         };
         let (u, over) = match axis {
@@ -259,7 +257,7 @@ impl Asked<'_> {
                 body.roll_length_range_mm = Some(flank.roll_lengths);
                 body.z_range_mm = Some(flank.z);
                 if sums.iter().any(Option::is_none) {
-                    body.warnings.push(notice("beyond_double", "figures leave the range of double precision"));
+                    body.warnings.push(notice("beyond_double", "figures exceed the range of double precision"));
                 }
             }
             (Some(_), None) => body.warnings.push(failed.map_or_else(
@@ -270,7 +268,7 @@ impl Asked<'_> {
         }
         let whole = writer::whole(&body).ok().and_then(|bytes| String::from_utf8(bytes).ok());
         whole.unwrap_or_else(|| {
-            let why = notice("beyond_double", "figures leave the range of double precision");
+            let why = notice("beyond_double", "figures exceed the range of double precision");
             writer::text_of(&FitFiguresBody { warnings: vec![why], ..FitFiguresBody::default() })
         })
     }
@@ -288,7 +286,7 @@ fn not_determined(figures: FlankFigures<Figure>, sigma: Option<f64>) -> Vec<&'st
 }
 
 fn undetermined(name: &str) -> NoticeBody {
-    let message = format!("`{name}_um` is left out: the nodes do not determine it; measure it on more of the flank");
+    let message = format!("`{name}_um` is omitted, because the nodes do not determine it; measure more of the flank");
     notice("figures_not_determined", &message)
 }
 
@@ -315,7 +313,7 @@ struct MovedFigure {
     /// Half-width of the confidence interval without them.
     half_width: Option<f64>,
     /// True if the suspected nodes change it by more than that.
-    moves_beyond_interval: bool,
+    exceeds_interval: bool,
 }
 
 /// Returns the warning with the effect of the suspected nodes on the figures.
@@ -325,23 +323,23 @@ fn outliers_suspected(with: FlankFigures<Figure>, without: FlankFigures<Figure>)
         .filter_map(|(name, both)| {
             let (Figure { value, .. }, Figure { value: without, inference, .. }) = both?;
             let half_width = inference.map(|one| 0.5 * (one.interval[1] - one.interval[0]));
-            let moves_beyond_interval = half_width.is_some_and(|half| (value - without).abs() > half);
-            Some(MovedFigure { name: format!("{name}_um"), value, without, half_width, moves_beyond_interval })
+            let exceeds_interval = half_width.is_some_and(|half| (value - without).abs() > half);
+            Some(MovedFigure { name: format!("{name}_um"), value, without, half_width, exceeds_interval })
         })
         .collect();
-    let moved = || figures.iter().filter(|one| one.moves_beyond_interval);
+    let moved = || figures.iter().filter(|one| one.exceeds_interval);
     let said: Vec<String> =
         moved().map(|one| format!("{} {:.2} instead of {:.2}", one.name, one.without, one.value)).collect();
     let message = match said.is_empty() {
         true => "without the nodes that are suspected of gross errors every figure stays within its interval".into(),
         false => format!(
-            "nodes are suspected of gross errors; without them figures are others by more than their intervals: {}",
+            "nodes are suspected of gross errors; without them figures change by more than their intervals: {}",
             said.join(", ")
         ),
     };
     let names: Vec<&String> = moved().map(|one| &one.name).collect();
     notice("outliers_suspected", &message)
-        .with_values(&json!({"figures": figures, "moved": names, "moves_beyond_interval": !names.is_empty()}))
+        .with_values(&json!({"figures": figures, "moved": names, "exceeds_interval": !names.is_empty()}))
 }
 
 fn notice(code: &str, message: &str) -> NoticeBody {
@@ -351,7 +349,7 @@ fn notice(code: &str, message: &str) -> NoticeBody {
 /// Returns the reason why a model has no figures of second order.
 fn not_second_order(spec: &FitSpec) -> Option<&'static str> {
     if spec.select.is_some() {
-        return Some("the model was chosen among several; fit the chosen one to have its figures");
+        return Some("the model was chosen among several; fit the chosen one for its figures");
     }
     match &spec.model {
         Model::Polynomial { degree, terms: Terms::Total | Terms::Tensor, .. } => {
@@ -359,10 +357,10 @@ fn not_second_order(spec: &FitSpec) -> Option<&'static str> {
                 Degree::Both(degree) => [degree; 2],
                 Degree::Each(u, v) => [u, v],
             };
-            (u < 2 || v < 2).then_some("a polynomial of second order at least, along u and along v, tells them")
+            (u < 2 || v < 2).then_some("figures need a polynomial of at least second order along u and v")
         }
-        Model::Polynomial { .. } => Some("of the terms of second order some may be missing"),
-        Model::BSpline { .. } | Model::Linear => Some("a polynomial tells them, of second order at least"),
+        Model::Polynomial { .. } => Some("terms of second order may be missing"),
+        Model::BSpline { .. } | Model::Linear => Some("figures need a polynomial of at least second order"),
     }
 }
 

@@ -13,9 +13,9 @@ use flankfit_engine::gear::{
     modification::{MOST, Range},
 };
 
-/// Designed deviations of the flanks from the involute, in µm: figures in the signs in which they
-/// are measured and along the `direction` of the requirements, and further modifications along the
-/// normal. All of them refer to one range. `{}` is the unmodified flank. Corrections aim at it.
+/// Designed deviations of the flanks from the involute, in µm: figures with the signs of measured
+/// ones and along the `direction` of the requirements, and further modifications along the normal.
+/// All of them refer to one range. `{}` is the unmodified flank. Corrections use it as target.
 #[skip_serializing_none]
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = FlankDesign)]
@@ -27,14 +27,14 @@ pub struct DesignBody {
     left: Option<FlankFigures>,
     /// Figures of right flanks, likewise.
     right: Option<FlankFigures>,
-    /// Diameters between which slope, crowning and twist are meant. By default those of the
-    /// measured nodes; a measurement of another range has its share of them by the curvature.
+    /// Diameters between which slope, crowning and twist are defined. By default those of the
+    /// measured nodes; they are scaled to a measurement of another range.
     #[schema(min_items = 2, max_items = 2)]
     pub profile_diameter_range_mm: Option<[f64; 2]>,
-    /// z between which they are meant, `[from, to]`. By default that of the measured nodes.
+    /// Range in z of the helix figures, `[from, to]`. By default that of the measured nodes.
     #[schema(min_items = 2, max_items = 2)]
     pub helix_range_mm: Option<[f64; 2]>,
-    /// Superposed, as `POST /v1/gears/flank` takes them: tip and root relief, end relief and
+    /// Modifications as in `POST /v1/gears/flank`, superposed: tip and root relief, end relief and
     /// others.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[schema(required = false, max_items = 100)]
@@ -87,7 +87,7 @@ impl DesignBody {
         for (place, figures) in [("", Some(self.figures)), ("/left", self.left), ("/right", self.right)] {
             for (name, figure) in figures.unwrap_or_default().named() {
                 if let Some(figure) = figure.filter(|figure| figure.abs() > MOST_UM) {
-                    let detail = format!("{figure} µm is more than a design has: {MOST_UM} µm at most");
+                    let detail = format!("{figure} µm exceeds the {MOST_UM} µm allowed for a design");
                     faults.push(format!("{at}{place}/{name}_um"), detail);
                 }
             }

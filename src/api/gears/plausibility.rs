@@ -52,7 +52,7 @@ const OF_PLACES: &str = "send the places in mm (roll angles in degrees), or \
 /// How to settle it for a grid.
 const OF_GRID: &str = "send the deviations in µm";
 /// How to settle it for points.
-const OF_POINTS: &str = "send the points in mm, with the gear that they are of and how it lies";
+const OF_POINTS: &str = "send the points in mm, and check gear and position";
 
 /// Returns the usual range of deviations of flanks, µm: a quarter of F_α of the finest class to
 /// four times that of the coarsest.
@@ -161,8 +161,10 @@ fn of_heights(axis: &AxisBody, z: Vec<f64>, gear: Option<&Gear>, noise: Option<N
         let Noise { sigma, degrees_of_freedom } = noise?;
         let found = sigma * um;
         (degrees_of_freedom >= LEAST_FREEDOM && found < LEAST_NOISE_UM && sigma > EXACT * span).then(|| {
-            let what =
-                format!("the residuals scatter by {} nm only, less than any instrument does", digits(1e3 * found));
+            let what = format!(
+                "the residuals scatter by {} nm only, less than the noise of any instrument",
+                digits(1e3 * found)
+            );
             let fits = |other: f64| sigma * other >= LEAST_NOISE_UM && within(span * other, usual);
             let params = json!({"sigma_um": found});
             notice(&what, unit, span, fits, params, OF_NODES)

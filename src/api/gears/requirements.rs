@@ -50,7 +50,7 @@ pub struct RequirementsBody {
     /// Length that slopes of flanks refer to. Default `reference_length`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reference: Option<Reference>,
-    /// Bands that traces must lie in; at most 20, of at most 4,000 points together.
+    /// Bands that traces must lie in; at most 20, with at most 4,000 points in all.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[schema(required = false, max_items = 20)]
     pub k_bands: Vec<KBandBody>,
@@ -85,8 +85,8 @@ impl RequirementsBody {
             if evaluation.against == Some(Against::Design) && limits != limits.about_design() {
                 limits = limits.about_design();
                 notices.push(aside(
-                    "the job's limits of slopes, crownings and twist: they are of the flank, not of its distance from \
-                      the design",
+                    "the job's limits of slopes, crownings and twist: they apply to the flank, not to its distance \
+                      from the design",
                 ));
             }
             evaluation.tolerance_limits = Some(limits);

@@ -127,7 +127,7 @@ impl TraceBody {
                 Some(lengths)
             }
             (Kind::Profile, ..) => {
-                faults.push(at, "a profile has its samples at `diameter_mm` or at `roll_length_mm`, one of them");
+                faults.push(at, "a profile has its samples at either `diameter_mm` or `roll_length_mm`");
                 None
             }
             (Kind::Helix, ..) => {

@@ -56,7 +56,7 @@ pub fn refuse_unknown(job: &Job, of: &Measurand) -> Result<(), Faults> {
     }
     let mut faults = Faults::default();
     for (_, how) in missing {
-        faults.push("/decision", format!("the job has limits, which nothing can be held against: {how}"));
+        faults.push("/decision", format!("the job has limits, but there are no figures to compare with them: {how}"));
     }
     Err(faults)
 }
@@ -75,7 +75,7 @@ pub fn objections(kept: Kept<'_>) -> Result<Vec<String>, serde_json::Error> {
             if conformity.outcome == ConformityOutcome::DoesNotConform {
                 let [low, high] = conformity.limits;
                 let outside = (low - value).max(value - high);
-                all.push(format!("{name}_um is outside of {low} … {high} µm by {outside:.2} µm"));
+                all.push(format!("{name}_um is outside its limits {low:.2} … {high:.2} µm by {outside:.2} µm"));
             }
         }
         if figures.warnings.iter().any(|warning| warning.code == IMPLAUSIBLE_UNIT) {
@@ -84,12 +84,12 @@ pub fn objections(kept: Kept<'_>) -> Result<Vec<String>, serde_json::Error> {
     }
     let result: Warned = serde_json::from_str(kept.result)?;
     if result.warnings.iter().any(|warning| warning.code == OUTLIERS_SUSPECTED) {
-        all.push("some of its nodes are suspected to be gross errors".to_owned());
+        all.push("some of its nodes are suspected of gross errors".to_owned());
     }
     let told = serde_json::to_string(&ConformityOutcome::DoesNotConform)?;
     for (what, result) in [("evaluation", kept.evaluation), ("pitches", kept.pitch)] {
         if result.is_some_and(|result| result.contains(&told)) {
-            all.push(format!("by its {what} something does not conform"));
+            all.push(format!("a figure of its {what} does not conform"));
         }
     }
     Ok(all)

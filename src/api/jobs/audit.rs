@@ -47,7 +47,7 @@ pub struct EntryBody {
     /// Place in the chain of the tenant: 1, 2, 3 … without gaps. Absent before it is sealed.
     #[schema(minimum = 1)]
     pub number: Option<u64>,
-    /// SHA-256 of this digest of the entry before it, the number and the entry. Absent before it is
+    /// SHA-256 of this digest of the previous entry, the number and the entry. Absent before it is
     /// sealed.
     pub sha256: Option<String>,
 }
@@ -62,7 +62,7 @@ pub struct SealBody {
     /// 1, 2, 3 … within the tenant, without gaps.
     #[schema(minimum = 1)]
     pub number: u64,
-    /// When it was made, always with six decimals.
+    /// Time when it was made, always with six decimals.
     #[schema(value_type = String, format = DateTime)]
     pub at: String,
     /// `number` of the last entry of the chain.

@@ -67,7 +67,7 @@ fn check_bytes(row: &Row, column: &str, bytes: &[u8]) -> Result<(), String> {
             let nodes = nodes_codec::decode(bytes).map_err(|error| error.to_string())?;
             match row.value("count").integer() {
                 Some(count) if i64::try_from(nodes.posted()) == Ok(count) => Ok(()),
-                _ => Err(format!("it holds {} nodes, another number than `count`", nodes.posted())),
+                _ => Err(format!("it has {} nodes, not as many as `count` says", nodes.posted())),
             }
         }
         ("stream_states", "data") => known(is_state(bytes).then_some(())),
@@ -83,7 +83,7 @@ fn check_result(row: &Row, text: &str) -> Result<(), String> {
     let same = [("coefficients", &kept.kept_beside().coefficients), ("prior", &kept.kept_beside().prior)]
         .into_iter()
         .find(|(name, kept)| row.value(name).text().as_deref() != kept.as_deref());
-    same.map_or(Ok(()), |(name, _)| Err(format!("`{name}` is not that of the result")))
+    same.map_or(Ok(()), |(name, _)| Err(format!("`{name}` differs from the result")))
 }
 
 fn cause(problem: Problem) -> String {

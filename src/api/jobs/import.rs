@@ -68,7 +68,7 @@ struct Asked<'a> {
 }
 
 /// End of the note on traces with separate zeros.
-const ZEROS_SET: &str = "; zeros of its traces are set so that they meet in one surface";
+const ZEROS_SET: &str = "; the zeros of its traces are chosen so that they fit one surface";
 
 /// Evaluated data of the file, in the form in which it can be posted again.
 #[derive(Clone, Copy, Serialize)]
@@ -176,7 +176,7 @@ fn of_table(
 ) -> Result<IterationDraft, Problem> {
     if let Some(gear) = &spec.gear {
         gear.checked("/spec/gear").map_err(Problem::invalid)?;
-        let detail = "it belongs to files of curves, models or points; nodes of a table are of the job's gear";
+        let detail = "it belongs to files of curves, models or points; nodes of a table use the job's gear";
         return Err(Problem::invalid(Faults::one("/spec/gear", detail)));
     }
     let side = spec.flank;
@@ -191,7 +191,7 @@ fn of_table(
     }
     match helix_sign {
         Some(HelixSign::Turned) => {
-            of.push_str("; its helix traces count the other way than its profiles and are turned");
+            of.push_str("; its helix traces have the opposite sign of its profiles and are reversed");
         }
         Some(HelixSign::Undetermined) => of.push_str("; the sign of its helix traces is that of the file"),
         Some(HelixSign::AsGiven) | None => {}
@@ -227,10 +227,10 @@ fn surface(
 pub fn surfaces(nodes: &Nodes, own: Option<&OwnZeros>, basis: PolynomialBasis) -> Vec<(Model, &'static str)> {
     let of = |degree, terms| Model::Polynomial { degree, terms, basis };
     let whole = (of(Degree::Both(2), Terms::Total), "");
-    let plane = (of(Degree::Both(1), Terms::Total), " (a plane: its nodes tell no twist)");
+    let plane = (of(Degree::Both(1), Terms::Total), " (a plane: its nodes do not determine a twist)");
     let along = |degree| {
         const ALONG: &str =
-            " (along its parallel traces only: each has a zero of its own, so nothing across them is measured)";
+            " (along its parallel traces only: each has its own zero, so nothing across them is measured)";
         (of(degree, Terms::Tensor), ALONG)
     };
     const TWO: &str = " (without the square across its two parallel traces)";

@@ -40,9 +40,9 @@ pub struct IterationRequest {
 pub struct IterationForm {
     /// The iteration request without `nodes`, as JSON.
     pub spec: IterationFormSpec,
-    /// A table of nodes in any form that `POST /v1/nodes/read` reads, such as CSV with a header
+    /// A table of nodes in any form accepted by `POST /v1/nodes/read`, such as CSV with a header
     /// `u,v,z[,weight]` or `x,y[,weight]`; an empty height is a missing node. Its flank, tooth and
-    /// axes are used where `spec` has none.
+    /// axes are used if `spec` has none.
     #[schema(value_type = String, format = Binary)]
     pub nodes: Vec<u8>,
     /// Mapping of the table.

@@ -166,9 +166,8 @@ pub struct FitSummaryBody {
     pub rms: Option<f64>,
     /// Largest |residual|.
     pub max_abs: Option<f64>,
-    /// Slopes, crownings and twist of the chosen fit (every fit has its own where it is returned in
-    /// full); absent where `axes` do not give u, v and z, and for fits that are older than these
-    /// figures.
+    /// Slopes, crownings and twist of the chosen fit (a fit that is returned in full has its own);
+    /// absent where `axes` do not give u, v and z, and for fits that are older than these figures.
     pub figures: Option<FitFiguresBody>,
     /// Time when it was stored.
     #[schema(value_type = String, format = DateTime)]

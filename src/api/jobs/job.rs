@@ -178,7 +178,7 @@ impl TryFrom<JobPatchBody> for JobPatch {
                 Some(value) => {
                     for i in cleared {
                         let detail =
-                            format!("`{}` is given a value at the same time; leave one of the two out", name.name());
+                            format!("`{}` is given a value at the same time; omit one of the two", name.name());
                         faults.push(format!("/clear/{i}"), detail);
                     }
                     Update::Set(value)

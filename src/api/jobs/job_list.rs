@@ -60,7 +60,7 @@ pub fn class_of(text: &str) -> Result<u8, String> {
     class.ok_or_else(|| format!("it must be a whole number from {FINEST} to {COARSEST}"))
 }
 
-/// Figures of a flank without what is known of their errors, in µm.
+/// Figures of a flank without errors, in µm.
 #[skip_serializing_none]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = ShortFigures)]
@@ -68,7 +68,7 @@ pub struct ShortFiguresBody {
     #[serde(flatten)]
     #[schema(inline)]
     pub figures: FlankFigures,
-    /// True if all of them lie within their limits; absent if none has some.
+    /// True if all of them lie within their limits; absent without limits.
     pub within: Option<bool>,
 }
 

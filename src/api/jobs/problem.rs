@@ -30,12 +30,12 @@ impl From<RepositoryError> for Problem {
             }
             RepositoryError::GearChanged => Problem::new(
                 ProblemCode::Conflict,
-                "The gear of the job was changed while the file was read by it; nothing was stored. Send it again.",
+                "The gear of the job was changed while the file was read; nothing was stored. Send it again.",
             ),
             RepositoryError::ToothMeasured { tooth, teeth, iteration } => {
                 let of = iteration.map_or("an open stream".to_owned(), |number| format!("iteration {number}"));
                 let detail = format!(
-                    "A gear of {} has no tooth `{}`, which {of} is of; a job of its own can have the other gear.",
+                    "A gear of {} has no tooth `{}`, which {of} belongs to; create another job for the other gear.",
                     counted(teeth as usize, "tooth", "teeth"),
                     shown(&tooth)
                 );
@@ -51,8 +51,8 @@ impl From<RepositoryError> for Problem {
             RepositoryError::VersionMismatch { current } => Problem::new(
                 ProblemCode::PreconditionFailed,
                 format!(
-                    "The resource is at \"{current}\" now: get it again, look at what changed, and repeat the request \
-                     with its ETag."
+                    "The resource has changed; its version is {current} now. Get it again, review the changes, and \
+                     repeat the request with its new ETag."
                 ),
             ),
             RepositoryError::ForeignFit(id) => {
@@ -64,10 +64,12 @@ impl From<RepositoryError> for Problem {
             | RepositoryError::KeyReplaced { .. }
             | RepositoryError::NoSecret
             | RepositoryError::SanTaken) => Problem::new(ProblemCode::Conflict, of_key(&error)),
-            RepositoryError::TenantExists => Problem::new(ProblemCode::Conflict, "There is a tenant of this name."),
+            RepositoryError::TenantExists => {
+                Problem::new(ProblemCode::Conflict, "A tenant of this name exists already.")
+            }
             RepositoryError::KeyTaken => Problem::new(
                 ProblemCode::IdempotencyKeyInUse,
-                "Another request with this idempotency key has just been stored; send it again to get its answer.",
+                "Another request with this idempotency key has just been stored; send it again to get its response.",
             )
             .retry_after(1),
             error @ (RepositoryError::Overloaded
@@ -88,19 +90,20 @@ fn of_store(error: RepositoryError) -> Problem {
         )
         .retry_after(1),
         RepositoryError::Unavailable(cause) => {
-            Problem::new(ProblemCode::StoreUnavailable, "The store does not answer; nothing was stored.")
+            Problem::new(ProblemCode::StoreUnavailable, "The store does not respond; nothing was stored.")
                 .caused_by(cause)
                 .retry_after(2)
         }
         RepositoryError::Unfit(unfit) => {
-            Problem::new(ProblemCode::StoreUnavailable, "The store is not to be used now; nothing was stored.")
+            Problem::new(ProblemCode::StoreUnavailable, "The store cannot be used now; nothing was stored.")
                 .caused_by(unfit)
                 .retry_after(2)
         }
         RepositoryError::OutcomeUnknown(cause) => Problem::new(
             ProblemCode::OutcomeUnknown,
-            "The store was lost before it answered: everything was stored, or nothing. Send the request again with \
-             the same Idempotency-Key, which stores nothing twice; one that had no key: look whether it is there.",
+            "The connection to the store was lost before it responded: everything was stored, or nothing. Send the \
+             request again with the same Idempotency-Key, which stores nothing twice. Without a key, check whether \
+             it was stored.",
         )
         .caused_by(cause)
         .retry_after(2),
@@ -114,7 +117,7 @@ fn of_purge(error: RepositoryError) -> Problem {
         RepositoryError::Purged { at, reason } => Problem::new(
             ProblemCode::Purged,
             format!(
-                "The job was purged at {} ({}); what was removed is gone, and the job cannot be changed any more.",
+                "The job was purged at {} ({}); the removed data are lost, and the job cannot be changed any more.",
                 Moment(at),
                 reason.trim_end_matches('.')
             ),
@@ -126,17 +129,18 @@ fn of_purge(error: RepositoryError) -> Problem {
 /// Returns the message for a key that cannot be changed or made.
 fn of_key(error: &RepositoryError) -> String {
     match error {
-        RepositoryError::KeyRevoked => "The key is revoked, which is for good; make a new one.".to_owned(),
+        RepositoryError::KeyRevoked => "The key is revoked for good; create a new one.".to_owned(),
         RepositoryError::KeyEnded { at } => {
-            format!("The key ended at {}, which is for good; make a new one.", Moment(*at))
+            format!("The key expired at {} for good; create a new one.", Moment(*at))
         }
         RepositoryError::KeyReplaced { by } => {
-            format!("Key {by} has taken the place of this one; rotate or change that one, or make a new one.")
+            format!("Key {by} has replaced this one; rotate or change that key, or create a new one.")
         }
         RepositoryError::NoSecret => {
-            "The key is of a certificate and has no secret; certificates are renewed by who signs them.".to_owned()
+            "The key belongs to a certificate and has no secret; the certificate authority renews certificates."
+                .to_owned()
         }
-        RepositoryError::SanTaken => "Another key is of certificates with this name; revoke that one first.".to_owned(),
+        RepositoryError::SanTaken => "Another certificate key has this name; revoke it first.".to_owned(),
         other => other.to_string(),
     }
 }

@@ -34,7 +34,7 @@ pub fn read(line: &str) -> Result<Seal, String> {
             signed,
         })
     };
-    read().ok_or_else(|| "a digest, the time or the tenant is none".to_owned())
+    read().ok_or_else(|| "a digest, the time or the tenant is invalid".to_owned())
 }
 
 /// Returns the bytes of hexadecimal digits.

@@ -130,7 +130,7 @@ impl<'a> Cursor<'a> {
         if matches!(word.as_str(), "nan" | "inf" | "infinity") {
             return self.fault(
                 "NaN and Infinity are not JSON; to mark a node as missing, write null (or `valid`: false) in a grid, \
-                 and leave the node out of curves, scattered nodes and matrices",
+                 and omit the node from curves, scattered nodes and matrices",
             );
         }
         self.unexpected("a value")

@@ -138,7 +138,7 @@ impl Numbers {
         }
         let value = cursor.number()?;
         if value.is_infinite() {
-            self.note_wrong("the number is beyond double precision (about 1.8e308)".into());
+            self.note_wrong("the number exceeds the range of double precision (about 1.8e308)".into());
         }
         self.values.push(value);
         Ok(())
@@ -152,8 +152,8 @@ impl Numbers {
                 note(&mut self.nulls, || {
                     (
                         place,
-                        "null marks a missing node only in the heights of `nodes` of type `grid`; leave the node out, \
-                         or send it as such"
+                        "null marks a missing node only in the heights of `nodes` of type `grid`; omit the node, or \
+                         send a grid"
                             .into(),
                     )
                 });

@@ -59,11 +59,11 @@ impl<'de, const MOST: usize> Deserialize<'de> for Text<MOST> {
         let text = String::deserialize(deserializer)?;
         if text.trim().is_empty() {
             let found = if text.is_empty() { "is empty" } else { "holds only blanks" };
-            return Err(D::Error::custom(format_args!("a text of 1 to {MOST} characters is wanted; this one {found}")));
+            return Err(D::Error::custom(format_args!("expected a text of 1 to {MOST} characters; this one {found}")));
         }
         let count = text.chars().count();
         if count > MOST {
-            return Err(D::Error::custom(format_args!("the text has {count} characters; at most {MOST} are kept")));
+            return Err(D::Error::custom(format_args!("the text has {count} characters; at most {MOST} are allowed")));
         }
         match control_character(&text, MOST > SHORT) {
             None => Ok(Text(text)),
@@ -89,11 +89,7 @@ pub fn control_character(text: &str, lines: bool) -> Option<String> {
         false => actor::misleads(c),
     };
     let (place, found) = text.chars().enumerate().find(|(_, c)| wrong(*c))?;
-    Some(format!(
-        "character {} of the text is the control character U+{:04X}; leave it out",
-        place + 1,
-        u32::from(found)
-    ))
+    Some(format!("character {} of the text is the control character U+{:04X}; omit it", place + 1, u32::from(found)))
 }
 
 /// The value of a tag.
@@ -121,7 +117,7 @@ impl<'de> Deserialize<'de> for Tags {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let tags = BTreeMap::<String, TagValue>::deserialize(deserializer)?;
         if tags.len() > MOST_TAGS {
-            return Err(D::Error::custom(format_args!("{} tags; at most {MOST_TAGS} are kept", tags.len())));
+            return Err(D::Error::custom(format_args!("{} tags; at most {MOST_TAGS} are allowed", tags.len())));
         }
         for name in tags.keys() {
             if name.is_empty() || name.chars().count() > SHORT {

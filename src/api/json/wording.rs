@@ -9,7 +9,7 @@ use super::nearest::nearest;
 const REPEATED: usize = 64;
 
 /// Message for a number that no double holds.
-pub const BEYOND: &str = "the number is beyond double precision (about 1.8e308)";
+pub const BEYOND: &str = "the number exceeds the range of double precision (about 1.8e308)";
 
 /// Returns the message on a name that is none of those known.
 pub fn unknown_name(name: &str, known: &[&str]) -> String {

@@ -13,7 +13,7 @@ use flankfit_engine::numerics::cancel::Asking;
 
 /// A number of an answer that JSON cannot hold, with its field or the field of its list.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("`{0}` of the answer leaves the range of double precision: check the request's magnitudes and units")]
+#[error("`{0}` of the result exceeds the range of double precision: check the magnitudes and units of the request")]
 pub struct NotFinite(pub String);
 
 /// The text that serde writes of an answer, if every number in it is finite.

@@ -256,16 +256,16 @@ fn check_lengths(lengths: &[u32], name: &str, nodes: Option<&Nodes>, faults: &mu
     let Some(nodes) = nodes else {
         faults.push(
             at,
-            "nodes that come block by block have no traces yet; leave it out, and name them as `trace` of a correction",
+            "nodes that arrive block by block have no traces yet; omit it, and give them as `trace` of a correction",
         );
         return;
     };
     let count = nodes.posted();
     let whole: u64 = lengths.iter().map(|length| u64::from(*length)).sum();
     if let Some(k) = lengths.iter().position(|length| *length == 0) {
-        faults.push(format!("{at}/{k}"), "a trace has a node at least; leave empty ones out");
+        faults.push(format!("{at}/{k}"), "a trace has at least one node; omit empty ones");
     } else if whole != count as u64 {
-        faults.push(at, format!("the traces have {whole} nodes together, but there are {count}"));
+        faults.push(at, format!("the traces have {whole} nodes in all, but there are {count}"));
     }
 }
 

@@ -118,7 +118,7 @@ impl ProblemCode {
             Self::CrossSite => (403, "urn:flankfit:problem:cross_site", "A web page of another site may not do this"),
             Self::NotFound => (404, "urn:flankfit:problem:not_found", "Not found"),
             Self::MethodNotAllowed => {
-                (405, "urn:flankfit:problem:method_not_allowed", "The method is not offered here")
+                (405, "urn:flankfit:problem:method_not_allowed", "The method is not available here")
             }
             Self::NotAcceptable => {
                 (406, "urn:flankfit:problem:not_acceptable", "The requested media type is not available")
@@ -141,7 +141,7 @@ impl ProblemCode {
                 "urn:flankfit:problem:predicted_outside_limits",
                 "Figures would lie outside their limits after the correction",
             ),
-            Self::Purged => (410, "urn:flankfit:problem:purged", "What is asked for was purged"),
+            Self::Purged => (410, "urn:flankfit:problem:purged", "The requested data were purged"),
             Self::PreconditionFailed => {
                 (412, "urn:flankfit:problem:precondition_failed", "The resource has changed meanwhile")
             }
@@ -161,15 +161,15 @@ impl ProblemCode {
             Self::TooManyRequests => (429, "urn:flankfit:problem:too_many_requests", "Too many requests"),
             Self::Internal => (500, "urn:flankfit:problem:internal", "Internal error"),
             Self::Overloaded => (503, "urn:flankfit:problem:overloaded", "The service is busy"),
-            Self::RequestTimeout => (503, "urn:flankfit:problem:request_timeout", "The answer took too long"),
-            Self::StoreUnavailable => (503, "urn:flankfit:problem:store_unavailable", "The store does not answer"),
+            Self::RequestTimeout => (503, "urn:flankfit:problem:request_timeout", "The response took too long"),
+            Self::StoreUnavailable => (503, "urn:flankfit:problem:store_unavailable", "The store does not respond"),
             Self::OutcomeUnknown => {
                 (503, "urn:flankfit:problem:outcome_unknown", "It is not known whether something was stored")
             }
             Self::IssuerUnavailable => {
-                (503, "urn:flankfit:problem:issuer_unavailable", "The identity provider does not answer")
+                (503, "urn:flankfit:problem:issuer_unavailable", "The identity provider does not respond")
             }
-            Self::Draining => (503, "urn:flankfit:problem:draining", "The process is about to end"),
+            Self::Draining => (503, "urn:flankfit:problem:draining", "The process is shutting down"),
         }
     }
 

@@ -254,7 +254,8 @@ fn write_splines(
         for part in patch.to_b_splines(tolerance) {
             if part.deviation > tolerance {
                 let [deviation, tolerance] = [part.deviation, tolerance].map(Shown);
-                let detail = format!("no B-spline comes nearer than {deviation} to a patch, more than {tolerance}");
+                let detail =
+                    format!("the nearest B-spline deviates by {deviation} from a patch, more than {tolerance}");
                 return Err(Problem::invalid(Faults::one("/tolerance", detail)));
             }
             // of heights that are rational both degrees are raised

@@ -5,4 +5,4 @@ pub mod fault;
 pub mod places;
 
 /// Why a method that passes through its points takes nothing of a fit.
-pub const THROUGH: &str = "it belongs to methods near points, which fit; this one passes through all of them";
+pub const THROUGH: &str = "it belongs to methods that fit points; this one passes through all of them";

@@ -21,10 +21,10 @@ pub fn within(
 }
 
 /// The fault of numbers that leave the range of doubles on the way.
-pub fn beyond(pointer: &str) -> Problem {
+pub fn out_of_range(pointer: &str) -> Problem {
     Problem::invalid(Faults::one(
         pointer,
-        "values or derivatives there are beyond double precision: choose another unit",
+        "values or derivatives there exceed the range of double precision: choose another unit",
     ))
 }
 

@@ -59,12 +59,12 @@ pub fn simulate(text: &[u8], plans: &Plans) -> Result<Simulated, Problem> {
     let strategies = body.strategies().map_err(Problem::invalid)?;
     let store = body.store.unwrap_or(false);
     if store && grid.iter().any(|&nodes| nodes < 3) {
-        let detail = "each measurement is kept with its surface of second order, which takes 3 × 3 nodes";
+        let detail = "each measurement is stored with its second-order surface, which needs 3 × 3 nodes";
         return Err(Problem::invalid(Faults::one("/grid", detail)));
     }
     let corrections = body.corrections.unwrap_or(2);
     if !(1..=MOST_CORRECTIONS).contains(&corrections) {
-        let detail = format!("{corrections} is not one of 1 to {MOST_CORRECTIONS}");
+        let detail = format!("{corrections} is not within 1 to {MOST_CORRECTIONS}");
         return Err(Problem::invalid(Faults::one("/corrections", detail)));
     }
     let uncertainty = body.response_uncertainty.unwrap_or(DEFAULT_RESPONSE_UNCERTAINTY);

@@ -119,7 +119,7 @@ impl ClosedLoopBody {
         for (k, name) in names.iter().enumerate() {
             match known.iter().find(|strategy| strategy.name == *name) {
                 Some(strategy) if !found.contains(strategy) => found.push(strategy.clone()),
-                Some(_) => faults.push(format!("/strategies/{k}"), "it is there twice"),
+                Some(_) => faults.push(format!("/strategies/{k}"), "it occurs twice"),
                 None => {
                     let names: Vec<_> = known.iter().map(|strategy| format!("`{}`", strategy.name)).collect();
                     faults.push(format!("/strategies/{k}"), format!("not one of {}", names.join(", ")));

@@ -43,7 +43,7 @@ pub struct ListedStreamBody {
     pub updated_at: Moment,
 }
 
-/// A block of a stream as it was posted.
+/// A posted block of a stream.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[schema(as = PostedStreamBlock)]
 pub struct PostedBlockBody {

@@ -81,10 +81,10 @@ fn read_by(text: &[u8], make: fn(Setup) -> Result<Study, check::Faults>) -> Resu
     };
     let (coefficients_given, noise_sigma_given) = (coefficients.is_some(), noise_sigma.is_some());
     let Some(coefficients) = coefficients.or(material.coefficients) else {
-        return refused("/coefficients", "missing; a bare matrix has no heights to assume them from");
+        return refused("/coefficients", "missing; without nodes they cannot be estimated");
     };
     let Some(noise_sigma) = noise_sigma.or(material.sigma) else {
-        return refused("/noise_sigma", "missing, and there are no residuals to assume it from");
+        return refused("/noise_sigma", "missing; without residuals it cannot be estimated");
     };
     let seed = seed.unwrap_or(0);
     let scaling = scaling.unwrap_or(StudyScaling::None);

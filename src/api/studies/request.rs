@@ -41,8 +41,8 @@ request! {
     }
 }
 
-/// Columns as they are (the paper's), or divided by their lengths and coefficients multiplied by
-/// them.
+/// Columns as they are (as in the paper), or divided by their lengths, with coefficients multiplied
+/// by them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum StudyScaling {

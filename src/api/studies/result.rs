@@ -48,7 +48,7 @@ pub struct RandomizationResult {
     /// |V₁ᵀA|/‖A‖: how much of A lies along the eigenvector of the smallest eigenvalue; absent for
     /// A = 0.
     pub along_smallest: Option<f64>,
-    /// ‖A‖² in the columns of the study, by which an estimate of 0 errs.
+    /// ‖A‖² in the columns of the study, the error of an estimate of 0.
     pub coefficient_norm_squared: f64,
     /// Note on reading the results.
     pub remark: String,
@@ -168,14 +168,14 @@ impl RandomizationResult {
 
 /// How the outcome hangs on where A lies.
 fn remark(along: Option<f64>, norm_squared: f64) -> String {
-    const SHRINKS: &str =
-        "randomising, like every regularisation, shrinks what lies along the eigenvector V₁ of the smallest eigenvalue";
+    const SHRINKS: &str = "randomisation, like every regularisation, shrinks the part along the eigenvector V₁ of the \
+        smallest eigenvalue";
     match along {
         Some(share) => format!(
-            "{SHRINKS}; here |V₁ᵀA|/‖A‖ = {share:.3e}, and an A that lies otherwise gives other figures with the same \
-             matrix; an estimate of 0 errs by ‖A‖² = {norm_squared:.3e}"
+            "{SHRINKS}; here |V₁ᵀA|/‖A‖ = {share:.3e}, and another A gives other results with the same matrix; an \
+             estimate of 0 has the error ‖A‖² = {norm_squared:.3e}"
         ),
-        None => format!("{SHRINKS}; here A is 0, which no shrinking can harm"),
+        None => format!("{SHRINKS}; here A is 0, so shrinking does no harm"),
     }
 }
 

@@ -10,7 +10,7 @@ use crate::api::{
     faults::Faults,
     json::{members::of_request, request::request, writer::Json},
     problem::Problem,
-    shapes::places::{beyond, write_points},
+    shapes::places::{out_of_range, write_points},
 };
 use flankfit_engine::geometry::surface::{ClosestPoint, SurfacePoint, SurfaceShape};
 
@@ -67,5 +67,5 @@ pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
         object.numbers("signed_distances", signed);
     }
     object.field("orthogonal", &feet.iter().map(|foot| foot.is_orthogonal).collect::<Vec<_>>()).end();
-    json.finish().map_err(|_| beyond("/points"))
+    json.finish().map_err(|_| out_of_range("/points"))
 }

@@ -9,7 +9,7 @@ use crate::api::{
         writer::{Json, Object},
     },
     problem::{Problem, Room},
-    shapes::places::{beyond, within},
+    shapes::places::{out_of_range, within},
 };
 use flankfit_engine::{
     geometry::surface::{Evaluator, LocalGeometry, Surface, SurfaceJet, SurfaceShape, area},
@@ -126,7 +126,7 @@ pub fn answer(text: &[u8], room: Room) -> Result<Vec<u8>, Problem> {
             object.number("value", area.area).number("error", area.error_estimate);
         });
         if !area.converged {
-            let message = format!("the area is known to {} only", rounded(area.error_estimate, 2));
+            let message = format!("the area is accurate to {} only", rounded(area.error_estimate, 2));
             warnings.push(("area_uncertain", message));
         }
     }
@@ -134,7 +134,7 @@ pub fn answer(text: &[u8], room: Room) -> Result<Vec<u8>, Problem> {
         let left_out =
             if geometry.has_normals { "curvatures and forms are" } else { "normals, curvatures and forms are" };
         let message = format!(
-            "the surface has no curvature at {count} of the places, first at number {first}: {left_out} left out"
+            "the surface has no curvature at {count} of the places, first at number {first}: {left_out} omitted"
         );
         warnings.push(("no_tangent_plane", message));
     }
@@ -143,7 +143,7 @@ pub fn answer(text: &[u8], room: Room) -> Result<Vec<u8>, Problem> {
             object.field("code", &code).field("message", &message);
         })
         .end();
-    json.finish().map_err(|_| beyond("/surface"))
+    json.finish().map_err(|_| out_of_range("/surface"))
 }
 
 /// Values, derivatives, normal, curvatures and forms.
@@ -219,7 +219,7 @@ fn read(text: &[u8]) -> Result<CheckedRequest, Problem> {
     let parameters = read_parameters(&members, &mut faults);
     let derivatives = members.derivatives.read(&mut faults).unwrap_or(0);
     if derivatives > 2 {
-        faults.push("/derivatives", format!("{derivatives} is more than 2, the highest order that is offered"));
+        faults.push("/derivatives", format!("{derivatives} exceeds 2, the highest order"));
     }
     let include = members.include.read(&mut faults).unwrap_or_default();
     if let (Some(surface), Some(parameters)) = (&surface, &parameters) {
@@ -244,7 +244,10 @@ fn read(text: &[u8]) -> Result<CheckedRequest, Problem> {
         let at = if matches!(parameters, Parameters::Pairs(_)) { "/at" } else { "/grid" };
         faults.push(
             at,
-            format!("{numbers} numbers would be answered, {MOST_NUMBERS} at most: ask for fewer places at a time"),
+            format!(
+                "the response would have {numbers} numbers, at most {MOST_NUMBERS} are allowed: send fewer places \
+                at a time"
+            ),
         );
     }
     let area = include.contains(&SurfaceIncludeName::Area);
@@ -259,7 +262,7 @@ fn read_parameters(members: &EvaluateSurfaceMembers<'_>, faults: &mut Faults) ->
             for (i, length) in lengths.iter().enumerate().filter(|(_, length)| **length != 2) {
                 faults.push(
                     format!("/at/{i}"),
-                    format!("{}, where a pair [u, v] is wanted", counted(*length, "number", "numbers")),
+                    format!("{}, where a pair [u, v] is needed", counted(*length, "number", "numbers")),
                 );
             }
             (faults.count() == before)

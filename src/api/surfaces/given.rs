@@ -59,7 +59,7 @@ pub fn read<'a>(
         [name] => name,
         [] => return of_nodes(own, &names(), faults),
         [_, second, ..] => {
-            faults.push(format!("/{second}"), format!("exactly one of {} is wanted", names()));
+            faults.push(format!("/{second}"), format!("give exactly one of {}", names()));
             return None;
         }
     };
@@ -102,7 +102,7 @@ fn of_nodes<'a>(own: Option<&'a Nodes>, alternatives: &str, faults: &mut Faults)
     match own {
         Some(nodes @ (Nodes::Grid(_) | Nodes::Scattered(_))) => Some(GivenSurface::Nodes(Cow::Borrowed(nodes))),
         Some(_) => {
-            faults.push("", "the nodes of this iteration have no u and v: say what the surface is made of");
+            faults.push("", "the nodes of this iteration have no u and v: give the data of the surface");
             None
         }
         None => {
@@ -144,7 +144,7 @@ fn points(
     let parametrization = parametrization.optional(faults)?.unwrap_or(Parametrization::ChordLength);
     let net = net(&xyz.required(faults)?, AT, faults)?;
     if net.dimension != Dimension::Space {
-        faults.push(format!("{AT}/0/0"), "points [x, y, z] are wanted");
+        faults.push(format!("{AT}/0/0"), "points [x, y, z] are needed");
         return None;
     }
     Some(GivenSurface::Points { rows: net.values.chunks(net.columns).map(<[_]>::to_vec).collect(), parametrization })

@@ -188,7 +188,7 @@ impl SurfaceMethod {
 fn inner(rows: &[Vec<Point>], faults: &mut Faults) -> Option<[[Vector; 2]; 2]> {
     let net = net(rows, "/method/inner_points", faults)?;
     if (net.rows, net.columns) != (2, 2) {
-        let detail = format!("{} × {} points, where 2 × 2 are wanted", net.rows, net.columns);
+        let detail = format!("{} × {} points, where 2 × 2 are needed", net.rows, net.columns);
         faults.push("/method/inner_points", detail);
         return None;
     }

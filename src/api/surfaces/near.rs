@@ -8,7 +8,7 @@ use crate::api::{
     fits::{answer::FitResultBody, canonical},
     json::{gather::gathered, writer::whole},
     problem::Problem,
-    shapes::{fault::refused, places::beyond},
+    shapes::{fault::refused, places::out_of_range},
     warning::WarningBody,
 };
 use flankfit_engine::{
@@ -33,10 +33,10 @@ pub fn build(
     base: &str,
 ) -> Result<Vec<u8>, Problem> {
     if matches!(nodes, Nodes::Curve(_) | Nodes::Matrix(_)) {
-        return refuse(&format!("{base}/type"), "a surface takes nodes with u and v");
+        return refuse(&format!("{base}/type"), "a surface needs nodes with u and v");
     }
     let Method::BSplineLeastSquares { degrees, knots } = requested.method else {
-        return refuse("/method", "only `b_spline_least_squares` is for scattered nodes and grids with missing ones");
+        return refuse("/method", "scattered nodes and grids with missing nodes need `b_spline_least_squares`");
     };
     let count = |axis: usize| match &knots[axis] {
         AxisKnots::Given(knots) => knots.len().saturating_sub(degrees[axis] + 1),
@@ -50,7 +50,7 @@ pub fn build(
             [AxisKnots::Given(u), AxisKnots::Given(v)] => Knots::Surface(u, v),
             [AxisKnots::Uniform(u), AxisKnots::Uniform(v)] if u == v => Knots::Spans(u),
             [AxisKnots::Uniform(u), AxisKnots::Uniform(v)] => Knots::SpansEach(u, v),
-            _ => return refuse("/method/placed_spans", "knots are placed by the nodes of whole grids only"),
+            _ => return refuse("/method/placed_spans", "placed knots need a grid without missing nodes"),
         },
         weights: None,
     };
@@ -66,7 +66,7 @@ pub fn build(
         fits: Some(vec![CoordinateFitBody { coordinate: "z".into(), result: fit }]),
         ..BuiltSurfaceBody::new(&shape, None)
     };
-    whole(&body).map(gathered).map_err(|_| beyond(base))
+    whole(&body).map(gathered).map_err(|_| out_of_range(base))
 }
 
 /// Whether the fit of many coefficients knows all that is asked for.
@@ -95,7 +95,7 @@ fn banded(nodes: &Nodes, spec: &FitSpec, base: &str) -> Result<Vec<u8>, Problem>
     let built = BuiltSurfaceBody::new(&SurfaceShape::BSpline(fit.surface.clone()), None);
     let warnings = fit.warnings.iter().map(WarningBody::from).collect();
     let body = BuiltSurfaceBody { banded_fit: Some(fit.into()), warnings, ..built };
-    whole(&body).map_err(|_| beyond(base))
+    whole(&body).map_err(|_| out_of_range(base))
 }
 
 impl From<SurfaceFit> for BandedFitBody {
@@ -147,7 +147,7 @@ fn scattered(nodes: &Nodes) -> Result<Columns, Problem> {
             let weight = grid.weight().as_ref().map(|weight| of(&|k| weight[k]));
             Ok((of(&|k| grid.u()[k / columns]), of(&|k| grid.v()[k % columns]), of(&|k| grid.z()[k]), weight))
         }
-        Nodes::Curve(_) | Nodes::Matrix(_) => refuse("/nodes/type", "a surface takes nodes with u and v"),
+        Nodes::Curve(_) | Nodes::Matrix(_) => refuse("/nodes/type", "a surface needs nodes with u and v"),
     }
 }
 

@@ -31,8 +31,7 @@ const MOST_PATCHES: usize = 10_000;
 
 request! {
     /// A surface to build from exactly one of `grid`, `xyz`, `boundaries`, `mesh`, `control_points`
-    /// and `nodes`. For a surface of an iteration it may have none of them: then the iteration's
-    /// nodes are used.
+    /// and `nodes`. For a surface of an iteration, the default is the iteration's nodes.
     pub struct SurfaceRequest as SurfaceRequestMembers {
         flatten of: SurfaceSource,
         required method: SurfaceMethod,
@@ -116,7 +115,7 @@ fn check_patches(given: &Given, method: &Method) -> Result<(), Problem> {
         matches!(method, Method::CoonsBilinear | Method::CoonsBicubic { .. } | Method::Gregory | Method::Bezier);
     let patches = rows.saturating_sub(1).saturating_mul(columns.saturating_sub(1));
     if fills && patches > MOST_PATCHES {
-        let detail = format!("{patches} patches are more than {MOST_PATCHES}: take a B-spline through so many nodes");
+        let detail = format!("{patches} patches are more than {MOST_PATCHES}: use a B-spline for so many nodes");
         return Err(Problem::invalid(Faults::one(at, detail)));
     }
     Ok(())

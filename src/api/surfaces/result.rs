@@ -8,7 +8,7 @@ use crate::api::{
     curves::near_result::{BandedFitBody, CoordinateFitBody},
     json::writer::whole,
     problem::Problem,
-    shapes::places::beyond,
+    shapes::places::out_of_range,
     warning::WarningBody,
 };
 use flankfit_engine::{
@@ -156,7 +156,7 @@ pub fn built(built: &Built, nodes: Option<usize>, tolerance: Option<f64>) -> Res
             joints: joints.iter().map(|joint| JointBody::new(joint, &tolerance)).collect(),
         });
     }
-    whole(&body).map_err(|_| beyond("/method"))
+    whole(&body).map_err(|_| out_of_range("/method"))
 }
 
 impl BuiltSurfaceBody<'_> {

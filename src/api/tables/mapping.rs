@@ -43,8 +43,8 @@ pub struct ColumnBody {
     pub name: Option<String>,
     /// Meaning of the column.
     pub meaning: Meaning,
-    /// Its unit: `nm`, `um`, `mm` or `in`, of roll angles `deg`, `arcmin` or `rad`; `µm` is read
-    /// too. Left out it is µm for deviations, deg for roll angles and mm for other places on a
+    /// Its unit: `nm`, `um`, `mm` or `in`, for roll angles `deg`, `arcmin` or `rad`; `µm` is
+    /// accepted too. By default µm for deviations, deg for roll angles and mm for other places on a
     /// flank.
     #[schema(example = "um")]
     pub unit: Option<Unit>,

@@ -20,11 +20,11 @@ use flankfit_engine::{
 };
 
 /// Why nodes are not fitted as a table has them.
-const TURNED: &str = "the helix traces count the other way than the profiles that they cross: import the file into a \
-    job, or send the nodes that `POST /v1/nodes/read?include=nodes` returns, which are turned";
+const TURNED: &str = "the helix traces have the opposite sign of the profiles that they cross: import the file into a \
+    job, or send the nodes that `POST /v1/nodes/read?include=nodes` returns, which are corrected";
 
-const OWN_ZEROS: &str = "each of its traces has a zero of its own: import the file into a job, or send its traces to \
-    `POST /v1/gears/evaluate`; where they share one zero, map the column of traces as `ignore`";
+const OWN_ZEROS: &str = "each of its traces has its own zero: import the file into a job, or send its traces to `POST \
+    /v1/gears/evaluate`; if they share one zero, map the column of traces as `ignore`";
 
 /// Nodes of one flank out of a table.
 pub struct TableNodes {
@@ -146,8 +146,8 @@ pub fn refusal(error: &FileError, pointer: &str) -> ReadError {
             let TableFault { path, message, places, .. } = &**fault;
             if let Some(place) = places.iter().find(|place| is_no_number(&place.found)) {
                 let detail = format!(
-                    "Line {}, column {}: NaN and Infinity are no numbers of a table; leave the height empty where a \
-                     node is missing.",
+                    "Line {}, column {}: NaN and Infinity are not allowed in a table; leave the height of a missing \
+                     node empty.",
                     place.line, place.column
                 );
                 return ReadError::Malformed { detail };

@@ -57,9 +57,8 @@ pub fn run(client: &Client, out: &mut impl Write) -> Result<Vec<String>, Command
     let first = ask(1, true)?;
     writeln!(
         out,
-        "\n5 × 9 nodes, six settings of which the sixth is nearly a mixture of two others (condition of JᵀJ {:.1e}); \
-         the machine
-answers 1 % off, the probe is 0.3 µm off and misses every tenth node.",
+        "\n5 × 9 nodes, six settings of which the sixth is nearly a combination of two others (condition of JᵀJ \
+         {:.1e});\nthe response of the machine is 1 % off, the probe is 0.3 µm off and misses every tenth node.",
         first.condition
     )?;
     let mut jobs = Vec::new();

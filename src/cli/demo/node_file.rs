@@ -267,7 +267,7 @@ mod tests {
         let error = read_text("a.csv", text).unwrap_err().to_string();
         assert!(error.contains("line 2, column 4 (roll_length_mm): `seven`"), "{error}");
         let error = read_text("a.csv", "roll length,b,c\n1,2,3\n").unwrap_err().to_string();
-        assert!(error.contains("none of them holds heights"), "{error}");
+        assert!(error.contains("none of them has heights"), "{error}");
         let error = read_text("a.json", "{}").unwrap_err().to_string();
         assert!(error.contains("neither a fit request"), "{error}");
     }

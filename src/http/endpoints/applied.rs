@@ -37,7 +37,7 @@ pub fn group() -> OpenApiRouter<AppState> {
     responses(
         (status = 201, description = "The record: its `result` has every setting with the change that was entered and \
             the proposed one.", body = RecordBody,
-            headers(("Location" = String, description = "Where the record is.")))
+            headers(("Location" = String, description = "Address of the record.")))
     )
 )]
 async fn create_applied_changes(request: RecordRequest) -> Result<Response, Problem> {
@@ -46,7 +46,7 @@ async fn create_applied_changes(request: RecordRequest) -> Result<Response, Prob
         Some(correction) => Ok((number, correction)),
         None => Err(Problem::new(
             ProblemCode::NotFound,
-            format!("Iteration {number} has no correction: make one before entering what was set of it."),
+            format!("Iteration {number} has no correction: compute one before entering changes."),
         )),
     };
     let build = |text: &[u8], (number, correction): &(u32, Record), _: Room| {
@@ -71,7 +71,7 @@ async fn create_applied_changes(request: RecordRequest) -> Result<Response, Prob
     responses(
         (status = 201, description = "The record: its `result` has every setting with the change that was entered and \
             the proposed one.", body = RecordBody,
-            headers(("Location" = String, description = "Where the record is.")))
+            headers(("Location" = String, description = "Address of the record.")))
     )
 )]
 async fn create_gear_applied_changes(request: JobRecordRequest) -> Result<Response, Problem> {
@@ -81,7 +81,7 @@ async fn create_gear_applied_changes(request: JobRecordRequest) -> Result<Respon
             Some((number, correction)) => Ok((number, (number, correction))),
             None => Err(Problem::new(
                 ProblemCode::NotFound,
-                "The job has no correction of the gear: make one before entering what was set of it.",
+                "The job has no correction of the gear: compute one before entering changes.",
             )),
         }
     };

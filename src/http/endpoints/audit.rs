@@ -62,7 +62,7 @@ fn read_job(job: Option<String>) -> Result<Option<Uuid>, Problem> {
 #[utoipa::path(
     get, path = "/v1/audit", operation_id = "list_audit", tag = "audit",
     params(AuditQuery),
-    responses((status = 200, description = "Some entries, and where the next page begins.", body = PageBody<EntryBody>))
+    responses((status = 200, description = "A page of entries.", body = PageBody<EntryBody>))
 )]
 async fn list_audit(
     state: CallerState,
@@ -94,7 +94,7 @@ async fn verify_audit(state: CallerState, QueryOf(query): QueryOf<JobQuery>) -> 
 #[utoipa::path(
     get, path = "/v1/audit/seals", operation_id = "list_audit_seals", tag = "audit",
     params(PageQuery),
-    responses((status = 200, description = "Some seals, and where the next page begins.", body = PageBody<SealBody>))
+    responses((status = 200, description = "A page of seals.", body = PageBody<SealBody>))
 )]
 async fn list_audit_seals(
     state: CallerState,

@@ -40,7 +40,7 @@ pub fn group() -> OpenApiRouter<AppState> {
     post, path = "/v1/curves", operation_id = "create_curve", tag = "curves",
     request_body(content = CurveRequest,
         description = "Points and the method that leads a curve through or near them."),
-    responses((status = 200, description = "The curve, everything needed to build it again, and how stable it is.",
+    responses((status = 200, description = "The curve, everything needed to build it again, and its stability.",
         body = BuiltCurveBody))
 )]
 async fn create_curve(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
@@ -80,7 +80,7 @@ async fn closest_points_of_curve(State(state): State<AppState>, payload: Payload
 /// a format cannot represent is refused, not approximated.
 #[utoipa::path(
     post, path = "/v1/curves/export", operation_id = "export_curve", tag = "curves",
-    request_body(content = ExportCurveBody, description = "A curve and the form of the file."),
+    request_body(content = ExportCurveBody, description = "A curve and the format of the file."),
     responses((
         status = 200, description = "The file.",
         content(

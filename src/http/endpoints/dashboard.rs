@@ -68,7 +68,7 @@ pub fn routes(files: &Files) -> Router<AppState> {
 
 /// Returns the answer to a path that does not exist.
 pub fn no_path() -> Problem {
-    Problem::new(ProblemCode::NotFound, "No such path; /docs lists what there is.")
+    Problem::new(ProblemCode::NotFound, "No such path; /docs lists all paths.")
 }
 
 /// Answers a path that does not exist: a browser gets the page that says so, any other client a
@@ -97,7 +97,7 @@ fn page(files: &Files) -> Result<Response, Problem> {
 
 fn asset(files: &Files, digest: &str, name: &str, headers: &HeaderMap) -> Result<Response, Problem> {
     if digest != files.digest() {
-        let detail = "The dashboard has other files by now; load the page again.";
+        let detail = "The dashboard has been updated; load the page again.";
         return Err(Problem::new(ProblemCode::NotFound, detail));
     }
     let missing = || Problem::new(ProblemCode::NotFound, "The dashboard has no such file.");

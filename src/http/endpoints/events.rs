@@ -99,8 +99,8 @@ struct EventsQuery {
     get, path = "/v1/jobs/{job_id}/events", operation_id = "get_job_events", tag = "jobs",
     params(
         ("job_id" = Uuid, Path),
-        ("Last-Event-ID" = Option<String>, Header, description = "The id of the last event received; sending continues \
-            after it.", pattern = "^(latest|[0-9]{1,18})?$"),
+        ("Last-Event-ID" = Option<String>, Header, description = "Id of the last event received; events after it are \
+            sent.", pattern = "^(latest|[0-9]{1,18})?$"),
         EventsQuery
     ),
     responses(
@@ -108,7 +108,7 @@ struct EventsQuery {
             body = JobEventBody, content_type = "text/event-stream"),
         (status = 400, description = "`Last-Event-ID` is not the id of an event.", body = Problem,
             content_type = "application/problem+json"),
-        (status = 422, description = "The query has something else in it, or `last_event_id` is not the id of an \
+        (status = 422, description = "The query has an unknown parameter, or `last_event_id` is not the id of an \
             event.", body = Problem, content_type = "application/problem+json")
     )
 )]
@@ -141,8 +141,8 @@ async fn get_job_events(
 #[utoipa::path(
     get, path = "/v1/events", operation_id = "get_events", tag = "jobs",
     params(
-        ("Last-Event-ID" = Option<String>, Header, description = "The id of the last event received; sending continues \
-            after it.", pattern = "^(latest|[0-9]{1,19}-[0-9]{1,19})?$"),
+        ("Last-Event-ID" = Option<String>, Header, description = "Id of the last event received; events after it are \
+            sent.", pattern = "^(latest|[0-9]{1,19}-[0-9]{1,19})?$"),
         EventsQuery
     ),
     responses(
@@ -150,7 +150,7 @@ async fn get_job_events(
             body = JobEventBody, content_type = "text/event-stream"),
         (status = 400, description = "`Last-Event-ID` is not the id of an event.", body = Problem,
             content_type = "application/problem+json"),
-        (status = 422, description = "The query has something else in it, or `last_event_id` is not the id of an \
+        (status = 422, description = "The query has an unknown parameter, or `last_event_id` is not the id of an \
             event.", body = Problem, content_type = "application/problem+json")
     )
 )]

@@ -41,11 +41,10 @@ pub fn group() -> OpenApiRouter<AppState> {
         ("job_id" = Uuid, Path),
         IdempotencyKey
     ),
-    request_body(content = CorrectionRequestBody, description = "What the settings do, how far they may go, and how \
-        far that is trusted."),
+    request_body(content = CorrectionRequestBody, description = "Sensitivity, limits and uncertainty of the settings."),
     responses(
-        (status = 201, description = "The changes and what they should bring.", body = CorrectionBody,
-            headers(("Location" = String, description = "Where the record is."))),
+        (status = 201, description = "The changes and their predicted effect.", body = CorrectionBody,
+            headers(("Location" = String, description = "Address of the record."))),
         (status = 409, description = "The units of an iteration are implausible (`implausible_unit`), or the first \
             request with this idempotency key is still running.", body = Problem,
             content_type = "application/problem+json")
@@ -66,18 +65,18 @@ async fn create_gear_correction(request: JobRecordRequest) -> Result<Response, P
     get, path = "/v1/jobs/{job_id}/correction", operation_id = "get_gear_correction", tag = "jobs",
     params(
         ("job_id" = Uuid, Path),
-        ("include" = Option<Vec<StoredIncludeName>>, Query, style = Form, explode = false, description = "What is \
-            answered beside: names with commas between them."),
-        ("outside_limits" = Option<OutsideLimitsName>, Query, description = "Of the CSV: that the predicted figures \
-            may lie outside their limits.")
+        ("include" = Option<Vec<StoredIncludeName>>, Query, style = Form, explode = false, description = "Additional \
+            parts of the response: names separated by commas."),
+        ("outside_limits" = Option<OutsideLimitsName>, Query, description = "For CSV: `allowed` if predicted figures \
+            may be outside the limits of the job.")
     ),
     responses(
-        (status = 200, description = "The correction with its request, and the answer of the machine once there is \
-            one. As CSV a line for each setting, named as in OPC UA for Geometrical Measuring Systems.",
+        (status = 200, description = "The correction with its request, and the response of the machine once there is \
+            one. CSV has a line for each setting, with the names of OPC UA for Geometrical Measuring Systems.",
             content((CorrectionBody = "application/json"), (String = "text/csv"))),
         (status = 406, description = "Neither application/json nor text/csv is accepted.", body = Problem,
             content_type = "application/problem+json"),
-        (status = 409, description = "As CSV: predicted figures lie outside their limits \
+        (status = 409, description = "For CSV: predicted figures are outside their limits \
             (`predicted_outside_limits`).", body = Problem, content_type = "application/problem+json")
     )
 )]

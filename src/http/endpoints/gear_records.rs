@@ -59,11 +59,11 @@ pub fn group() -> OpenApiRouter<AppState> {
         ("number" = u32, Path),
         IdempotencyKey
     ),
-    request_body(content = DeviationsRequestBody, description = "Points or a grid; the gear is that of the job where \
-        the request has none."),
+    request_body(content = DeviationsRequestBody, description = "Points or a grid; the gear is that of the job unless \
+        the request has one."),
     responses(
-        (status = 201, description = "What `POST /v1/gears/deviations` answers, kept.", body = RecordBody,
-            headers(("Location" = String, description = "Where the record is.")))
+        (status = 201, description = "The record with the result of `POST /v1/gears/deviations`.", body = RecordBody,
+            headers(("Location" = String, description = "Address of the record.")))
     )
 )]
 async fn create_iteration_deviations(request: RecordRequest) -> Result<Response, Problem> {
@@ -88,12 +88,12 @@ async fn create_iteration_deviations(request: RecordRequest) -> Result<Response,
         ("number" = u32, Path),
         IdempotencyKey
     ),
-    request_body(content = EvaluateBody, description = "Traces and how they are evaluated; the gear is that of the job \
-        where the request has none."),
+    request_body(content = EvaluateBody, description = "Traces and settings of the evaluation; the gear is that of \
+        the job unless the request has one."),
     responses(
-        (status = 201, description = "What `POST /v1/gears/evaluate` answers, kept.",
+        (status = 201, description = "The record with the result of `POST /v1/gears/evaluate`.",
             content((RecordBody = "application/json"), (String = "application/x-q-das-dfq")),
-            headers(("Location" = String, description = "Where the record is.")))
+            headers(("Location" = String, description = "Address of the record.")))
     )
 )]
 async fn create_iteration_evaluation(headers: HeaderMap, request: RecordRequest) -> Result<Response, Problem> {
@@ -120,12 +120,12 @@ async fn create_iteration_evaluation(headers: HeaderMap, request: RecordRequest)
         ("number" = u32, Path),
         IdempotencyKey
     ),
-    request_body(content = PitchRequestBody, description = "Where the flanks are; the gear is that of the job where \
-        the request has none."),
+    request_body(content = PitchRequestBody, description = "Positions of the flanks; the gear is that of the job \
+        unless the request has one."),
     responses(
-        (status = 201, description = "What `POST /v1/gears/pitch` answers, kept.",
+        (status = 201, description = "The record with the result of `POST /v1/gears/pitch`.",
             content((RecordBody = "application/json"), (String = "application/x-q-das-dfq")),
-            headers(("Location" = String, description = "Where the record is.")))
+            headers(("Location" = String, description = "Address of the record.")))
     )
 )]
 async fn create_iteration_pitch(headers: HeaderMap, request: RecordRequest) -> Result<Response, Problem> {
@@ -152,11 +152,10 @@ async fn create_iteration_pitch(headers: HeaderMap, request: RecordRequest) -> R
         ("number" = u32, Path),
         IdempotencyKey
     ),
-    request_body(content = CorrectionRequestBody, description = "What the settings do, how far they may go, and how \
-        far that is trusted."),
+    request_body(content = CorrectionRequestBody, description = "Sensitivity, limits and uncertainty of the settings."),
     responses(
-        (status = 201, description = "The changes and what they should bring.", body = CorrectionBody,
-            headers(("Location" = String, description = "Where the record is."))),
+        (status = 201, description = "The changes and their predicted effect.", body = CorrectionBody,
+            headers(("Location" = String, description = "Address of the record."))),
         (status = 409, description = "The units of the iteration are implausible (`implausible_unit`), or the first \
             request with this idempotency key is still running.", body = Problem,
             content_type = "application/problem+json")
@@ -185,17 +184,17 @@ pub fn corrected(text: &[u8], basis: &Basis, room: Room) -> Result<NewRecord, Pr
     params(
         ("job_id" = Uuid, Path),
         ("number" = u32, Path),
-        ("include" = Option<Vec<StoredIncludeName>>, Query, style = Form, explode = false, description = "What is \
-            answered beside, names with commas between them."),
-        ("outside_limits" = Option<OutsideLimitsName>, Query, description = "As CSV: `allowed` where predicted \
-            figures may lie outside the limits that the job requires.")
+        ("include" = Option<Vec<StoredIncludeName>>, Query, style = Form, explode = false, description = "Additional \
+            parts of the response: names separated by commas."),
+        ("outside_limits" = Option<OutsideLimitsName>, Query, description = "For CSV: `allowed` if predicted figures \
+            may be outside the limits of the job.")
     ),
     responses(
-        (status = 409, description = "As CSV: predicted figures lie outside their limits \
+        (status = 409, description = "For CSV: predicted figures are outside their limits \
             (`predicted_outside_limits`).", body = Problem, content_type = "application/problem+json"),
-        (status = 200, description = "The correction; beside what it predicted what was measured, once there is a next \
-            iteration. As CSV a line for each setting, for the control of the machine: the change rounded to its \
-            increment and in words, and what it is for; under the names of OPC UA for Geometrical Measuring Systems.",
+        (status = 200, description = "The correction, with prediction and measurement once there is a next iteration. \
+            CSV has a line for each setting, for the control of the machine: the change rounded to its increment, \
+            also in words, and its purpose, with the names of OPC UA for Geometrical Measuring Systems.",
             content((CorrectionBody = "application/json"), (String = "text/csv"))),
         (status = 406, description = "Neither application/json nor text/csv is accepted.", body = Problem,
             content_type = "application/problem+json")

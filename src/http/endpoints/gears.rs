@@ -81,9 +81,9 @@ async fn gear_tolerances(State(state): State<AppState>, payload: Payload) -> Res
 /// With `Accept: application/x-q-das-dfq` the response is a file for statistical process control.
 #[utoipa::path(
     post, path = "/v1/gears/evaluate", operation_id = "evaluate_gear", tag = "gears",
-    request_body(content = EvaluateBody, description = "A gear, traces, and how they are to be evaluated."),
+    request_body(content = EvaluateBody, description = "A gear, traces, and settings of the evaluation."),
     responses((status = 200, description = "Slopes, forms and totals in the order of the traces, means, twists and \
-        classes. As quality data a characteristic for each figure, in µm.",
+        classes. Quality data have a characteristic for each figure, in µm.",
         content((EvaluationBody = "application/json"), (String = "application/x-q-das-dfq"))))
 )]
 async fn evaluate_gear(
@@ -122,9 +122,9 @@ async fn gear_deviations(State(state): State<AppState>, payload: Payload) -> Res
 /// application/x-q-das-dfq` the response is a file for statistical process control.
 #[utoipa::path(
     post, path = "/v1/gears/pitch", operation_id = "gear_pitch", tag = "gears",
-    request_body(content = PitchRequestBody, description = "A gear, and where its flanks are."),
-    responses((status = 200, description = "Single, cumulative and sector pitch deviations, run-out and classes. As \
-        quality data a characteristic for each figure, in µm.",
+    request_body(content = PitchRequestBody, description = "A gear, and the positions of its flanks."),
+    responses((status = 200, description = "Single, cumulative and sector pitch deviations, run-out and classes. \
+        Quality data have a characteristic for each figure, in µm.",
         content((PitchEvaluationBody = "application/json"), (String = "application/x-q-das-dfq"))))
 )]
 async fn gear_pitch(State(state): State<AppState>, headers: HeaderMap, payload: Payload) -> Result<Response, Problem> {
@@ -172,9 +172,9 @@ async fn gear_geometry(State(state): State<AppState>, payload: Payload) -> Resul
 /// measuring machine.
 #[utoipa::path(
     post, path = "/v1/gears/flank", operation_id = "gear_flank", tag = "gears",
-    request_body(content = FlankRequestBody, description = "A gear, a flank, and where its nodes lie."),
+    request_body(content = FlankRequestBody, description = "A gear, a flank, and the places of the nodes."),
     responses(
-        (status = 200, description = "Points and unit normals. As CSV a line `id,x,y,z,i,j,k` for each node, row by \
+        (status = 200, description = "Points and unit normals. CSV has a line `id,x,y,z,i,j,k` for each node, row by \
             row.", content((FlankBody = "application/json"), (String = "text/csv"))),
         (status = 406, description = "Neither application/json nor text/csv is accepted.", body = Problem,
             content_type = "application/problem+json")
@@ -221,8 +221,7 @@ async fn read_gears(State(state): State<AppState>, payload: Payload) -> Result<R
             if given {
                 return Err(Problem::invalid(Faults::one(
                     format!("/{part}"),
-                    "this file takes no such part: leave it \
-                    out",
+                    "this file does not use this part: omit it",
                 )));
             }
         }
@@ -238,7 +237,7 @@ async fn read_gears(State(state): State<AppState>, payload: Payload) -> Result<R
 /// that the gear's tool generates.
 #[utoipa::path(
     post, path = "/v1/gears/profile", operation_id = "gear_profile", tag = "gears",
-    request_body(content = ProfileRequestBody, description = "A gear, and how finely."),
+    request_body(content = ProfileRequestBody, description = "A gear, and the resolution."),
     responses((status = 200, description = "Closed polygons.", body = ProfileAnswerBody))
 )]
 async fn gear_profile(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
@@ -252,7 +251,7 @@ async fn gear_profile(State(state): State<AppState>, payload: Payload) -> Result
 /// support and load are up to the caller.
 #[utoipa::path(
     post, path = "/v1/gears/solid-mesh", operation_id = "gear_solid_mesh", tag = "gears",
-    request_body(content = SolidMeshRequestBody, description = "A gear, and how its solid is meshed."),
+    request_body(content = SolidMeshRequestBody, description = "A gear, and the resolution of the mesh."),
     responses((status = 200, description = "The file.", content((String = "text/plain"))))
 )]
 async fn gear_solid_mesh(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
@@ -267,7 +266,7 @@ async fn gear_solid_mesh(State(state): State<AppState>, payload: Payload) -> Res
 #[utoipa::path(
     post, path = "/v1/gears/envelope", operation_id = "gear_envelope", tag = "gears",
     request_body(content = EnvelopeRequestBody, description = "A tool's profile and its motion."),
-    responses((status = 200, description = "The envelope, and the flank that is left.", body = EnvelopeBody))
+    responses((status = 200, description = "The envelope, and the resulting flank.", body = EnvelopeBody))
 )]
 async fn gear_envelope(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
     Ok(json_held(read_json_in_room(&state, payload, profile::envelope).await?))

@@ -39,7 +39,7 @@ struct ImportFormBody {
     file: Vec<u8>,
     /// `application/json`.
     spec: Option<ImportSpecBody>,
-    /// `application/json`: how a table is to be read.
+    /// `application/json`: the mapping of a table.
     mapping: Option<MappingBody>,
 }
 

@@ -111,7 +111,7 @@ pub fn created(iteration: &NewIteration, stored: Stored) -> Answer {
     get, path = "/v1/jobs/{job_id}/iterations", operation_id = "list_iterations", tag = "iterations",
     params(("job_id" = Uuid, Path), PageQuery),
     responses(
-        (status = 200, description = "Some iterations, and where the next page begins.", body = PageBody<ListedIterationBody>)
+        (status = 200, description = "A page of iterations.", body = PageBody<ListedIterationBody>)
     )
 )]
 async fn list_iterations(
@@ -151,7 +151,7 @@ async fn get_iteration(state: CallerState, PathOf((job, number)): PathOf<(Uuid, 
     ),
     request_body(content = IterationPatchBody, description = "The decision, or the changes of the nodes' description."),
     responses(
-        (status = 200, description = "The iteration as it is from now on.", body = IterationBody,
+        (status = 200, description = "The iteration after the change.", body = IterationBody,
             headers(("ETag" = String, description = "Version of the iteration."))),
         (status = 412, description = "The iteration has changed meanwhile.", body = Problem,
             content_type = "application/problem+json")

@@ -104,7 +104,7 @@ fn created(place: &str, fit: &NewFit, stored: Stored) -> Answer {
     get, path = "/v1/jobs/{job_id}/iterations/{number}/fits", operation_id = "list_iteration_fits", tag = "iterations",
     params(("job_id" = Uuid, Path), ("number" = u32, Path), PageQuery),
     responses(
-        (status = 200, description = "Some fits, and where the next page begins.", body = PageBody<FitSummaryBody>)
+        (status = 200, description = "A page of fits.", body = PageBody<FitSummaryBody>)
     )
 )]
 async fn list_iteration_fits(
@@ -127,15 +127,15 @@ async fn list_iteration_fits(
         ("job_id" = Uuid, Path),
         ("number" = u32, Path),
         ("fit_id" = Uuid, Path),
-        ("include" = Option<Vec<IncludeName>>, Query, style = Form, explode = false, description = "What is answered \
-            beside, names with commas between them.")
+        ("include" = Option<Vec<IncludeName>>, Query, style = Form, explode = false, description = "Additional parts \
+            of the response: names separated by commas.")
     ),
     responses(
-        (status = 200, description = "The fit. But for `chosen` it never changes.", body = IterationFitBody,
+        (status = 200, description = "The fit. It never changes except for `chosen`.", body = IterationFitBody,
             headers(("ETag" = String,
                 description = "Changes only when this fit is chosen or another one is chosen instead. Absent with \
                     `include`."))),
-        (status = 422, description = "There is nothing of that name to include.", body = Problem,
+        (status = 422, description = "`include` has an unknown name.", body = Problem,
             content_type = "application/problem+json")
     )
 )]
@@ -194,7 +194,7 @@ async fn choose_fit(
     post, path = "/v1/jobs/{job_id}/iterations/{number}/fits/{fit_id}/replay", operation_id = "replay_fit",
     tag = "iterations",
     params(("job_id" = Uuid, Path), ("number" = u32, Path), ("fit_id" = Uuid, Path)),
-    responses((status = 200, description = "The comparison of the two answers.", body = ReplayBody))
+    responses((status = 200, description = "The comparison of the two results.", body = ReplayBody))
 )]
 async fn replay_fit(
     state: CallerState,

@@ -83,7 +83,7 @@ fn created(job: &Job, _: Stored) -> Answer {
     get, path = "/v1/jobs", operation_id = "list_jobs", tag = "jobs",
     params(JobsQuery),
     responses(
-        (status = 200, description = "Some jobs, and where the next page begins.", body = PageBody<ListedJobBody>)
+        (status = 200, description = "A page of jobs.", body = PageBody<ListedJobBody>)
     )
 )]
 async fn list_jobs(
@@ -133,7 +133,7 @@ async fn get_job(state: CallerState, PathOf(id): PathOf<Uuid>) -> Result<Respons
     responses(
         (status = 200, description = "The job after the change.", body = JobBody,
             headers(("ETag" = String, description = "Version of the job."))),
-        (status = 409, description = "An iteration or an open stream is of a tooth that the new gear has not got.",
+        (status = 409, description = "An iteration or an open stream is of a tooth that the new gear does not have.",
             body = Problem, content_type = "application/problem+json"),
         (status = 412, description = "The job has changed meanwhile.", body = Problem,
             content_type = "application/problem+json")
@@ -158,8 +158,8 @@ async fn update_job(
         ("If-Match" = Option<String>, Header, description = "Only if the job is still at this ETag.")
     ),
     responses(
-        (status = 204, description = "The job is gone."),
-        (status = 409, description = "The job has iterations, which are kept for good.", body = Problem,
+        (status = 204, description = "The job is deleted."),
+        (status = 409, description = "The job has iterations, which cannot be deleted.", body = Problem,
             content_type = "application/problem+json"),
         (status = 412, description = "The job has changed meanwhile.", body = Problem,
             content_type = "application/problem+json")

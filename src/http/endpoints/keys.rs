@@ -55,15 +55,15 @@ pub fn group() -> OpenApiRouter<AppState> {
     params(IdempotencyKey),
     request_body(content = NewKeyBody, description = "Name, kind, scopes and lifetime of the key."),
     responses(
-        (status = 201, description = "The key with its secret in `key`. A repeated answer to the same \
+        (status = 201, description = "The key with its secret in `key`. A repeated response to the same \
             `Idempotency-Key` has no secret.", body = KeyBody, headers(
             ("Location" = String, description = "Address of the key."),
             ("ETag" = String, description = "Version of the key.")
         )),
         (status = 403, description = "The caller lacks a scope: `admin`, or one that the new key would allow.",
             body = Problem, content_type = "application/problem+json"),
-        (status = 409, description = "Another key is of certificates with this name, the first key is not an \
-            administrator's, or the first request with this idempotency key is still running.",
+        (status = 409, description = "Another certificate key has this name, the first key is not an administrator's, \
+            or the first request with this idempotency key is still running.",
             body = Problem, content_type = "application/problem+json")
     )
 )]
@@ -90,13 +90,13 @@ async fn create_key(state: CallerState, key: IdempotencyKey, payload: Payload) -
 }
 
 /// Warning about the consequences of the first key.
-const FIRST_KEY: &str = "this is the first key: until the server is restarted it asks for none, and from then on \
-    (with --auth auto) every request under /v1 needs one. Keep this key, with which others are made";
+const FIRST_KEY: &str = "this is the first key: after a restart (with --auth auto) every request under /v1 needs a \
+    key. Keep this one, which can create others";
 
 /// 409: with any other first key no caller could create keys once they are required.
 pub(super) fn first_key_must_be_admin() -> Problem {
-    let detail = "There is no key yet, and once there is one the next start asks everybody for a key: make a secret of \
-        the role `admin` first (POST /v1/keys with \"role\": \"admin\" and no other kind), and keep it.";
+    let detail = "There is no key yet, and after the first one the next start requires keys: create a secret with the \
+        role `admin` first (POST /v1/keys with \"role\": \"admin\"), and keep it.";
     Problem::new(ProblemCode::FirstKeyMustBeAdmin, detail)
 }
 
@@ -117,7 +117,7 @@ fn check_grant(maker: &Principal, wanted: Scopes) -> Result<(), Problem> {
     match wanted.iter().find(|scope| !grants.contains(*scope)) {
         None => Ok(()),
         Some(scope) => Err(Problem::lacking_scope(format!(
-            "The key allows `{}`, which this caller has not: it can neither grant that nor take it away.",
+            "The key allows `{}`, which this caller lacks: it can neither grant nor revoke it.",
             scope.name()
         ))),
     }
@@ -130,7 +130,7 @@ fn check_grant(maker: &Principal, wanted: Scopes) -> Result<(), Problem> {
 #[utoipa::path(
     get, path = "/v1/keys", operation_id = "list_keys", tag = "keys",
     params(PageQuery),
-    responses((status = 200, description = "Some keys, and where the next page begins.", body = PageBody<KeyBody>))
+    responses((status = 200, description = "A page of keys.", body = PageBody<KeyBody>))
 )]
 async fn list_keys(
     state: CallerState,
@@ -170,8 +170,8 @@ async fn get_key(state: CallerState, PathOf(id): PathOf<String>) -> Result<Respo
             headers(("ETag" = String, description = "Version of the key."))),
         (status = 403, description = "The caller lacks a scope: `admin`, or one that the key allows.",
             body = Problem, content_type = "application/problem+json"),
-        (status = 409, description = "The key has ended or is revoked, or it was replaced and would end later than it \
-            does.", body = Problem, content_type = "application/problem+json"),
+        (status = 409, description = "The key has expired or is revoked, or it was replaced and would expire later \
+            than now.", body = Problem, content_type = "application/problem+json"),
         (status = 412, description = "The key has changed meanwhile.", body = Problem,
             content_type = "application/problem+json")
     )
@@ -208,7 +208,7 @@ async fn revoke_key(state: CallerState, PathOf(id): PathOf<String>) -> Result<St
     check_grant(&state.principal, keys.key(id).await?.scopes)?;
     let own = matches!(&state.principal.proof, Proof::Key(known) if known.key.id == id);
     if own && !has_another_admin(&keys, id).await? {
-        let detail = "This key is the last one of its tenant that allows `admin`; make another one first.";
+        let detail = "This key is the last one of its tenant that allows `admin`; create another one first.";
         return Err(Problem::new(ProblemCode::Conflict, detail));
     }
     keys.revoke(id).await?;
@@ -239,17 +239,17 @@ async fn has_another_admin(keys: &TenantKeys, id: KeyId) -> Result<bool, Problem
 #[utoipa::path(
     post, path = "/v1/keys/{key_id}/rotate", operation_id = "rotate_key", tag = "keys",
     params(("key_id" = String, Path), IdempotencyKey),
-    request_body(content = RotationBody, description = "How long the old key stays valid."),
+    request_body(content = RotationBody, description = "Time for which the old key stays valid."),
     responses(
-        (status = 201, description = "The new key with its secret in `key`. A repeated answer to the same \
+        (status = 201, description = "The new key with its secret in `key`. A repeated response to the same \
             `Idempotency-Key` has no secret.", body = KeyBody, headers(
             ("Location" = String, description = "Address of the new key."),
             ("ETag" = String, description = "Version of the new key.")
         )),
         (status = 403, description = "The caller lacks a scope: `admin`, or one that the key allows.",
             body = Problem, content_type = "application/problem+json"),
-        (status = 409, description = "The key has ended, is revoked, was rotated before or is of a certificate, or the \
-            first request with this idempotency key is still running.", body = Problem,
+        (status = 409, description = "The key has expired, is revoked, was rotated before or is of the kind \
+            `certificate`, or the first request with this idempotency key is still running.", body = Problem,
             content_type = "application/problem+json")
     )
 )]

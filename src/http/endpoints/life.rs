@@ -112,10 +112,10 @@ async fn send(to: &mpsc::Sender<Option<Bytes>>, mut line: Bytes, patience: Durat
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/purge", operation_id = "purge_job", tag = "jobs",
     params(("job_id" = Uuid, Path), IdempotencyKey),
-    request_body(content = PurgeRequestBody, description = "Why."),
+    request_body(content = PurgeRequestBody, description = "Reason of the purge."),
     responses(
         (status = 200, description = "The purge.", body = PurgeBody),
-        (status = 410, description = "The job is purged already.", body = Problem,
+        (status = 410, description = "The job is already purged.", body = Problem,
             content_type = "application/problem+json")
     )
 )]

@@ -114,10 +114,10 @@ enum Purpose {
 #[utoipa::path(
     get, path = "/readyz", operation_id = "get_readiness", tag = "operation", params(ReadinessQuery),
     responses(
-        (status = 200, description = "Requests can be answered.", body = Health),
+        (status = 200, description = "The server is ready.", body = Health),
         (status = 503, description = "The process is shutting down, or nothing can be stored; `detail` gives the \
-            reason: the store does not answer or accepts no writes, its schema is missing or of another version, it is \
-            a standby, or the clocks are too far apart.", body = Problem,
+            reason: the store does not respond or accepts no writes, its schema is missing or of another version, \
+            it is a standby, or the clocks are too far apart.", body = Problem,
             content_type = "application/problem+json")
     )
 )]
@@ -127,13 +127,12 @@ async fn get_readiness(
 ) -> Result<axum::Json<Health>, Problem> {
     let purpose = query.purpose.map(|name| serde_json::from_value::<Purpose>(name.into()));
     if let Some(Err(_)) = purpose {
-        return Err(Problem::invalid(Faults::one(
-            "/for",
-            "there is only `compute`; leave it out to ask for everything",
-        )));
+        return Err(Problem::invalid(Faults::one("/for", "expected `compute`; omit it to check everything")));
     }
     if state.shutdown.is_draining() {
-        return Err(Problem::new(ProblemCode::Draining, "The process is about to end; ask another.").retry_after(1));
+        return Err(
+            Problem::new(ProblemCode::Draining, "The process is shutting down; use another one.").retry_after(1)
+        );
     }
     if purpose.is_some() {
         return Ok(axum::Json(Health::of(&state)));

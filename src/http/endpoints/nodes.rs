@@ -27,14 +27,14 @@ pub fn group() -> OpenApiRouter<AppState> {
 }
 
 // Declared for the document.
-/// A table, and how it is to be read.
+/// A table, and its mapping.
 #[derive(Serialize, ToSchema)]
 #[schema(as = TableForm)]
 struct TableFormBody {
     /// A table of nodes or points.
     #[schema(value_type = String, format = Binary)]
     file: Vec<u8>,
-    /// `application/json`: how it is to be read. What is left out is found from the content.
+    /// `application/json`: the mapping. Omitted fields are found from the content.
     mapping: Option<MappingBody>,
 }
 
@@ -50,9 +50,9 @@ struct TableFormBody {
     post, path = "/v1/nodes/read", operation_id = "read_nodes", tag = "fits",
     params(
         ("include" = Option<Vec<TableIncludeName>>, Query, style = Form, explode = false, description = "Additional \
-            parts of the answer: `nodes`."),
+            parts of the response: `nodes`."),
         ("instrument" = Option<String>, Query, min_length = 1, max_length = 200, description = "Instrument of the \
-            measurement, as in an iteration: its kept mapping is proposed. If omitted, that of tables without an \
+            measurement, as in an iteration: its stored mapping is proposed. By default that of tables without an \
             instrument.")
     ),
     request_body(
@@ -74,7 +74,7 @@ async fn read_nodes(
     let read = move || {
         let form = read_any_file(payload, limit)?;
         if form.spec.is_some() {
-            return Err(Problem::invalid(Faults::one("/spec", "a table takes a mapping only: leave this part out")));
+            return Err(Problem::invalid(Faults::one("/spec", "a table uses only a mapping: omit this part")));
         }
         let instrument = instrument.as_ref().map(ShortText::as_str);
         let key = if form.mapping.is_none() { kept::key(&form.file, instrument) } else { None };

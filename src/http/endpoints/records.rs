@@ -204,7 +204,7 @@ impl RecordRequest {
         }
         let place = kept.headers().get(header::LOCATION).and_then(|place| place.to_str().ok());
         let id = place.and_then(|place| place.rsplit('/').next()?.parse().ok());
-        let id = id.ok_or_else(|| Problem::internal("a kept record has no place"))?;
+        let id = id.ok_or_else(|| Problem::internal("a stored record has no location"))?;
         let record = state.jobs.record(job, number, id).await?;
         let mut response = as_quality_data(&state, job, number, record).await?;
         *response.status_mut() = kept.status();
@@ -237,7 +237,7 @@ fn created(iteration: &str, record: &Record, body: Vec<u8>) -> Answer {
     tag = "iterations",
     params(("job_id" = Uuid, Path), ("number" = u32, Path), PageQuery),
     responses(
-        (status = 200, description = "Some records, and where the next page begins.", body = PageBody<RecordSummaryBody>)
+        (status = 200, description = "A page of records.", body = PageBody<RecordSummaryBody>)
     )
 )]
 async fn list_iteration_records(
@@ -262,12 +262,13 @@ async fn list_iteration_records(
         ("number" = u32, Path),
         ("record_id" = Uuid, Path),
         ("include" = Option<Vec<StoredIncludeName>>, Query, style = Form, explode = false, description = "For a \
-            correction, additional parts of the answer: names separated by commas.")
+            correction, additional parts of the response: names separated by commas.")
     ),
     responses(
-        (status = 200, description = "The record. As quality data, which evaluations and pitches have, a characteristic for \
-            each figure, in µm.", content((RecordBody = "application/json"), (String = "application/x-q-das-dfq"))),
-        (status = 422, description = "There is nothing of that name to include.", body = Problem,
+        (status = 200, description = "The record. Quality data, available for evaluations and pitches, have a \
+            characteristic for each figure, in µm.",
+            content((RecordBody = "application/json"), (String = "application/x-q-das-dfq"))),
+        (status = 422, description = "`include` has an unknown name.", body = Problem,
             content_type = "application/problem+json")
     )
 )]

@@ -32,10 +32,10 @@ pub fn group() -> OpenApiRouter<AppState> {
         ("number" = u32, Path),
         IdempotencyKey
     ),
-    request_body(content = IterationCurveRequest, description = "A method, and points where the iteration's own are not \
-        meant."),
+    request_body(content = IterationCurveRequest, description = "A method, and points if the iteration's own are not \
+        used."),
     responses(
-        (status = 201, description = "The curve, kept.", body = RecordBody,
+        (status = 201, description = "The record with the curve.", body = RecordBody,
             headers(("Location" = String, description = "Address of the curve.")))
     )
 )]
@@ -59,9 +59,9 @@ async fn create_iteration_curve(request: RecordRequest) -> Result<Response, Prob
         IdempotencyKey
     ),
     request_body(content = SurfaceRequest,
-        description = "A method, and nodes where the iteration's own are not meant."),
+        description = "A method, and nodes if the iteration's own are not used."),
     responses(
-        (status = 201, description = "The surface, kept.", body = RecordBody,
+        (status = 201, description = "The record with the surface.", body = RecordBody,
             headers(("Location" = String, description = "Address of the surface.")))
     )
 )]

@@ -41,8 +41,8 @@ pub fn group() -> OpenApiRouter<AppState> {
 #[utoipa::path(
     post, path = "/v1/simulations/closed-loop", operation_id = "simulate_closed_loop", tag = "simulations",
     params(IdempotencyKey),
-    request_body(content = ClosedLoopBody, description = "The machine, the probe and the ways to correct; everything \
-        has a default."),
+    request_body(content = ClosedLoopBody, description = "The machine, the probe and the correction methods; \
+        everything has a default."),
     responses(
         (status = 200, description = "Deviations and changes of each round, and the stored jobs.",
             body = ClosedLoopResultBody)

@@ -80,7 +80,7 @@ async fn connect_stream(
     }
     state.jobs.stream(id).await?.check_open()?;
     let upgrade = upgrade.map_err(|rejection| {
-        Problem::new(ProblemCode::MalformedRequest, format!("This path speaks WebSocket: {}.", rejection.body_text()))
+        Problem::new(ProblemCode::MalformedRequest, format!("This path needs WebSocket: {}.", rejection.body_text()))
     })?;
     let open = state.shutdown.register("websocket", state.settings.max_connections)?;
     let limit = state.settings.body_limit.min(LONGEST_MESSAGE);

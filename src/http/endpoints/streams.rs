@@ -58,10 +58,9 @@ pub fn group() -> OpenApiRouter<AppState> {
         ("job_id" = Uuid, Path),
         IdempotencyKey
     ),
-    request_body(content = NewStreamBody, description = "A fit request without nodes, and how long nodes are \
-        remembered."),
+    request_body(content = NewStreamBody, description = "A fit request without nodes, and the forgetting factor."),
     responses(
-        (status = 201, description = "The stream, before its first block.", body = StreamBody, headers(
+        (status = 201, description = "The stream, without blocks yet.", body = StreamBody, headers(
             ("Location" = String, description = "Address of the stream."),
             ("ETag" = String, description = "Version of the stream.")
         ))
@@ -101,7 +100,7 @@ fn opened(stream: &NewStream, stored: Stored) -> Answer {
 #[utoipa::path(
     get, path = "/v1/jobs/{job_id}/streams", operation_id = "list_streams", tag = "streams",
     params(("job_id" = Uuid, Path), PageQuery),
-    responses((status = 200, description = "Some streams, and where the next page begins.", body = PageBody<ListedStreamBody>))
+    responses((status = 200, description = "A page of streams.", body = PageBody<ListedStreamBody>))
 )]
 async fn list_streams(
     state: CallerState,
@@ -117,7 +116,7 @@ async fn list_streams(
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]
 struct BlocksQuery {
-    /// The number of the last block that is known; 0, the default, before the first.
+    /// Number of the last known block; 0 before the first.
     #[param(value_type = Option<u64>, minimum = 0, default = 0)]
     after: Option<String>,
 }
@@ -144,7 +143,7 @@ async fn get_stream_nodes(
     let after = match query.after.as_deref().map(str::parse::<u64>) {
         None => 0,
         Some(Ok(after)) => after,
-        Some(Err(_)) => return Err(Problem::invalid(Faults::one("/after", "it must be a whole number from 0 on"))),
+        Some(Err(_)) => return Err(Problem::invalid(Faults::one("/after", "it must be a whole number of at least 0"))),
     };
     let permit = state.budget.take(BLOCKS_IN_MEMORY)?;
     let (stream, blocks) = state.jobs.stream_blocks(id, after).await?;
@@ -182,13 +181,13 @@ async fn get_stream(state: CallerState, PathOf(id): PathOf<Uuid>) -> Result<Resp
     post, path = "/v1/streams/{stream_id}/nodes", operation_id = "add_stream_nodes", tag = "streams",
     params(
         ("stream_id" = Uuid, Path),
-        ("Idempotency-Key" = Option<String>, Header, description = "The same key and body answers the first response \
-            again. (Blocks are known by their number and nodes without it.)", min_length = 1, max_length = 255,
-            pattern = "^[!-~]+$")
+        ("Idempotency-Key" = Option<String>, Header, description = "Repeating the request with the same key and body \
+            returns the first response. (Repeated blocks are also recognised by number and nodes.)",
+            min_length = 1, max_length = 255, pattern = "^[!-~]+$")
     ),
     request_body(content = BlockBody, description = "The next block, or one that was sent before."),
     responses(
-        (status = 200, description = "The estimate after this block. A block sent again gets its first answer again.",
+        (status = 200, description = "The estimate after this block. A block sent again gets its first response.",
             body = EstimateBody, headers(
             ("ETag" = String, description = "Version of the stream after this block.")
         )),
@@ -242,7 +241,7 @@ pub async fn add_block(
             ("Location" = String, description = "Address of the iteration."),
             ("ETag" = String, description = "Version of the iteration.")
         )),
-        (status = 409, description = "The stream is finished already, has no nodes, or the first request with this \
+        (status = 409, description = "The stream is already finished or has no nodes, or the first request with this \
             idempotency key is still running.", body = Problem, content_type = "application/problem+json")
     )
 )]
@@ -277,7 +276,7 @@ async fn finish_stream(
         ("If-Match" = Option<String>, Header, description = "Only if the stream is still at this ETag.")
     ),
     responses(
-        (status = 204, description = "The stream is gone."),
+        (status = 204, description = "The stream is deleted."),
         (status = 412, description = "The stream has changed meanwhile.", body = Problem,
             content_type = "application/problem+json")
     )

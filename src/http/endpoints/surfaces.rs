@@ -103,7 +103,7 @@ async fn sections_of_surface(State(state): State<AppState>, payload: Payload) ->
 /// quadrilaterals for FE systems. CAD formats contain the exact surface, the others facets of it.
 #[utoipa::path(
     post, path = "/v1/surfaces/export", operation_id = "export_surface", tag = "surfaces",
-    request_body(content = ExportSurfaceBody, description = "A surface and the form of the file."),
+    request_body(content = ExportSurfaceBody, description = "A surface and the format of the file."),
     responses((
         status = 200, description = "The file.",
         content(

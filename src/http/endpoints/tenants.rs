@@ -43,8 +43,8 @@ pub fn group() -> OpenApiRouter<AppState> {
     params(IdempotencyKey),
     request_body(content = NewTenantBody, description = "The tenant's name."),
     responses(
-        (status = 201, description = "The tenant with the secret of its first key in `admin_key`. A repeated answer to \
-            the same `Idempotency-Key` has no secret.", body = TenantBody, headers(
+        (status = 201, description = "The tenant with the secret of its first key in `admin_key`. A repeated response \
+            to the same `Idempotency-Key` has no secret.", body = TenantBody, headers(
             ("Location" = String, description = "Address of the tenant."),
             ("ETag" = String, description = "Version of the tenant.")
         )),
@@ -92,7 +92,7 @@ fn created(made: &(Plant, ApiKey), secret: Option<&Secret>) -> Answer {
 #[utoipa::path(
     get, path = "/v1/tenants", operation_id = "list_tenants", tag = "tenants",
     params(PageQuery),
-    responses((status = 200, description = "Some tenants, and where the next page begins.", body = PageBody<TenantBody>))
+    responses((status = 200, description = "A page of tenants.", body = PageBody<TenantBody>))
 )]
 async fn list_tenants(
     state: CallerState,

@@ -29,7 +29,7 @@ pub fn group() -> OpenApiRouter<AppState> {
     get, path = "/v1/jobs/{job_id}/trace", operation_id = "get_trace", tag = "iterations",
     params(("job_id" = Uuid, Path), PageQuery),
     responses(
-        (status = 200, description = "The job with some of its iterations, by number, and where the next page begins.",
+        (status = 200, description = "The job with a page of its iterations, by number.",
             body = TraceBody)
     )
 )]

@@ -217,8 +217,8 @@ impl Callers {
 
     async fn of_token(&self, tokens: &Tokens, text: &[u8]) -> (&'static str, Result<Principal, Problem>) {
         let invalid = |reason: TokenError| {
-            let detail = "This token is not one of the identity provider for this server, cannot be used now, or \
-                names no role or tenant there is.";
+            let detail = "This token is not from the identity provider of this server, is not valid now, or has no \
+                known role or tenant.";
             ("invalid", Err(Problem::new(ProblemCode::InvalidKey, detail).caused_by(reason)))
         };
         match tokens.verify(text).await {

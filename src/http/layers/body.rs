@@ -202,8 +202,8 @@ fn numbers_of(media: &Media) -> fn(&[u8]) -> usize {
 pub fn unsupported(got: &str, wanted: &str) -> Problem {
     let curl = match media_type::essence(got).as_str() {
         "application/x-www-form-urlencoded" => {
-            " (curl sends this type unless it is told another: -H 'content-type: application/json' for JSON; a table or a \
-             file goes into a form, as -F nodes=@nodes.csv or -F file=@curves.mka)"
+            " (the default of curl; use -H 'content-type: application/json' for JSON, and a form for a table or a \
+             file, as -F nodes=@nodes.csv or -F file=@curves.mka)"
         }
         _ => "",
     };
@@ -214,10 +214,7 @@ pub fn unsupported(got: &str, wanted: &str) -> Problem {
 /// 415 for a text in another character set than UTF-8.
 pub fn foreign(charset: &str) -> Problem {
     let charset: String = charset.chars().take(64).collect();
-    Problem::new(
-        ProblemCode::UnsupportedMediaType,
-        format!("The charset `{charset}` is not supported; send UTF-8, which needs no charset."),
-    )
+    Problem::new(ProblemCode::UnsupportedMediaType, format!("The charset `{charset}` is not supported; send UTF-8."))
 }
 
 /// The bytes of a body, with a permit for each chunk before the next one is asked for, and how much
@@ -277,7 +274,7 @@ async fn collect(
 
 fn reserve(bytes: &mut Vec<u8>, more: usize) -> Result<(), Problem> {
     bytes.try_reserve_exact(more).map_err(|error| {
-        Problem::new(ProblemCode::Overloaded, "There is no room for the body at the moment.")
+        Problem::new(ProblemCode::Overloaded, "There is no memory for the body at the moment.")
             .caused_by(error)
             .retry_after(5)
     })

@@ -81,13 +81,13 @@ fn unusual(name: &str, segment: &str) -> Option<String> {
     let id = Uuid::try_parse(segment).ok().map(|id| id.to_string());
     let usual = number.filter(|_| name == "number").or(id)?;
     let differs = !usual.eq_ignore_ascii_case(segment);
-    differs.then(|| format!("The path names nothing: its segment `{segment}`, {name}, is written `{usual}`."))
+    differs.then(|| format!("There is no such path: write its segment `{segment}` ({name}) as `{usual}`."))
 }
 
 /// Returns the message for a segment of the wrong form.
 fn misread(segment: &str, name: &str, form: &str) -> String {
     let segment: String = segment.chars().take(64).collect();
-    format!("The path names nothing: its segment `{segment}`{name} must be {form}.")
+    format!("There is no such path: its segment `{segment}`{name} must be {form}.")
 }
 
 /// Returns the message for a path whose segments are no text.
@@ -100,9 +100,9 @@ fn unreadable(rejection: PathRejection) -> String {
     NOTHING.to_owned()
 }
 
-const NOTHING: &str = "The path names nothing.";
+const NOTHING: &str = "There is no such path.";
 const UUID: &str = "a UUID such as 0190b0de-0000-7000-8000-000000000000";
-const NUMBER: &str = "a whole number from 1 on";
+const NUMBER: &str = "a whole number of at least 1";
 
 /// Query parameters.
 pub struct QueryOf<T>(pub T);

@@ -46,10 +46,7 @@ impl FromRequestParts<AppState> for IdempotencyKey {
         let mut values = parts.headers.get_all(&KEY).iter();
         let Some(value) = values.next() else { return Ok(IdempotencyKey(None)) };
         if values.next().is_some() {
-            return Err(Problem::new(
-                ProblemCode::MalformedRequest,
-                "Idempotency-Key occurs twice; send one, since one key names one request.",
-            ));
+            return Err(Problem::new(ProblemCode::MalformedRequest, "Idempotency-Key occurs twice; send one."));
         }
         match value.to_str() {
             Ok(key) if (1..=LONGEST).contains(&key.trim().len()) => Ok(IdempotencyKey(Some(key.trim().to_owned()))),
@@ -100,7 +97,7 @@ where
 {
     let IdempotencyKey(Some(key)) = key else { return work(state, payload, None).await.map(respond) };
     let claim = state.keys.claim(state.jobs.tenant(), &key, &scope).ok_or_else(|| {
-        let detail = "The first request with this Idempotency-Key is still running; ask again for its answer.";
+        let detail = "The first request with this Idempotency-Key is still running; send it again for its response.";
         Problem::new(ProblemCode::IdempotencyKeyInUse, detail).retry_after(1)
     })?;
     if let Some(kept) = state.jobs.answer(key.clone(), scope.clone()).await? {
@@ -125,7 +122,7 @@ where
 /// The first answer again, if the request is the first one again.
 fn replayed((first, answer): ([u8; 32], Answer), again: &[u8; 32]) -> Result<Response, Problem> {
     if *again != first {
-        let detail = "This Idempotency-Key was used for a request with another body; take a new key for a new request.";
+        let detail = "This Idempotency-Key was used for a request with another body; use a new key for a new request.";
         return Err(Problem::new(ProblemCode::IdempotencyKeyReused, detail));
     }
     let mut response = respond(answer);

@@ -77,8 +77,7 @@ impl JobsQuery {
         if let (Some(Moment(since)), Some(Moment(to))) = (since, to)
             && to <= since
         {
-            faults
-                .push("/to", "it must be later than `from`, which is the first time that counts; `to` is not counted");
+            faults.push("/to", "it must be later than `from`; the range includes `from` and excludes `to`");
         }
         let sort: Option<JobSort> = value("/sort", self.sort, &mut faults);
         let limit = read_limit(self.limit.as_deref(), &mut faults);
@@ -121,7 +120,7 @@ fn told(error: JobPlaceError, sort: JobSort) -> String {
         JobPlaceError::Cursor(CursorError::Unknown) => UNKNOWN_CURSOR.to_owned(),
         JobPlaceError::Cursor(CursorError::OtherList(other)) => of_other_list(List::Jobs, other),
         JobPlaceError::OtherSort(other) => format!(
-            "it is of jobs sorted by `{}`, not by `{}`; ask for the same `sort` on each page, or leave the cursor out",
+            "it belongs to jobs sorted by `{}`, not by `{}`; use the same `sort` on each page, or omit the cursor",
             other.name(),
             sort.name()
         ),

@@ -183,7 +183,7 @@ fn names_host(request: &Request) -> Result<(), Problem> {
     if named == 1 || (named == 0 && request.version() != Version::HTTP_11) {
         return Ok(());
     }
-    Err(Problem::new(ProblemCode::MalformedRequest, "A request of HTTP/1.1 has one header `Host`."))
+    Err(Problem::new(ProblemCode::MalformedRequest, "A request of HTTP/1.1 needs exactly one header `Host`."))
 }
 
 /// If all connections are busy, only checks are answered.
@@ -192,7 +192,7 @@ fn has_a_place(request: &Request, path: Option<&MatchedPath>) -> Result<(), Prob
     if check || request.extensions().get::<ForChecks>().is_none() {
         return Ok(());
     }
-    let detail = "Every connection of this server is at work; try again in a moment.";
+    let detail = "All connections of this server are busy; try again in a moment.";
     Err(Problem::new(ProblemCode::Overloaded, detail).retry_after(1))
 }
 
@@ -218,7 +218,7 @@ fn log_cause(request_id: &str, problem: &Problem, cause: &str) {
 
 /// Returns the problem for a request whose time is over. (Its work was cancelled with it.)
 pub fn too_late(limit: u64) -> Problem {
-    Problem::new(ProblemCode::RequestTimeout, format!("There was no answer within {limit} s.")).retry_after(5)
+    Problem::new(ProblemCode::RequestTimeout, format!("There was no response within {limit} s.")).retry_after(5)
 }
 
 /// Writes metrics and the log line of a request once its answer has ended.

@@ -112,11 +112,11 @@ impl Access {
             (Access::Everybody, _) => return Ok(()),
             (Access::Scope(Some(scope)), Some(principal)) if principal.scopes.contains(scope) => return Ok(()),
             (Access::Scope(Some(scope)), Some(principal)) => format!(
-                "This asks for the scope `{}`; this caller has {}.",
+                "This needs the scope `{}`; this caller has {}.",
                 scope.name(),
                 principal.scopes.iter().map(|scope| format!("`{}`", scope.name())).collect::<Vec<_>>().join(", ")
             ),
-            (Access::Scope(_), _) => "Nobody may ask for this.".to_owned(),
+            (Access::Scope(_), _) => "No caller may do this.".to_owned(),
         };
         Err(Problem::lacking_scope(detail))
     }
@@ -151,7 +151,7 @@ impl Operation {
 
     fn check(&self, uri: &Uri, headers: &HeaderMap) -> Result<(), Problem> {
         if !uri.query().is_none_or(is_text) {
-            let detail = "The query of the URL holds bytes that are not UTF-8.";
+            let detail = "The query of the URL has bytes that are not UTF-8.";
             return Err(Problem::new(ProblemCode::MalformedRequest, detail));
         }
         self.check_query(uri).map_err(Problem::invalid)?;
@@ -159,8 +159,7 @@ impl Operation {
             return Ok(());
         }
         let media = alternatives(self.media.iter().map(String::as_str));
-        let detail =
-            format!("The answer is {media}, which the header `accept` does not take; leave it out or send */*.");
+        let detail = format!("The response is {media}, which the header `accept` excludes; omit it or send */*.");
         Err(Problem::new(ProblemCode::NotAcceptable, detail))
     }
 

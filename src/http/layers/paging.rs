@@ -42,12 +42,12 @@ impl PageQuery {
 }
 
 /// Message for a cursor that no list has returned.
-pub const UNKNOWN_CURSOR: &str = "not a cursor that was answered as `next_cursor`; leave it out to begin anew";
+pub const UNKNOWN_CURSOR: &str = "not a cursor from `next_cursor`; omit it to start from the beginning";
 
 /// Returns the message for a cursor of another list.
 pub fn of_other_list(list: List, other: List) -> String {
     let (this, other) = (list.items(), other.items());
-    format!("it is of a list of {other}; take `next_cursor` of the page of {this} before this")
+    format!("it belongs to a list of {other}; use `next_cursor` of the previous page of {this}")
 }
 
 /// How many items are wanted.

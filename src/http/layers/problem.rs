@@ -46,7 +46,7 @@ impl From<PoolError> for Problem {
                 .retry_after(1)
             }
             PoolError::Cancelled | PoolError::Stopped => {
-                Problem::new(ProblemCode::Overloaded, "The server is stopping; ask again in a moment.").retry_after(1)
+                Problem::new(ProblemCode::Overloaded, "The server is stopping; try again in a moment.").retry_after(1)
             }
             PoolError::Lost => Problem::internal(error),
         }

@@ -63,7 +63,7 @@ impl Rates {
         };
         within(requests, &who).map_err(|wait| {
             telemetry::record_shed("rate_limit");
-            too_many("This caller makes more requests than the server allows it", wait)
+            too_many("This caller makes more requests than the server allows", wait)
         })
     }
 

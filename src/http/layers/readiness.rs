@@ -26,17 +26,17 @@ pub struct Unready {
     pub cause: String,
 }
 
-const SILENT: &str = "The store does not answer; the log says more.";
-const UNWRITABLE: &str = "The store answers, but takes no writes; the log says more.";
+const SILENT: &str = "The store does not respond; the log says more.";
+const UNWRITABLE: &str = "The store responds, but accepts no writes; the log has details.";
 
 fn told(unfit: Unfit) -> &'static str {
     match unfit {
         Unfit::NoSchema => "The database has no schema yet: run `flankfit migrate`.",
         Unfit::OldSchema => "The schema of the database is older than this server: run `flankfit migrate`.",
-        Unfit::NewSchema(_) => "The schema of the database is too new for this server: start one of a later version.",
-        Unfit::Standby => "The database is a standby, which takes no writes.",
+        Unfit::NewSchema(_) => "The schema of the database is too new for this server: start a later version.",
+        Unfit::Standby => "The database is a standby, which accepts no writes.",
         Unfit::Misplaced => {
-            "The files of the database were removed or replaced under the server; the log says what to do."
+            "The files of the database were removed or replaced while the server is running; the log has instructions."
         }
         Unfit::Clock(_) => "The clocks of this server and of the database are too far apart.",
     }
@@ -77,6 +77,8 @@ async fn answered(
         Ok(Ok(())) => Ok(()),
         Ok(Err(RepositoryError::Unfit(unfit))) => Err(Unready { told: told(unfit), cause: unfit.to_string() }),
         Ok(Err(error)) => Err(Unready { told: otherwise, cause: error.to_string() }),
-        Err(_elapsed) => Err(Unready { told: otherwise, cause: format!("no answer within {} s", PATIENCE.as_secs()) }),
+        Err(_elapsed) => {
+            Err(Unready { told: otherwise, cause: format!("no response within {} s", PATIENCE.as_secs()) })
+        }
     }
 }

@@ -16,7 +16,7 @@ const FETCH_SITE: &str = "sec-fetch-site";
 /// Refuses a change for a page of another site, and a host that is not this one.
 pub fn check(state: &AppState, method: &Method, headers: &HeaderMap) -> Result<(), Problem> {
     if !method.is_safe() && !is_of_this_site(headers, &state.settings.cors_origins) {
-        let detail = "A web page of another site asks for a change; its origin is not among --cors-origins.";
+        let detail = "A web page of another site requests a change; its origin is not among --cors-origins.";
         return Err(Problem::new(ProblemCode::CrossSite, detail));
     }
     match headers.get(header::HOST) {

@@ -49,25 +49,26 @@ use crate::api::{
     info(
         title = "flankfit",
         description = "Robust parametric estimation of tooth-flank surfaces: coefficients with standard errors and \
-                       bias bounds, eigen diagnostics, and every choice of λ* side by side.",
+                       bias bounds, eigen diagnostics, and the choices of λ* by all criteria.",
         license(name = "MIT OR Apache-2.0", identifier = "MIT OR Apache-2.0")
     ),
     components(schemas(Problem, ProblemError, ProgressBody, StoredIncludeName, OutsideLimitsName, TableIncludeName)),
     tags(
-        (name = "fits", description = "Fits of node sets; nothing is stored."),
+        (name = "jobs", description = "Gear jobs, their corrections, events, archives and purges."),
+        (name = "iterations", description = "Iterations of a job: nodes, fits, λ* choices, decisions, records, and \
+            the trace of all of these."),
+        (name = "streams", description = "Nodes that arrive block by block: an estimate after every block, finally an \
+            iteration."),
+        (name = "gears", description = "Gear calculators: geometry, tolerances, flanks, deviations and evaluation; \
+            nothing is stored."),
+        (name = "simulations", description = "Simulated machines and probes, stored as jobs on request."),
+        (name = "fits", description = "Fits of nodes; nothing is stored."),
         (name = "studies", description = "Numerical experiments; nothing is stored."),
         (name = "curves", description = "Curves through or near points; nothing is stored."),
         (name = "surfaces", description = "Surfaces through or near nodes and between borders; nothing is stored."),
-        (name = "gears", description = "Gears: tolerances, flanks, deviations and evaluation; nothing is stored."),
-        (name = "simulations", description = "Simulated machines and probes, kept as jobs."),
-        (name = "jobs", description = "Gear jobs."),
-        (name = "iterations", description = "Iterations of a job: nodes, fits, λ* choices, decisions, and the trace of \
-            them all."),
-        (name = "streams", description = "Nodes that arrive block by block: an estimate after every block, an \
-            iteration in the end."),
-        (name = "audit", description = "Changes with their callers, and the verification of these entries."),
-        (name = "keys", description = "Keys of the caller's tenant, and who the caller is."),
+        (name = "keys", description = "Keys of the caller's tenant, and the caller."),
         (name = "tenants", description = "Tenants, each a plant with its jobs and keys."),
+        (name = "audit", description = "Changes with their callers, and the verification of these entries."),
         (name = "operation", description = "Health and metrics.")
     )
 )]
@@ -175,7 +176,7 @@ fn replayed(operation: &mut Operation) {
             let text = ObjectBuilder::new().schema_type(Type::String);
             let header = HeaderBuilder::new()
                 .schema(Some(text))
-                .description(Some("`true` where this is the first answer to the same key, given again."))
+                .description(Some("`true` if this is the repeated first response to the same key."))
                 .build();
             response.headers.insert("Idempotency-Replayed".into(), header.into());
         }

@@ -27,8 +27,8 @@ pub fn declare(document: &mut Document) {
 
 fn extend(operation: &mut Operation) {
     let events = || Content::new(Some(RefOr::Ref(Ref::from_schema_name("Progress"))));
-    let described = "As `text/event-stream`: events `progress` (their `data` is a Progress), and at last one `result` \
-        (the JSON body of the plain answer) or `problem` (a Problem).";
+    let described = "As `text/event-stream`: events `progress` (their `data` is a Progress), and finally one `result` \
+        (the JSON body of the plain response) or `problem` (a Problem).";
     match operation.responses.responses.get_mut("200") {
         Some(RefOr::T(plain)) => {
             plain.description = format!("{} {described}", plain.description);

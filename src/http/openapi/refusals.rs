@@ -11,7 +11,7 @@ use crate::api::contract;
 /// Names, statuses and descriptions of the responses that many operations share
 /// (`components/responses`).
 const SHARED: [(&str, &str, &str); 17] = [
-    ("Unreadable", "400", "The body or its compression cannot be read; `detail` says where."),
+    ("Unreadable", "400", "The body or its compression cannot be read; `detail` has the place."),
     ("Unauthorized", "401", "No API key or token was sent, or one that cannot be used."),
     (
         "Forbidden",
@@ -22,16 +22,16 @@ const SHARED: [(&str, &str, &str); 17] = [
     ("NotAcceptable", "406", "None of the media types in the header `Accept` is available."),
     ("BodyTimeout", "408", "The body did not arrive in time."),
     ("KeyInUse", "409", "The first request with this idempotency key is still running."),
-    ("Purged", "410", "The job was purged; `detail` says when and why."),
+    ("Purged", "410", "The job was purged; `detail` has time and reason."),
     ("BodyTooLarge", "413", "The body is too large (counted after decompression)."),
     ("UnsupportedMediaType", "415", "The media type or the compression is not supported."),
     ("Misdirected", "421", "The header `Host` names a host that this server does not serve."),
-    ("Invalid", "422", "The request is invalid; `errors` points to every fault."),
+    ("Invalid", "422", "The request is invalid; `errors` points to every error."),
     ("InvalidPage", "422", "The limit or the cursor is invalid."),
-    ("InvalidQuery", "422", "The query has a parameter that this operation has not, or one twice."),
+    ("InvalidQuery", "422", "The query has an unknown or a repeated parameter."),
     ("TooManyRequests", "429", "The caller makes too many requests; try again after `Retry-After` seconds."),
-    ("Internal", "500", "The fault is on the server's side; nothing was stored."),
-    ("Unavailable", "503", "Busy, or no answer in time; try again after `Retry-After` seconds."),
+    ("Internal", "500", "The server has failed; nothing was stored."),
+    ("Unavailable", "503", "Busy, or no response in time; try again after `Retry-After` seconds."),
 ];
 
 /// Refers to what the layers below a handler may answer, where the handler has not said more about

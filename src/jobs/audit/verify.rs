@@ -14,7 +14,7 @@ use crate::jobs::{
     rows::{Life, Row, Table, Value},
 };
 
-/// Kind of fault.
+/// Kind of the difference.
 #[derive(
     Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize, utoipa::ToSchema,
 )]

@@ -175,7 +175,7 @@ async fn a_key_is_replaced_once_and_does_not_come_back() {
         let told = refusal(&rotate(&old, overlap).await);
         assert!(told.contains(&text(&lost.json()["id"])) && told.contains("rotate"), "{told}");
         let longer = refusal(&patch(&old, json!({"expires_at": later(36_000)})).await);
-        assert!(longer.contains(if overlap == 0 { "ended at" } else { "taken the place" }), "{longer}");
+        assert!(longer.contains(if overlap == 0 { "expired at" } else { "has replaced" }), "{longer}");
         assert_eq!(get(&app, &admin, "/v1/keys").await.json()["items"].as_array().unwrap().len(), listed);
         assert_eq!(get(&app, &secret, "/v1/jobs").await.status, if overlap == 0 { 401 } else { 200 });
         // as long as the first was made to live
@@ -200,7 +200,7 @@ async fn a_key_is_replaced_once_and_does_not_come_back() {
         patch(&place, json!({"expires_at": later(3600)})).await,
         patch(&place, json!({"name": "press 9"})).await,
     ] {
-        assert_eq!(refusal(&answer), format!("The key ended at {ended}, which is for good; make a new one."));
+        assert_eq!(refusal(&answer), format!("The key expired at {ended} for good; create a new one."));
     }
     get(&app, &secret, "/v1/jobs").await.problem(401, "invalid_key");
     app.stop().await;

@@ -108,7 +108,7 @@ async fn traces_are_read_against_either() {
             let bands = answer["traces"][0]["k_bands"].as_array().unwrap();
             let within: Vec<&Value> = bands.iter().map(|band| &band["within"]).collect();
             assert_eq!(within, [&json!(true), &json!(false)], "{answer}");
-            let room = |k: usize| bands[k]["room_um"].as_f64().unwrap();
+            let room = |k: usize| bands[k]["clearance_um"].as_f64().unwrap();
             assert!((room(0) - room(1) - share * 4.0).abs() < 0.4, "{answer}");
         }
         // no band of helices is about the design

@@ -278,7 +278,7 @@ async fn the_next_round_is_compared_with_what_was_entered() {
     assert_eq!(kept["answer"]["predicted_um"].as_array().unwrap().len(), 40);
     for side in ["left", "right"] {
         let change = &kept["answer"]["flanks"][side]["helix_slope_um"];
-        let [low, high] = [0, 1].map(|end: usize| number(&change["beyond_predicted"]["interval_um"][end]));
+        let [low, high] = [0, 1].map(|end: usize| number(&change["difference"]["interval_um"][end]));
         assert!(low <= 0.0 && 0.0 <= high, "{change}");
         assert!(number(&change["change"]["value_um"]).abs() > 5.0, "{change}");
     }
@@ -304,13 +304,13 @@ async fn what_cannot_be_corrected_is_refused() {
     plain.as_object_mut().unwrap().remove("flank");
     made(&app, &format!("{empty}/iterations"), &plain).await;
     let refused = post(&app, &path, &asked()).await;
-    assert!(refused.text.contains("which flank it is of: send `flank` by `PATCH`"), "{}", refused.text);
+    assert!(refused.text.contains("has a flank: send `flank` by `PATCH`"), "{}", refused.text);
     // without axes, and without a gear
     let mut blank = iteration("left", "1", &shape("left", 0.0, 0.0));
     blank.as_object_mut().unwrap().remove("axes");
     made(&app, &format!("{empty}/iterations"), &blank).await;
     assert_eq!(pointers(&app, &path, &asked()).await, ["/sensitivity/machine"]);
-    assert!(post(&app, &path, &asked()).await.text.contains("iteration 2: what `u`, `v`, `z`"));
+    assert!(post(&app, &path, &asked()).await.text.contains("iteration 2: quantity and unit of `u`, `v`, `z`"));
     let bare = job(&app, None).await;
     measure(&app, &bare, "left", "1", &shape("left", 0.0, 0.0)).await;
     let refused = post(&app, &format!("{bare}/correction"), &asked()).await;

@@ -218,16 +218,10 @@ async fn what_cannot_be_imported_is_said_with_line_and_column() {
     let broken = text.replacen("Zahn-Nr.: 1f", "Zahn-Nr.: 1f links / 61  Werte  x= 1\r\nZahn-Nr.: 1f", 1);
     for (content, name, spec, pointer, says) in [
         (broken, "1.mka", None, "/file", "line "),
-        ("what is this".to_owned(), "x.bin", None, "/file", "none of the formats"),
+        ("what is this".to_owned(), "x.bin", None, "/file", "unknown format"),
         (String::new(), "x.mka", None, "/file", "empty"),
-        (text.clone(), "1.mka", Some(json!({"tooth": "7"})), "/spec/tooth", "but those of the left flank of tooth 1"),
-        (
-            text.clone(),
-            "1.mka",
-            Some(json!({"flank": "right"})),
-            "/spec/flank",
-            "but those of the left flank of tooth 1",
-        ),
+        (text.clone(), "1.mka", Some(json!({"tooth": "7"})), "/spec/tooth", "it has the left flank of tooth 1"),
+        (text.clone(), "1.mka", Some(json!({"flank": "right"})), "/spec/flank", "it has the left flank of tooth 1"),
         (text.clone(), "1.mka", Some(json!({"teeth": "7"})), "/spec/teeth", "no such field"),
         (text.clone(), "1.mka", Some(json!({"probe_radius_mm": 1.0})), "/spec/probe_radius_mm", "points"),
         (text.clone(), "1.mka", Some(json!({"component": "1"})), "/spec/component", "REXS"),
@@ -236,7 +230,7 @@ async fn what_cannot_be_imported_is_said_with_line_and_column() {
             "1.mka",
             Some(json!({"evaluation": {"deviation_sign": "clockwise"}})),
             "/spec/evaluation/deviation_sign",
-            "the file says",
+            "the file defines",
         ),
         (axial, "1.mka", None, "/spec/evaluation/direction", "axial"),
     ] {

@@ -185,7 +185,7 @@ async fn what_does_not_conform_is_accepted_with_a_reason_only() {
     let place = format!("{job}/iterations/1");
     let refused = patched(&app, &place, &json!({"decision": "accepted"})).await;
     assert_eq!(refused.pointers(), ["/reason"]);
-    assert!(refused.text.contains("profile_slope_um is outside of -1 … 1 µm by"), "{}", refused.text);
+    assert!(refused.text.contains("profile_slope_um is outside its limits -1.00 … 1.00 µm by"), "{}", refused.text);
     assert_eq!(get(&app, &place).await.get("decision"), None, "nothing was stored");
     ok(&app, &place, &json!({"decision": "rejected"})).await;
     ok(&app, &place, &json!({"decision": "accepted", "reason": "for tests only"})).await;

@@ -51,14 +51,14 @@ async fn a_node_that_is_off_is_named_and_left_out() {
     assert_eq!((&node["index"], &node["row"], &node["column"]), (&json!(46), &json!(6), &json!(4)));
     assert!((number(&node["off"]) - 77.0).abs() < 1.0 && number(&node["off_sigmas"]) > 100.0, "{node}");
     assert_eq!(node["place"], json!([made_u(6), 9.0]));
-    assert_eq!((&params["count"], &params["moves_beyond_interval"]), (&json!(1), &json!(true)));
+    assert_eq!((&params["count"], &params["exceeds_interval"]), (&json!(1), &json!(true)));
     assert!(!params["moved"].as_array().unwrap().is_empty());
     let message = told["message"].as_str().unwrap();
     assert!(message.contains("node 46 (row 6, column 4) by 7") && !message.contains("heavy tails"), "{message}");
 
     // so do the figures of the flank
     let told = warning(&figures["warnings"], "outliers_suspected").unwrap_or_else(|| panic!("{figures}"));
-    assert_eq!(told["params"]["moves_beyond_interval"], json!(true));
+    assert_eq!(told["params"]["exceeds_interval"], json!(true));
     let moved = |name: &str| {
         let all = told["params"]["figures"].as_array().unwrap().clone();
         all.into_iter().find(|one| one["name"] == name).unwrap_or_else(|| panic!("{name}: {told}"))
@@ -132,7 +132,7 @@ async fn what_cannot_be_left_out_is_refused_at_its_place() {
         (json!([{"row": 9, "column": 0}]), "/exclude/0", "9 rows and 7 columns"),
         (json!([1, {"row": 0, "column": 7}]), "/exclude/1", "9 rows and 7 columns"),
         (json!([63]), "/exclude/0", "63 were posted"),
-        (json!([17]), "/exclude/0", "missing or of weight 0"),
+        (json!([17]), "/exclude/0", "missing or has weight 0"),
         (json!([4, {"row": 0, "column": 4}]), "/exclude/1", "already excluded by entry 0"),
         (json!((0..58).filter(|k| *k != 17).collect::<Vec<usize>>()), "/exclude", "5 nodes are left for 6"),
         (json!([-1]), "/exclude/0", "-1"),
@@ -196,7 +196,7 @@ async fn a_dependency_says_whether_it_is_the_basis_or_the_nodes() {
     assert!(!near.is_empty());
     for one in near {
         assert_eq!(one["cause"], "nodes", "{one}");
-        assert!(one["sentence"].as_str().unwrap().contains("over these nodes"), "{one}");
+        assert!(one["sentence"].as_str().unwrap().contains("at these nodes"), "{one}");
     }
     // rows of a matrix have no other basis
     let matrix = json!({"nodes": {"type": "matrix", "x": [[1.0, 1.0], [2.0, 2.01], [3.0, 3.0], [4.0, 4.01]], "y": [1, 2, 3, 5]},

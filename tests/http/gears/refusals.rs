@@ -71,7 +71,7 @@ async fn a_missing_eccentricity_is_told_in_words() {
     let answer = taken(&app, "/v1/gears/pitch", &json!({"gear": twenty(), "readings_um": readings})).await;
     let told =
         answer["runout"]["warnings"].as_array().unwrap().iter().find(|told| told["code"] == "no_eccentricity").unwrap();
-    let why = "no eccentricity: squares of these heights vanish in double precision: choose a smaller unit";
+    let why = "no eccentricity: squares of these heights underflow in double precision: choose a smaller unit";
     assert_eq!(told["message"], why);
     app.stop().await;
 }

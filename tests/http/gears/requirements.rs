@@ -114,10 +114,10 @@ async fn traces_lie_in_a_band_if_some_shift_takes_them_there() {
         let found = bands(trace);
         let [first, last] = room(&request["traces"][trace], upper, |_| -4.5).unwrap();
         assert_eq!(found[0]["within"], json!(true));
-        assert!((number(&found[0]["room_um"]) - (last - first)).abs() < 0.03, "{found:?} {first} {last}");
+        assert!((number(&found[0]["clearance_um"]) - (last - first)).abs() < 0.03, "{found:?} {first} {last}");
         assert!((number(&found[0]["shift_um"]) - 0.5 * (first + last)).abs() < 0.03, "{found:?} {first} {last}");
         assert_eq!(room(&request["traces"][trace], upper, |_| -1.0), None);
-        assert!(found[1]["within"] == json!(false) && number(&found[1]["room_um"]) < 0.0, "{found:?}");
+        assert!(found[1]["within"] == json!(false) && number(&found[1]["clearance_um"]) < 0.0, "{found:?}");
     }
     // a trace that does not reach the ends of the band is not decided
     let mut open = request.clone();

@@ -235,7 +235,7 @@ function figureRows({ result, answer }) {
       predicted: changes?.predicted_um ?? wanted?.[own]?.predicted ?? undefined,
       measured: changes?.measured,
       change: changes?.change,
-      beyond: changes?.beyond_predicted,
+      beyond: changes?.difference,
     });
   }).filter(({ before: had, predicted }) => had !== undefined || predicted !== undefined);
   const { predicted } = result;

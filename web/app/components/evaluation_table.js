@@ -172,7 +172,7 @@ function conformities(trace) {
 }
 
 /** How a trace lies in a band. @param {import("../api/client.js").Schema<"KBandFinding">} found */
-export function bandWords({ band, within, room_um: room }) {
+export function bandWords({ band, within, clearance_um: room }) {
   const number = band + 1;
   if (within === undefined) return t.bandUntold(number);
   return within ? t.bandRoom(number, fmt.value.um(room)) : t.bandLack(number, fmt.value.um(-room));
@@ -248,7 +248,7 @@ function signOf(kind, slope, sign) {
 /** The coarsest class of a trace. @param {EvaluatedTrace} trace */
 function classOf({ class: of }) {
   if (!of) return ABSENT;
-  if (of.beyond && of.beyond.length > 0) return t.beyond;
+  if (of.coarser_than_11 && of.coarser_than_11.length > 0) return t.beyond;
   const classes = [of.slope, of.form, of.total].filter((one) => typeof one === "number");
   return classes.length > 0 ? String(Math.max(...classes)) : ABSENT;
 }

@@ -119,7 +119,7 @@ export function PitchTable({ pitch, tolerances, csvName, of: whose }) {
 /** @param {FlankPitch} of @param {import("../api/client.js").Schema<"ToleranceValues">} [tolerances] @returns {Row[]} */
 export function flankRows(of, tolerances) {
   const flank = of.flank === "left" ? t.leftShort : t.rightShort;
-  const beyond = of.class.beyond ?? [];
+  const beyond = of.class.coarser_than_11 ?? [];
   const row = (/** @type {Partial<Row> & Pick<Row, "key" | "symbol" | "name">} */ own) => ({
     flank,
     value: undefined,
@@ -202,7 +202,7 @@ export function runoutRow(of, tolerances) {
     tooth: undefined,
     tolerance: tolerances?.runout_um,
     class: of.class,
-    beyond: of.beyond_classes,
+    beyond: of.coarser_than_11,
     limits: of.limits_um,
     within: of.within,
     conformity: of.conformity,

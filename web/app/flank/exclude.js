@@ -91,9 +91,9 @@ export function Suspects({ exclusion, fit, unit }) {
   const { columns, excluded } = exclusion;
   if (found.length === 0 && excluded.length === 0) return null;
   const inUnit = (/** @type {number} */ off) => `${fmt.value.deviation(off, unit)}${unit ? ` ${unit}` : ""}`;
-  /** @type {readonly { term: string, value: number, without: number, moves_beyond_interval: boolean }[]} */
+  /** @type {readonly { term: string, value: number, without: number, exceeds_interval: boolean }[]} */
   const coefficients = outliersOf(fit.result.warnings)?.["coefficients"] ?? [];
-  const moved = coefficients.filter((one) => one.moves_beyond_interval);
+  const moved = coefficients.filter((one) => one.exceeds_interval);
   const said = moved.map((one) =>
     t.insteadOf(termSign(one.term), fmt.value.three(one.without), fmt.value.three(one.value)),
   );

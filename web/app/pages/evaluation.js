@@ -113,7 +113,7 @@ function Evaluation({ job, number, record, choice, onDone }) {
       ${h(Facts, {
         items: [
           { name: t.made, value: data(fmt.value.time(record.created_at)) },
-          { name: t.overall, value: data(evaluation.beyond_classes ? ">11" : fmt.value.count(evaluation.class)) },
+          { name: t.overall, value: data(evaluation.coarser_than_11 ? ">11" : fmt.value.count(evaluation.class)) },
           { name: t.signOf, value: t[settings.sign ?? "din"] },
           { name: t.against, value: t[`against_${settings.against ?? "involute"}`] },
           { name: t.level, value: data(`${fmt.value.fixed(100 * (settings.level ?? 0.95), 0)}\u202f%`) },

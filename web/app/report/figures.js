@@ -203,5 +203,5 @@ export function heightsOf({ surface }) {
 /** The coarsest class of an evaluation; 12 stands for what exceeds even class 11. @param {Told} told */
 export function coarsest({ evaluated }) {
   if (!evaluated) return undefined;
-  return evaluated.result.beyond_classes ? 12 : (evaluated.result.class ?? undefined);
+  return evaluated.result.coarser_than_11 ? 12 : (evaluated.result.class ?? undefined);
 }

@@ -69,7 +69,7 @@ browserTest("a correction is asked for, entered, and compared with what was meas
     assert.equal(places(predicted), places(before), `${predicted} beside ${before}`);
     agrees(await cells.nth(3).textContent(), told.measured.value_um);
     agrees(await cells.nth(4).textContent(), told.change.value_um);
-    agrees(await cells.nth(5).textContent(), told.beyond_predicted.value_um);
+    agrees(await cells.nth(5).textContent(), told.difference.value_um);
   }
   const rms = figures.nth(5).locator("td .cell");
   agrees(await rms.nth(0).textContent(), answer.rms_before_um);

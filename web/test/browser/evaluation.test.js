@@ -159,8 +159,8 @@ browserTest("traces are held against the limits and bands that the job asks for"
     assert.equal(narrow.within, false);
     const said = cells.at(-1)?.split("Band 1: ")[1];
     if (wide.within === undefined) assert.match(said ?? "", /^cannot be told/);
-    else agrees(said, wide.room_um);
-    agrees(cells.at(-1)?.split("Band 2: ")[1], -narrow.room_um);
+    else agrees(said, wide.clearance_um);
+    agrees(cells.at(-1)?.split("Band 2: ")[1], -narrow.clearance_um);
   }
   assert.ok(
     traces.some((/** @type {any} */ { k_bands: [wide] }) => wide.within),

@@ -84,7 +84,7 @@ test("bands that are asked for lie where they take the trace, in the sign in whi
       ],
     },
   ];
-  const found = { ...means, k_bands: [{ band: 0, within: false, room_um: -1, shift_um: 3, nearest_mm: [0, 5] }] };
+  const found = { ...means, k_bands: [{ band: 0, within: false, clearance_um: -1, shift_um: 3, nearest_mm: [0, 5] }] };
   const drawn = (/** @type {"left" | "right"} */ flank, /** @type {object} */ settings) => {
     const trace = helix({ flank });
     const all = { k_bands, ...settings };
@@ -118,7 +118,7 @@ test("a band about the design follows its line, whatever the figures are about",
   const found = {
     ...means,
     design_um: [0, 2, 4, 6],
-    k_bands: [{ band: 0, within: true, room_um: 1, shift_um: 0.5, nearest_mm: [0, 5] }],
+    k_bands: [{ band: 0, within: true, clearance_um: 1, shift_um: 0.5, nearest_mm: [0, 5] }],
   };
   const drawn = requiredBands(sheetOf(helix(), found, settings, gear), helix(), found, settings, gear)[0];
   assert.deepEqual(

@@ -12,7 +12,7 @@ use flankfit_numerics::{
 
 /// Constraints on a measurement matrix.
 pub(super) fn of_matrix() -> Faults {
-    Faults::one("constraints", "a measurement matrix is no function of a place: it neither rises nor bends")
+    Faults::one("constraints", "a measurement matrix is not a function of position: it has no slope and no curvature")
 }
 
 /// Coefficients at most: some seconds of work.
@@ -25,8 +25,7 @@ pub(crate) fn check(design: &Design, spec: &FitSpec) -> Result<(), Faults> {
     }
     let mut faults = Faults::default();
     if spec.regularization != Regularization::None {
-        faults
-            .push("regularization", "`constraints` exclude regularisation: leave `regularization` out, or take `none`");
+        faults.push("regularization", "`constraints` exclude regularisation: omit `regularization`, or use `none`");
     }
     if spec.estimator != Estimator::LeastSquares {
         faults.push("estimator", "`constraints` are for the estimator `least_squares`");
@@ -38,10 +37,8 @@ pub(crate) fn check(design: &Design, spec: &FitSpec) -> Result<(), Faults> {
         );
     }
     if spec.errors.is_some() || spec.variance != Variance::Constant {
-        faults.push(
-            "constraints",
-            "`constraints` are for independent errors of one variance: leave `errors` and `variance` out",
-        );
+        faults
+            .push("constraints", "`constraints` need independent errors of one variance: omit `errors` and `variance`");
     }
     let (Basis::Product { u, v }, Some(domain)) = (&design.basis, design.domain) else {
         faults.append(of_matrix());
@@ -50,7 +47,7 @@ pub(crate) fn check(design: &Design, spec: &FitSpec) -> Result<(), Faults> {
     if design.rational.is_some() {
         faults.push(
             "constraints",
-            "derivatives of NURBS are not polynomials in pieces: constraints are for models without weights",
+            "derivatives of NURBS are not piecewise polynomials: constraints need a model without weights",
         );
     }
     let coefficients = design.size();
@@ -69,10 +66,7 @@ pub(crate) fn check(design: &Design, spec: &FitSpec) -> Result<(), Faults> {
                 continue;
             }
             (None, Some(_)) => {
-                faults.push(
-                    format_args!("constraints[{index}].along"),
-                    "missing: a surface rises or bends along u or along v",
-                );
+                faults.push(format_args!("constraints[{index}].along"), "missing: a surface needs `u` or `v`");
                 continue;
             }
             (along, _) => along.unwrap_or(FilterAxis::U),
@@ -94,7 +88,7 @@ pub(crate) fn check(design: &Design, spec: &FitSpec) -> Result<(), Faults> {
             Some((other, ..)) => {
                 faults.push(
                     format_args!("constraints[{index}]"),
-                    format_args!("this is the opposite of constraint {other} (from 0), and the places of both touch"),
+                    format_args!("this is the opposite of constraint {other} (from 0), and their domains touch"),
                 );
             }
             None => sound.push((index, constraint, place)),
@@ -117,7 +111,7 @@ fn checked_domain(index: usize, own: Option<Domain>, whole: Domain, faults: &mut
             faults.push(
                 format_args!("constraints[{index}].domain.{name}"),
                 format_args!(
-                    "[{}, {}] reaches beyond the domain of the fit, [{}, {}]",
+                    "[{}, {}] extends outside the domain of the fit, [{}, {}]",
                     Shown(range[0]),
                     Shown(range[1]),
                     Shown(domain[0]),
@@ -138,9 +132,7 @@ fn check_axis(index: usize, axis: &Axis, name: &'static str, order: usize, range
     if degree < order {
         faults.push(
             format_args!("constraints[{index}]"),
-            format_args!(
-                "along {name} the model has the degree {degree}: derivatives of order {order} are 0 in any case"
-            ),
+            format_args!("the model has degree {degree} along {name}: derivatives of order {order} are always 0"),
         );
         return;
     }
@@ -151,8 +143,8 @@ fn check_axis(index: usize, axis: &Axis, name: &'static str, order: usize, range
             faults.push(
                 format_args!("constraints[{index}]"),
                 format_args!(
-                    "the knot {} stands {}: the derivative below it may jump there, so that the pieces do not say it \
-                     all; it may stand {most}",
+                    "the knot {} occurs {}: the next lower derivative may jump there, so that conditions on the \
+                     pieces are not enough; at most {most} is allowed",
                     Shown(knot),
                     counted(given, "time", "times")
                 ),

@@ -77,7 +77,7 @@ struct Search {
 
 /// Constraints that exclude each other.
 fn exclusive() -> Faults {
-    let message = "no function of the model does all of this and more than just: the constraints exclude each other";
+    let message = "no function of the model meets all of these constraints with a margin: they exclude each other";
     Faults::one("constraints", message)
 }
 

@@ -23,7 +23,7 @@ pub(crate) fn without(nodes: &Nodes, exclude: &[NodeAt]) -> Result<Nodes, Faults
         let found = posted(nodes, *at).and_then(|k| match first.insert(k, entry) {
             Some(before) => Err(format!("this node is already excluded by entry {before}: name it once")),
             None if !counts(nodes, k) => {
-                Err("this node is missing or of weight 0 already: leave it out of the list".to_owned())
+                Err("this node is already missing or has weight 0: omit it from the list".to_owned())
             }
             None => Ok(()),
         });
@@ -59,7 +59,7 @@ fn posted(nodes: &Nodes, at: NodeAt) -> Result<usize, String> {
     match (at, nodes) {
         (NodeAt::Index(k), _) if k < nodes.posted() => Ok(k),
         (NodeAt::Index(_), _) => {
-            Err(format!("there is no such node: {} were posted, numbers count from 0", nodes.posted()))
+            Err(format!("there is no such node: {} were posted, and indices count from 0", nodes.posted()))
         }
         (NodeAt::Cell { row, column }, Nodes::Grid(grid)) => {
             let (rows, columns) = (grid.u.len(), grid.v.len());
@@ -71,7 +71,7 @@ fn posted(nodes: &Nodes, at: NodeAt) -> Result<usize, String> {
             }
         }
         (NodeAt::Cell { .. }, _) => {
-            Err("only the nodes of a grid have a row and a column: give the node's index".to_owned())
+            Err("only nodes of a grid have a row and a column: give the index of the node".to_owned())
         }
     }
 }

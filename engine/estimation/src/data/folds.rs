@@ -7,7 +7,7 @@ use crate::spec::{Folds, FoldsBy};
 use flankfit_numerics::check::Faults;
 
 /// Message for blocks that nothing is done with.
-pub(crate) const UNUSED: &str = "nothing is cross-validated here: ask for the criterion blocked_cv, or for a selection";
+pub(crate) const UNUSED: &str = "nothing is cross-validated here: use the criterion `blocked_cv`, or a selection";
 
 /// Default number of blocks.
 const DEFAULT_COUNT: usize = 10;
@@ -39,8 +39,7 @@ impl Partition {
             (FoldsBy::Lines(line), _) => {
                 if line.len() != nodes.posted() {
                     let (given, nodes) = (line.len(), nodes.posted());
-                    let message =
-                        format_args!("{given} numbers of lines for {nodes} nodes: give one for each node posted");
+                    let message = format_args!("{given} line numbers for {nodes} nodes: give one for each posted node");
                     return Err(Faults::one("folds.line", message));
                 }
                 let of = |k: usize| line[sample.posted(k)];
@@ -53,14 +52,11 @@ impl Partition {
             return Err(match folds.count {
                 Some(_) => Faults::one(
                     "folds.count",
-                    format_args!("{count} is no number of blocks for {rows} {of}: at least 2, at most one for each"),
+                    format_args!("{count} blocks for {rows} {of}: at least 2 and at most one for each are possible"),
                 ),
                 None => Faults::one(
                     "folds.by",
-                    format_args!(
-                        "the counted nodes lie in fewer than two {of}, of which the blocks of a cross-validation are \
-                         made"
-                    ),
+                    format_args!("the counted nodes lie in fewer than two {of}: cross-validation needs at least two"),
                 ),
             });
         }

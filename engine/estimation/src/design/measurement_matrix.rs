@@ -92,8 +92,8 @@ pub(super) fn too_many(n: usize, path: &str) -> Result<(), Faults> {
     Err(Faults::one(
         path,
         format_args!(
-            "{} coefficients are more than the {MOST_COEFFICIENTS} that a fit may have: take fewer",
-            count.map_or("so many".to_owned(), |count| count.to_string())
+            "a fit has at most {MOST_COEFFICIENTS} coefficients, this model has {}: use fewer",
+            count.map_or("more".to_owned(), |count| count.to_string())
         ),
     ))
 }

@@ -19,7 +19,7 @@ use flankfit_geometry::{Mapping, polynomial::Family};
 use flankfit_numerics::check::Faults;
 
 /// Messages for a matrix with another model, and for other nodes with a linear one.
-pub(crate) const MATRIX_TAKES_LINEAR: &str = "nodes of type `matrix` take the model `linear`";
+pub(crate) const MATRIX_TAKES_LINEAR: &str = "nodes of type `matrix` need the model `linear`";
 const LINEAR_IS_FOR_MATRIX: &str = "`linear` is for nodes of type `matrix`";
 
 /// Nodes of which none counts.
@@ -41,7 +41,7 @@ impl Design {
         if sample.count() == 0 {
             return Err(match spec.exclude.is_empty() {
                 true => none_counts(nodes),
-                false => Faults::one("exclude", "no node is left: leave fewer out"),
+                false => Faults::one("exclude", "no node is left: exclude fewer"),
             });
         }
         let design = match (&spec.model, nodes) {
@@ -63,7 +63,7 @@ impl Design {
         if n > m {
             if !spec.exclude.is_empty() {
                 let message =
-                    format_args!("{m} nodes are left for {n} coefficients: leave fewer out, or lower the degree");
+                    format_args!("{m} nodes are left for {n} coefficients: exclude fewer, or lower the degree");
                 return Err(Faults::one("exclude", message));
             }
             let path = if matches!(spec.model, Model::Linear) { "nodes.x" } else { "model.degree" };
@@ -99,7 +99,7 @@ pub(crate) fn product_on(
         (Degree::Both(p), false) => (p, 0),
         (Degree::Each(p, q), true) => (p, q),
         (Degree::Each(..), false) => {
-            return Err(Faults::one("model.degree", "a curve has one degree, not one for each of two axes"));
+            return Err(Faults::one("model.degree", "a curve has one degree, not two"));
         }
     };
     if p.saturating_add(1).saturating_mul(q.saturating_add(1)) > 4 * MOST_COEFFICIENTS * MOST_COEFFICIENTS {
@@ -109,7 +109,7 @@ pub(crate) fn product_on(
     let (u, v, part, letter) = match model {
         Model::Polynomial { basis, terms, .. } => {
             if *terms == Terms::Total && surface && p != q {
-                return Err(Faults::one("model.degree", "total degree wants one degree, not two different ones"));
+                return Err(Faults::one("model.degree", "a total degree is one number, not two different ones"));
             }
             let axis = |domain: [f64; 2], bounds: [f64; 2], degree: usize| Axis::Polynomial {
                 family: match basis {
@@ -214,9 +214,9 @@ fn check_terms(listed: &[[usize; 2]], (p, q): (usize, usize), surface: bool) -> 
         let missing = [i.checked_sub(1).map(|i| [i, j]), j.checked_sub(1).map(|j| [i, j])];
         let missing = missing.into_iter().flatten().find(|divisor| !all.contains(divisor));
         if i > p || j > q {
-            faults.push(format_args!("model.terms[{k}]"), format_args!("[{i}, {j}] is beyond the degrees [{p}, {q}]"));
+            faults.push(format_args!("model.terms[{k}]"), format_args!("[{i}, {j}] exceeds the degrees [{p}, {q}]"));
         } else if !seen.insert([i, j]) {
-            faults.push(format_args!("model.terms[{k}]"), format_args!("[{i}, {j}] is listed before"));
+            faults.push(format_args!("model.terms[{k}]"), format_args!("[{i}, {j}] is listed twice"));
         } else if let Some(divisor) = missing {
             faults.push(
                 format_args!("model.terms[{k}]"),

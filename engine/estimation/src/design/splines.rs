@@ -47,7 +47,7 @@ pub(crate) fn splines(
             return Err(Faults::one("model.spans", "a curve has one number of spans"));
         }
         (Knots::Curve(_), true) => {
-            return Err(Faults::one("model.knots", "a surface wants two knot vectors, one for u and one for v"));
+            return Err(Faults::one("model.knots", "a surface needs two knot vectors, one for u and one for v"));
         }
         (Knots::Surface(..), false) => return Err(Faults::one("model.knots", "a curve has one knot vector")),
     };

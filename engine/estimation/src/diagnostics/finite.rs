@@ -40,7 +40,7 @@ impl Dropped {
 
 /// Error for a fit whose results exceed double precision.
 pub fn beyond() -> FitError {
-    let message = "figures of this fit leave the range of double precision: choose another unit or basis";
+    let message = "results of this fit exceed the range of double precision: choose another unit or basis";
     FitError::BeyondDouble(Faults::one("nodes", message))
 }
 
@@ -178,14 +178,14 @@ pub fn checked(mut result: FitResult) -> Result<FitResult, FitError> {
     look_at_parts(&mut result, &mut dropped);
     dropped.warn(&mut result.warnings);
     if !all(&result.spectrum.regularized.eigenvalues) {
-        let message = "λ* lifts an eigenvalue beyond the range of double precision";
+        let message = "λ* raises an eigenvalue above the range of double precision";
         return Err(FitError::BeyondDouble(Faults::one("regularization", message)));
     }
     if result.robust.as_ref().is_some_and(|r| {
         !(r.scale.is_none_or(f64::is_finite) && r.objective.is_finite() && r.weights.iter().all(|weights| all(weights)))
     }) {
         let message =
-            "scale or sum of this estimator leave the range of double precision: choose another scale or unit";
+            "scale or sum of this estimator exceed the range of double precision: choose another scale or unit";
         return Err(FitError::BeyondDouble(Faults::one("estimator", message)));
     }
     let residuals = &result.residuals;

@@ -15,9 +15,9 @@ pub(crate) fn columns_within_range(design: &Design, caller: &DMatrix<Dd>) -> Res
             return Err(Faults::one(
                 "nodes",
                 format_args!(
-                    "the column of {label} (weights included) is about {largest:.0e} long, whose square leaves the \
-                     range of double precision: choose another unit or basis; weights are relative and may be divided \
-                     by their largest"
+                    "the column of {label} (weights included) is about {largest:.0e} long, whose square exceeds the \
+                     range of double precision: choose another unit or basis; weights are relative and may be \
+                     divided by their largest"
                 ),
             ));
         }
@@ -28,9 +28,9 @@ pub(crate) fn columns_within_range(design: &Design, caller: &DMatrix<Dd>) -> Res
 /// Squares of heights are summed: they must neither overflow nor vanish.
 pub(crate) fn within_range(list: &str, heights: &Heights) -> Result<(), FitError> {
     let message = if !(heights.about_zero.is_finite() && heights.weight.is_finite()) {
-        "squares of these heights leave the range of double precision: choose a larger unit"
+        "squares of these heights exceed the range of double precision: choose a larger unit"
     } else if heights.about_zero < 1e-280 && heights.largest_plain > 0.0 {
-        "squares of these heights vanish in double precision: choose a smaller unit"
+        "squares of these heights underflow in double precision: choose a smaller unit"
     } else {
         return Ok(());
     };

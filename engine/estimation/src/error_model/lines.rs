@@ -140,7 +140,10 @@ pub(crate) fn few_neighbours(pairs: usize, least: usize) -> String {
             counted(pairs, "pair of neighbours is", "pairs of neighbours are")
         ),
     };
-    format!("{known}, so nothing tells how neighbours correlate: take the other axis or order, or tell the parameters")
+    format!(
+        "{known}, so the correlation of neighbours cannot be estimated: use the other axis or order, or give the \
+        parameters"
+    )
 }
 
 /// Message for lines too short for what two parameters differ in.
@@ -153,8 +156,8 @@ pub(crate) fn short_lines(found: usize, least: usize) -> String {
         ),
     };
     format!(
-        "{known}, so nothing tells the two parameters of these errors apart: take ar1, the other axis or order, or \
-         tell the parameters"
+        "{known}, so the two parameters of these errors cannot be estimated: use `ar1`, the other axis or order, or \
+         give the parameters"
     )
 }
 

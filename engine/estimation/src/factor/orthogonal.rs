@@ -67,7 +67,7 @@ pub(crate) struct Factor {
 /// Error for squares above the range of double.
 pub(crate) fn squares_beyond() -> Faults {
     let message =
-        "powers or squares of these numbers leave the range of double precision: choose another unit or basis";
+        "powers or squares of these numbers exceed the range of double precision: choose another unit or basis";
     Faults::one("nodes", message)
 }
 

@@ -142,8 +142,8 @@ fn moved(one: &Coefficient, other: &FitResult) -> Option<MovedCoefficient> {
     let without = other.coefficients.iter().find(|other| other.key == one.key)?;
     let half_width = without.interval.as_ref().map(|interval| 0.5 * (interval.ends[1] - interval.ends[0]));
     let (value, without) = (one.value, without.value);
-    let moves_beyond_interval = half_width.is_some_and(|half| (value - without).abs() > half);
-    Some(MovedCoefficient { term: one.term.clone(), value, without, half_width, moves_beyond_interval })
+    let exceeds_interval = half_width.is_some_and(|half| (value - without).abs() > half);
+    Some(MovedCoefficient { term: one.term.clone(), value, without, half_width, exceeds_interval })
 }
 
 /// Fits the requested model, or the selected one.

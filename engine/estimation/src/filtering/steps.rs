@@ -159,7 +159,7 @@ pub(super) fn apply(nodes: &Nodes, filters: &[Filter]) -> Result<Applied, Faults
         if (0..z.len()).any(|i| present[i] && !z[i].is_finite()) {
             return Err(Faults::one(
                 format_args!("filters[{at}]"),
-                "the filtered heights leave the range of double precision: choose another unit",
+                "the filtered heights exceed the range of double precision: choose another unit",
             ));
         }
         let moved = (0..z.len()).filter(|&i| present[i] && z[i] != before[i]).map(|i| (z[i] - before[i]).abs());
@@ -251,13 +251,13 @@ fn check(nodes: &Nodes, filters: &[Filter]) -> Result<(), Faults> {
             (Nodes::Scattered(_), _) => faults.push(
                 format_args!("filters[{k}].type"),
                 format_args!(
-                    "scattered nodes lie on no lines along which `{}` could run; send a grid or a curve",
+                    "scattered nodes have no lines for the filter `{}`; send a grid or a curve",
                     filter.name()
                 ),
             ),
             (Nodes::Matrix(_), Filter::Gaussian(_) | Filter::Spline(_)) => faults.push(
                 format_args!("filters[{k}].type"),
-                format_args!("a measurement matrix has no axis along which `{}` could run", filter.name()),
+                format_args!("a measurement matrix has no axis for the filter `{}`", filter.name()),
             ),
             (Nodes::Matrix(_), Filter::Hampel(Hampel { axis: Some(_), .. })) => {
                 faults.push(
@@ -293,7 +293,7 @@ fn check_window(nodes: &Nodes, hampel: &Hampel, path: &str, faults: &mut Faults)
     let square = matches!(nodes, Nodes::Grid(_)) && hampel.axis.is_none();
     let window = if square { hampel.window.saturating_mul(hampel.window) } else { hampel.window };
     if nodes.posted().saturating_mul(window.min(nodes.posted())) > MOST_WINDOWED {
-        faults.push(path, format_args!("windows of {window} nodes around {} nodes are too much work", nodes.posted()));
+        faults.push(path, format_args!("windows of {window} nodes around {} nodes take too long", nodes.posted()));
     }
 }
 
@@ -309,9 +309,8 @@ fn check_gaussian(nodes: &Nodes, gaussian: &Gaussian, path: &str, faults: &mut F
         faults.push(
             path,
             format_args!(
-                "the windows hold {products} nodes all together, more than the {most} that this filter may have; \
-                 choose a shorter cut-off, thin the nodes out, or take `spline`, whose work does not grow with the \
-                 cut-off"
+                "the windows have {products} nodes in all, and this filter allows {most}; use a shorter cut-off, \
+                 fewer nodes, or `spline`, whose work does not grow with the cut-off"
             ),
         );
     }
@@ -324,7 +323,7 @@ fn check_cutoff(lines: &Lines, cutoff: f64, path: &str, faults: &mut Faults) -> 
         faults.push(
             path,
             format_args!(
-                "{} is not longer than twice the closest spacing {}: no wave so short can be seen there",
+                "{} is not longer than twice the closest spacing {}: shorter waves cannot be resolved",
                 Shown(cutoff),
                 Shown(closest)
             ),

@@ -12,8 +12,8 @@ use flankfit_numerics::{
 };
 
 /// Messages for an estimator together with a model of the errors, and for earlier iterations.
-pub(super) const OWN_MODEL: &str = "a model of the errors is for least squares: this estimator has one of its own";
-pub(super) const CHAIN: &str = "earlier iterations are weighed with independent errors of one variance";
+pub(super) const OWN_MODEL: &str = "a model of the errors needs least squares: this estimator has its own";
+pub(super) const CHAIN: &str = "earlier iterations are weighted with independent errors of one variance";
 
 /// A list with another number of entries than posted nodes.
 fn per_node(given: usize, nodes: &Nodes) -> String {
@@ -22,7 +22,7 @@ fn per_node(given: usize, nodes: &Nodes) -> String {
 
 /// Nodes without the coordinate that the variance is to be a power of.
 fn no_coordinate(nodes: &str) -> String {
-    format!("{nodes} have no such coordinate, of which the variance could be a power: take groups or hc3")
+    format!("{nodes} have no such coordinate for a power of the variance: use groups or hc3")
 }
 
 /// Refuses combinations that exclude each other or do not suit the nodes.
@@ -36,10 +36,10 @@ pub(super) fn check(nodes: &Nodes, spec: &FitSpec) -> Result<(), Faults> {
     }
     if let Some(errors) = &spec.errors {
         if spec.regularization.criterion().is_some_and(Criterion::is_nodewise) {
-            faults.push(criterion_path(spec), "press and blocked_cv need independent nodes: take another criterion");
+            faults.push(criterion_path(spec), "press and blocked_cv need independent nodes: use another criterion");
         }
         if spec.scaling == Scaling::Standardized {
-            faults.push("scaling", "white rows have no means to be centred by");
+            faults.push("scaling", "whitened rows cannot be centred by their means");
         }
         if spec.variance != Variance::Constant {
             faults.push("variance", "either correlated errors or unequal variances, not both");
@@ -48,7 +48,7 @@ pub(super) fn check(nodes: &Nodes, spec: &FitSpec) -> Result<(), Faults> {
         check_parameters(&errors.correlation, &mut faults);
     }
     if spec.variance != Variance::Constant && spec.noise_sigma.is_some() {
-        faults.push("noise_sigma", "variances are estimated from the residuals: leave out the given σ");
+        faults.push("noise_sigma", "variances are estimated from the residuals: omit the given σ");
     }
     if let Variance::Groups(groups) = &spec.variance
         && groups.len() != nodes.posted()
@@ -90,12 +90,12 @@ fn check_lines(nodes: &Nodes, errors: &Errors, faults: &mut Faults) {
     match (nodes, errors.along) {
         (Nodes::Grid(_), Along::Order) => faults.push(
             "errors.along",
-            "the nodes of a grid lie on lines along u and along v: say which of them were scanned",
+            "the nodes of a grid lie on lines along u and along v: give the direction of the scan",
         ),
         (Nodes::Curve(_) | Nodes::Scattered(_) | Nodes::Matrix(_), along @ (Along::U | Along::V)) => {
             faults.push(
                 "errors.along",
-                format_args!("only the nodes of a grid lie on lines along {}: take the order", along.name()),
+                format_args!("only nodes of a grid lie on lines along {}: use `order`", along.name()),
             );
         }
         _ => {}
@@ -116,7 +116,7 @@ fn check_parameters(correlation: &Correlation, faults: &mut Faults) {
         Correlation::Ar1 { rho: Some(rho) } if !(rho.abs() < 1.0) => {
             faults.push(
                 "errors.parameters.rho",
-                format_args!("{} is no correlation of neighbours: above -1 and below 1", Shown(rho)),
+                format_args!("{} is not a correlation: it must be above -1 and below 1", Shown(rho)),
             );
         }
         Correlation::Ar2 { phi: Some([a, b]) } if !(b > -1.0 && b < 1.0 - a.abs()) => {
@@ -129,13 +129,13 @@ fn check_parameters(correlation: &Correlation, faults: &mut Faults) {
             if !(length > 0.0 && length.is_finite()) {
                 faults.push(
                     "errors.parameters.length",
-                    format_args!("{} is no length: above 0 and finite", Shown(length)),
+                    format_args!("{} is not a length: it must be above 0 and finite", Shown(length)),
                 );
             }
             if !(0.0..1.0).contains(&nugget) {
                 faults.push(
                     "errors.parameters.nugget",
-                    format_args!("{} is no share: at least 0 and below 1", Shown(nugget)),
+                    format_args!("{} is not a share: it must be at least 0 and below 1", Shown(nugget)),
                 );
             }
         }

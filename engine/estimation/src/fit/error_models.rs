@@ -54,7 +54,7 @@ const OPEN_POWER: &str = "the residuals determine no power between -6 and 6";
 
 /// More nodes or coefficients than a model of the errors takes.
 pub(super) fn too_large(nodes: usize, coefficients: usize) -> String {
-    format!("{nodes} nodes with {coefficients} coefficients are too much work for this model of the errors")
+    format!("this model of the errors takes too long for {nodes} nodes and {coefficients} coefficients")
 }
 
 /// Error for residuals that determine no correlation.
@@ -111,7 +111,7 @@ fn fit_checked(nodes: &Nodes, sample: &Sample, spec: &FitSpec) -> Result<FitResu
     if places > most {
         return Err(Faults::one(
             "predict.at",
-            format_args!("{places} places, more than the {most} that a fit of this size may be asked for"),
+            format_args!("{places} places; a fit of this size allows at most {most}"),
         )
         .into());
     }
@@ -135,7 +135,7 @@ fn fit_checked(nodes: &Nodes, sample: &Sample, spec: &FitSpec) -> Result<FitResu
     if !told && factor.rss == 0.0 {
         return Err(Faults::one(
             field,
-            "the model fits every height exactly, so the errors cannot be estimated: leave this out",
+            "the model fits every height exactly, so the errors cannot be estimated: omit this",
         )
         .into());
     }
@@ -337,9 +337,7 @@ impl Plain<'_> {
         if count > most {
             return Err(Faults::one(
                 "variance",
-                format_args!(
-                    "{count} groups, but a fit with so many coefficients estimates the variances of up to {most}"
-                ),
+                format_args!("{count} groups; a fit with so many coefficients allows at most {most}"),
             )
             .into());
         }
@@ -386,8 +384,8 @@ impl Plain<'_> {
                 if ends[1] - ends[0] <= LEVEL {
                     return Err(Faults::one(
                         "variance.power_of",
-                        "the coordinate is the same at every node, so no power of it can be estimated: take another, \
-                         groups or hc3",
+                        "the coordinate is the same at every node, so no power of it can be estimated: use another \
+                         one, groups or hc3",
                     )
                     .into());
                 }

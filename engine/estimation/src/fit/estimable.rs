@@ -133,7 +133,7 @@ fn digits_of_weights(size: f64, half: f64) -> i32 {
 /// The sum in words.
 fn sentence(terms: &[String], weights: &[f64], digits: i32, value: f64, interval: Option<(f64, f64)>) -> String {
     let half = interval.map(|(half, _)| half);
-    let mut text = String::from("cannot be separated, but a sum is known: ");
+    let mut text = String::from("cannot be separated, but this sum is determined: ");
     text.insert_str(0, &format!("the coefficients of {} ", listed(terms)));
     for (k, (term, weight)) in terms.iter().zip(weights).take(NAMED).enumerate() {
         let sign = match (k, *weight < 0.0) {

@@ -27,17 +27,17 @@ use flankfit_numerics::{check::Faults, distribution::chi_squared};
 /// Reason why the positions of these nodes are taken as exact.
 fn unsuited(nodes: &Nodes, spec: &FitSpec, uncertainty: NodeUncertainty) -> Option<&'static str> {
     if matches!(nodes, Nodes::Matrix(_)) {
-        Some("the columns of a measurement matrix have no positions that could be off")
+        Some("the columns of a measurement matrix have no positions")
     } else if !(uncertainty.height > 0.0) {
-        Some("where the surface is level positions explain no height: give the uncertainty of the heights too")
+        Some("positions have no effect where the surface is level: give the uncertainty of the heights too")
     } else if spec.estimator != Estimator::LeastSquares {
         Some(OWN_MODEL)
     } else if matches!(spec.prior, Some(Prior::Iterations(_))) {
         Some(CHAIN)
     } else if spec.folds.is_some() {
-        Some("a fit that leaves out blocks of nodes takes positions as exact: leave one of both out")
+        Some("cross-validation by blocks treats positions as exact: omit one of the two")
     } else if !spec.constraints.is_empty() {
-        Some("a fit with constraints takes positions as exact: leave one of both out")
+        Some("a fit with constraints treats positions as exact: omit one of the two")
     } else {
         None
     }
@@ -64,8 +64,8 @@ pub(super) fn fit_positions(nodes: &Nodes, sample: &Sample, spec: &FitSpec) -> R
     let factor = Factor::new(&design, sample)?;
     let Some(working) = &factor.working else {
         return refused(
-            "the columns depend on each other over these nodes, and positions are then taken as exact: take fewer \
-             terms, or leave this out",
+            "the columns are linearly dependent at these nodes, and positions are then treated as exact: use fewer \
+             terms, or omit this",
         );
     };
     let kind = uncertainty.kind.unwrap_or_default();

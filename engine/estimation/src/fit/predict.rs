@@ -30,7 +30,7 @@ pub(crate) fn check(design: &Design, spec: &FitSpec) -> Result<(), Faults> {
     let mut faults = Faults::default();
     let mut level = |path: &str, level: f64| {
         if !(level > 0.5 && level < 1.0) {
-            faults.push(path, format_args!("{} is not a level: above 0.5 and below 1", Shown(level)));
+            faults.push(path, format_args!("{} is not a level: it must be above 0.5 and below 1", Shown(level)));
         }
     };
     level("level", spec.level);
@@ -66,24 +66,20 @@ fn unsuited(design: &Design, spec: &FitSpec, asked: &Predict) -> Option<String> 
     let said = |message: &str| Some(message.to_owned());
     match (design.domain, at) {
         (None, Places::Curve(_) | Places::Points { .. } | Places::Grid { .. }) => {
-            said("a measurement matrix has no places: it is asked for at rows of its columns")
+            said("a measurement matrix has no places: give rows with its columns")
         }
-        (Some(_), Places::Rows(_)) => {
-            said("rows of columns are those of a measurement matrix: a curve or a surface is asked for at places")
-        }
+        (Some(_), Places::Rows(_)) => said("rows are for a measurement matrix: give places of the curve or surface"),
         (Some(Domain { v: None, .. }), Places::Points { .. } | Places::Grid { .. }) => {
-            said("a curve is asked for at abscissae, not at points of a surface")
+            said("a curve needs abscissae, not points of a surface")
         }
         (Some(Domain { v: Some(_), .. }), Places::Curve(_)) => {
-            said("a surface is asked for at points or on a grid, not at abscissae of a curve")
+            said("a surface needs points or a grid, not abscissae of a curve")
         }
         (_, Places::Points { u, v }) if u.len() != v.len() => {
-            Some(format!("{} abscissae along u and {} along v make no points: give as many of each", u.len(), v.len()))
+            Some(format!("{} abscissae along u and {} along v: give equal numbers", u.len(), v.len()))
         }
         _ if places == 0 => said("there are no places"),
-        _ if places > most => {
-            Some(format!("{places} places, more than the {most} that a fit of this size may be asked for"))
-        }
+        _ if places > most => Some(format!("{places} places; a fit of this size allows at most {most}")),
         _ => None,
     }
 }

@@ -56,7 +56,7 @@ pub enum Stop {
     MostControls,
     /// No span that misses the tolerance can take a knot: it has too few parameters, or with a knot
     /// the curve oscillates between the points.
-    NoRoom,
+    TooFewPoints,
     /// The greatest number of rounds is reached.
     MostSteps,
 }
@@ -95,13 +95,13 @@ pub(super) fn place(trial: &Trial, asked: &Adaptive, domain: [f64; 2]) -> Result
             (Ok(fitted), _) => fitted,
             // knots that cannot be fitted cannot be taken
             (Err(_), Some(_)) => {
-                stop = Stop::NoRoom;
+                stop = Stop::TooFewPoints;
                 break;
             }
             (Err(error), None) => return Err(error),
         };
         if round > 0 && swing.out(&trial.shape(&fitted)?) > WILD {
-            stop = Stop::NoRoom;
+            stop = Stop::TooFewPoints;
             break;
         }
         let (max_error, rms_error) = summary(&fitted.errors);
@@ -115,7 +115,7 @@ pub(super) fn place(trial: &Trial, asked: &Adaptive, domain: [f64; 2]) -> Result
         } else {
             let next = refined(trial, asked, &basis, &fitted, &sorted, room);
             if next.is_none() {
-                stop = Stop::NoRoom;
+                stop = Stop::TooFewPoints;
             }
             next
         };

@@ -119,8 +119,7 @@ pub fn curve(points: &CurvePoints, asked: &CurveSettings) -> Result<CurveFit, Fi
         KnotPlacement::Averaged { controls } => {
             if *controls > counted.len() {
                 let points = counted.len();
-                let message =
-                    format_args!("{controls} control points cannot be determined from so few points, {points}");
+                let message = format_args!("{controls} control points cannot be determined from {points} points");
                 return Err(Faults::one("method.control_count", message).into());
             }
             let knots = averaging_least_squares(asked.degree, &counted, *controls)
@@ -146,7 +145,7 @@ pub fn curve(points: &CurvePoints, asked: &CurveSettings) -> Result<CurveFit, Fi
 
 fn check(points: &CurvePoints, asked: &CurveSettings) -> Result<Dimension, Faults> {
     let Some(dimension) = Dimension::of(points.coordinates.len()) else {
-        return Err(Faults::one("points", "one, two or three coordinates make a curve"));
+        return Err(Faults::one("points", "a curve has one, two or three coordinates"));
     };
     let mut faults = Faults::default();
     let count = points.coordinates[0].len();
@@ -159,7 +158,7 @@ fn check(points: &CurvePoints, asked: &CurveSettings) -> Result<Dimension, Fault
         }
     }
     if dimension == Dimension::Graph && matches!(points.parameters, Parameters::By(_)) {
-        faults.push("points.parametrization", "a graph y(x) has x for its parameter");
+        faults.push("points.parametrization", "the parameter of a graph y(x) is x");
     }
     if let Parameters::Given(given) = points.parameters
         && given.len() != count

@@ -108,7 +108,7 @@ pub fn surface(points: &SurfacePoints, spec: &FitSpec, include: SurfaceInclude) 
         return Err(Faults::one(
             "model",
             format_args!(
-                "{n} coefficients cannot be determined from {} counted nodes: take fewer spans, or ask for `tikhonov`",
+                "{n} coefficients cannot be determined from {} counted nodes: use fewer spans, or `tikhonov`",
                 system.cells.count()
             ),
         )
@@ -142,7 +142,7 @@ pub fn surface(points: &SurfacePoints, spec: &FitSpec, include: SurfaceInclude) 
 
 /// A big surface of another model.
 fn no_b_spline() -> Faults {
-    Faults::one("model.type", "big surfaces are of type `b_spline`")
+    Faults::one("model.type", "surfaces with so many coefficients must be of type `b_spline`")
 }
 
 /// Places errors of the weight of a penalty.
@@ -155,24 +155,24 @@ fn check_spec(spec: &FitSpec) -> Result<(), Faults> {
     let mut faults = Faults::default();
     match &spec.model {
         Model::BSpline { weights: None, .. } => {}
-        Model::BSpline { .. } => faults.push("model.weights", "big surfaces are B-splines without weights"),
+        Model::BSpline { .. } => faults.push("model.weights", "surfaces with so many coefficients have no weights"),
         _ => faults.append(no_b_spline()),
     }
     if spec.estimator != Estimator::LeastSquares {
-        faults.push("estimator", "big surfaces are fitted by least squares");
+        faults.push("estimator", "surfaces with so many coefficients are fitted by least squares");
     }
     if !spec.filters.is_empty() {
         faults.push("filters", "filters are for nodes in lines, not for scattered ones");
     }
     requested_models(spec).for_each(|path| faults.push(path, WHITE_ONLY));
     if spec.scaling == Scaling::Standardized {
-        faults.push("scaling", "B-splines have no constant to centre by: take `unit_length` or `none`");
+        faults.push("scaling", "B-splines have no constant column: use `unit_length` or `none`");
     }
     if spec.node_uncertainty.is_some() {
-        faults.push("node_uncertainty", "big surfaces have no perturbation bounds");
+        faults.push("node_uncertainty", "surfaces with so many coefficients have no perturbation bounds");
     }
     if spec.coefficient_norm_limit.is_some() {
-        faults.push("coefficient_norm_limit", "big surfaces have no bias bounds");
+        faults.push("coefficient_norm_limit", "surfaces with so many coefficients have no bias bounds");
     }
     if spec.noise_sigma.is_some_and(|s| !(s > 0.0 && s.is_finite())) {
         faults.push("noise_sigma", "σ is a finite number greater than 0");
@@ -191,7 +191,7 @@ fn check_spec(spec: &FitSpec) -> Result<(), Faults> {
         }
         _ => faults.push(
             "regularization.type",
-            "with so many coefficients there is no spectrum: take `none`, `ridge` or `tikhonov`",
+            "with so many coefficients there is no spectrum: use `none`, `ridge` or `tikhonov`",
         ),
     }
     faults.into_result(())
@@ -216,7 +216,7 @@ fn check_points(points: &SurfacePoints) -> Result<(), Faults> {
         .chain(points.weight.map(|w| ("weight", w)));
     for (list, numbers) in parts {
         if numbers.len() != m {
-            faults.push(format_args!("nodes.{list}"), format_args!("{}, but u asks for {m}", entries(numbers.len())));
+            faults.push(format_args!("nodes.{list}"), format_args!("{}, but u needs {m}", entries(numbers.len())));
         }
         for (k, x) in numbers.iter().enumerate().filter(|(_, x)| !x.is_finite()) {
             faults.push(format_args!("nodes.{list}[{k}]"), format_args!("{x} is not a finite number"));
@@ -237,7 +237,13 @@ fn bases(points: &SurfacePoints, spec: &FitSpec) -> Result<[BSplineBasis; 2], Fa
         Degree::Each(p, q) => (*p, *q),
     };
     if p.max(q) > HIGHEST_DEGREE {
-        return Err(Faults::one("model.degree", format_args!("big surfaces have degrees up to {HIGHEST_DEGREE}")));
+        return Err(Faults::one(
+            "model.degree",
+            format_args!(
+                "surfaces with so many coefficients have degrees up to \
+            {HIGHEST_DEGREE}"
+            ),
+        ));
     }
     // nodes of weight 0 say nothing, of the domain neither
     let counts = |k: usize| points.weight.is_none_or(|w| w[k] > 0.0);
@@ -257,7 +263,7 @@ fn bases(points: &SurfacePoints, spec: &FitSpec) -> Result<[BSplineBasis; 2], Fa
     }
     let domains = (u.unwrap_or_else(|| span(points.u)), v.unwrap_or_else(|| span(points.v)));
     let (Axis::Spline(along), Axis::Spline(across)) = splines(knots, (p, q), true, domains)? else {
-        return Err(Faults::one("model.knots", "a surface wants knots for u and for v"));
+        return Err(Faults::one("model.knots", "a surface needs knots for u and for v"));
     };
     for (list, places, basis) in [("u", points.u, &along), ("v", points.v, &across)] {
         let (low, high) = basis.domain();
@@ -279,7 +285,7 @@ fn check_size(bases: &[BSplineBasis; 2]) -> Result<(), Faults> {
     if n > MOST_COEFFICIENTS || n.saturating_mul(width + 1) > MOST_NUMBERS || operations > MOST_OPERATIONS {
         return Err(Faults::one(
             "model",
-            format_args!("{n} coefficients with a band of {width} are more than a fit may have: take fewer spans"),
+            format_args!("{n} coefficients with a band of {width} are too many: use fewer spans"),
         ));
     }
     Ok(())

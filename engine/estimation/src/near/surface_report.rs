@@ -145,14 +145,14 @@ impl Problem<'_> {
             let in_row = |r: &usize| columns.iter().map(|s| nodes[r * across + s]).sum::<usize>();
             let count: usize = rows.iter().map(in_row).sum();
             let mend = match penalised {
-                true => "the penalty leaves it open too: take a lower order or fewer spans",
-                false => "take fewer spans there, measure more nodes, or ask for `tikhonov`",
+                true => "the penalty does not determine it either; use a lower order or fewer spans",
+                false => "use fewer spans there, measure more nodes, or use `tikhonov`",
             };
             faults.push(
                 "model",
                 format_args!(
-                    "the coefficient of B{i}(u)*B{j}(v), which lives on u from {a} to {b} and v from {c} to {d}, is \
-                     not determined by the {count} nodes there: {mend}"
+                    "the coefficient of B{i}(u)*B{j}(v), which is non-zero for u from {a} to {b} and v from {c} to \
+                     {d}, is not determined by the {count} nodes there: {mend}"
                 ),
             );
         }
@@ -214,7 +214,7 @@ pub(super) fn report(
         (0..system.size()).map(|k| Vector::from_fn(|d, _| columns.get(d).map_or(0.0, |column| column[k]))).collect();
     let kind = if dimension == 1 { Dimension::Graph } else { Dimension::Space };
     let surface = BSplineSurface::new(problem.bases.clone(), kind, controls, None).map_err(|_| {
-        let message = "these numbers leave the range of double precision: choose another unit";
+        let message = "these numbers exceed the range of double precision: choose another unit";
         FitError::BeyondDouble(Faults::one("nodes", message))
     })?;
     Ok(SurfaceFit {

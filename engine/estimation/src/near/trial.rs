@@ -97,7 +97,7 @@ pub(super) fn uniform(degree: usize, spans: usize, [low, high]: [f64; 2]) -> Res
         return Err(no_span("model.spans"));
     }
     if spans.saturating_add(degree) > MOST_COEFFICIENTS {
-        return Err(Faults::one("model.spans", format_args!("{spans} spans are more than a fit may have")));
+        return Err(Faults::one("model.spans", format_args!("{spans} spans are too many for a fit")));
     }
     BSplineBasis::uniform(degree, spans, low, high)
         .map_err(|faults| faults.map(|fault| Fault { path: "model.spans".to_owned(), ..fault }))

@@ -26,5 +26,5 @@ pub(super) fn conflict(branches: &[Branch], freedom: Option<usize>) -> PriorConf
         statistic += weight * branch.distance / n;
         p += weight * fisher::upper_tail(branch.distance / n, n, freedom);
     }
-    PriorConflict { statistic, p, let_go: p < IMPROBABLE }
+    PriorConflict { statistic, p, dropped: p < IMPROBABLE }
 }

@@ -77,18 +77,22 @@ pub(crate) fn check(design: &Design, spec: &FitSpec) -> Result<(), Faults> {
     let Some(prior) = &spec.prior else { return Ok(()) };
     let mut faults = Faults::default();
     if spec.regularization != Regularization::None {
-        faults.push("regularization", "a `prior` excludes regularisation: leave `regularization` out, or take `none`");
+        faults.push("regularization", "a `prior` excludes regularisation: omit `regularization`, or use `none`");
     }
     if spec.estimator != Estimator::LeastSquares {
-        faults.push("estimator", "a `prior` is for the estimator `least_squares`, whose errors it is weighed against");
+        faults.push("estimator", "a `prior` needs the estimator `least_squares`");
     }
     if spec.scaling == Scaling::Standardized {
-        faults.push("scaling", "a `prior` is of all coefficients, the constant too, which `standardized` excludes");
+        faults.push(
+            "scaling",
+            "a `prior` covers all coefficients including the constant, which `standardized` \
+            excludes",
+        );
     }
     if spec.coefficient_norm_limit.is_some() {
         faults.push(
             "coefficient_norm_limit",
-            "the `prior` says how large the coefficients are: a limit of their norm cannot be given as well",
+            "the `prior` already limits the coefficients: omit the limit of their norm",
         );
     }
     let n = design.size();
@@ -98,7 +102,7 @@ pub(crate) fn check(design: &Design, spec: &FitSpec) -> Result<(), Faults> {
             faults.push(
                 path,
                 format_args!(
-                    "{}; the model has {}, in the order of the answer",
+                    "{}; the model has {}, in the order of the result",
                     entries(given),
                     counted(n, "coefficient", "coefficients")
                 ),
@@ -145,8 +149,7 @@ pub(crate) fn check(design: &Design, spec: &FitSpec) -> Result<(), Faults> {
             match chain.earlier.as_ref().map(|earlier| earlier.len()) {
                 None => faults.push(
                     "prior.iterations",
-                    "earlier iterations are those of a job, and this request has none: give `mean` with `std_error` \
-                     or `covariance`",
+                    "only a fit in a job has earlier iterations: give `mean` with `std_error` or `covariance`",
                 ),
                 Some(iterations) if iterations > most => {
                     let reason =
@@ -164,7 +167,7 @@ fn positive(deviations: &[f64], list: &str, faults: &mut Faults) {
     for (j, &deviation) in deviations.iter().enumerate().filter(|(_, d)| !(**d > 0.0 && d.is_finite())) {
         faults.push(
             format_args!("{list}[{j}]"),
-            format_args!("{} is not a standard deviation: above 0", Shown(deviation)),
+            format_args!("{} is not a standard deviation: it must be above 0", Shown(deviation)),
         );
     }
 }
@@ -213,7 +216,7 @@ pub(crate) fn weigh(current: &Current, prior: &Prior) -> Result<Option<Outcome>,
     };
     let conflict = match &estimated {
         // one move is compared with the largest admissible one
-        Some((_, _, stepped, false)) => Some(conflict::conflict(stepped, noise.freedom)).filter(|found| found.let_go),
+        Some((_, _, stepped, false)) => Some(conflict::conflict(stepped, noise.freedom)).filter(|found| found.dropped),
         _ => Some(conflict::conflict(&branches, noise.freedom)),
     };
     let (ratio, intervals, mixture) = match estimated {
@@ -230,7 +233,7 @@ pub(crate) fn weigh(current: &Current, prior: &Prior) -> Result<Option<Outcome>,
     if !mixture.is_finite() {
         return Err(beyond_double(prior));
     }
-    let posterior = Some(mixture).filter(|_| !conflict.is_some_and(|found| found.let_go));
+    let posterior = Some(mixture).filter(|_| !conflict.is_some_and(|found| found.dropped));
     Ok(Some(Outcome { noise, conflict, ratio, posterior, intervals, unequal }))
 }
 
@@ -253,7 +256,7 @@ pub(crate) fn beyond_double(prior: &Prior) -> FitError {
 }
 
 fn beyond_at(path: &str) -> Faults {
-    let message = "the prior and these nodes are so far apart, or one is so much surer, that doubles do not hold both";
+    let message = "prior and nodes differ too much, in value or in precision, for double precision";
     Faults::one(path, message)
 }
 

@@ -21,10 +21,7 @@ pub(super) fn pooled(current: &Current, observed: &[Observed]) -> Result<PooledN
     if freedom > 0 && sigma > 0.0 {
         return Ok(PooledNoise { sigma, freedom: Some(freedom) });
     }
-    Err(Faults::one(
-        "noise_sigma",
-        "there is no estimate of the noise to weigh the `prior` against: give `noise_sigma`",
-    ))
+    Err(Faults::one("noise_sigma", "there is no estimate of the noise, which the `prior` needs: give `noise_sigma`"))
 }
 
 /// Compares σ of the present nodes with that of all earlier residuals together, by Fisher's ratio

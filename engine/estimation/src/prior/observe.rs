@@ -15,7 +15,7 @@ use crate::{
 use flankfit_numerics::{Dd, check::Faults, qr_with_rhs, triangular};
 
 /// A covariance matrix that is none.
-pub(super) const NOT_POSITIVE: &str = "the covariance matrix is not positive definite: no coefficients have it";
+pub(super) const NOT_POSITIVE: &str = "the covariance matrix is not positive definite";
 
 /// Information of an iteration's nodes: rows along the present columns, in the unit of the heights.
 pub(super) struct Observed {
@@ -101,7 +101,7 @@ fn factor_of(nodes: &Nodes, current: &Current) -> Result<Factor, FitError> {
 /// The same functions over other nodes: mapped ones live on the domain of now, in which earlier
 /// nodes of a polynomial need not lie.
 fn design_of(nodes: &Nodes, sample: &Sample, current: &Current) -> Result<Design, Faults> {
-    let other = || Faults::one("prior.iterations", "its nodes are of another model");
+    let other = || Faults::one("prior.iterations", "its nodes belong to another model");
     let now = current.design;
     let kind = match nodes {
         Nodes::Curve(_) => (true, false),

@@ -88,7 +88,7 @@ impl Study {
                 .push(format_args!("x[{i}]"), format_args!("{}, but the first row has {columns}", entries(row.len())));
         }
         if rows > 0 && columns > 0 && setup.x.values().iter().all(|x| *x == 0.0) {
-            faults.push("x", "every entry is 0: there is nothing to randomise");
+            faults.push("x", "every entry is 0: nothing can be randomised");
         }
         if rows < columns {
             faults.push(
@@ -107,21 +107,24 @@ impl Study {
             );
         }
         if !(setup.noise_sigma >= 0.0 && setup.noise_sigma.is_finite()) {
-            faults.push("noise_sigma", format_args!("{} is not a deviation: 0 or more", Shown(setup.noise_sigma)));
+            faults.push(
+                "noise_sigma",
+                format_args!("{} is not a standard deviation: it must be 0 or more", Shown(setup.noise_sigma)),
+            );
         }
         if setup.levels.is_empty() || setup.levels.len() > MOST_LEVELS {
-            faults.push("levels", format_args!("{} levels; 1 to {MOST_LEVELS} can be asked for", setup.levels.len()));
+            faults.push("levels", format_args!("{} levels; 1 to {MOST_LEVELS} are possible", setup.levels.len()));
         }
         for (i, level) in setup.levels.iter().enumerate().filter(|(_, k)| !(**k >= 0.0 && k.is_finite())) {
             faults.push(
                 format_args!("levels[{i}]"),
-                format_args!("{} is not a ratio of deviations: 0 or more", Shown(*level)),
+                format_args!("{} is not a ratio of standard deviations: it must be 0 or more", Shown(*level)),
             );
         }
         if setup.repetitions == 0 || setup.repetitions > most_repetitions {
             faults.push(
                 "repetitions",
-                format_args!("{} repetitions; 1 to {most_repetitions} can be asked for", setup.repetitions),
+                format_args!("{} repetitions; 1 to {most_repetitions} are possible", setup.repetitions),
             );
         }
         let work =
@@ -130,8 +133,8 @@ impl Study {
             faults.push(
                 "repetitions",
                 format_args!(
-                    "{} levels × {} repetitions × {rows} rows × {columns}² columns are {work}, more than the \
-                     {most_work} that a study may take",
+                    "{} levels × {} repetitions × {rows} rows × {columns}² columns are {work}; a study allows at most \
+                     {most_work}",
                     setup.levels.len(),
                     setup.repetitions
                 ),
@@ -175,7 +178,7 @@ impl Study {
             faults.push(
                 "x",
                 format_args!(
-                    "squares in {} leave the range of double precision: choose another unit",
+                    "squares in {} exceed the range of double precision: choose another unit",
                     columns_named(&beyond)
                 ),
             );
@@ -183,7 +186,7 @@ impl Study {
         for j in (0..self.columns).filter(|&j| !small(self.coefficients[j]) && !small(posted[j])) {
             faults.push(
                 format_args!("coefficients[{j}]"),
-                "the square of this coefficient leaves the range of double precision: choose another unit",
+                "the square of this coefficient exceeds the range of double precision: choose another unit",
             );
         }
     }

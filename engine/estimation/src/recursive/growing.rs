@@ -38,7 +38,7 @@ impl Sums {
             return Ok(false);
         }
         if ![new.0, new.1].as_flattened().iter().all(|x| x.is_finite()) {
-            return Err(Faults::one("nodes", "these abscissae leave the range of double precision"));
+            return Err(Faults::one("nodes", "these abscissae exceed the range of double precision"));
         }
         let Basis::Product { u: axis_u, v: axis_v } = &self.design.basis else { return Ok(false) };
         let (tu, tv) = (rebased(axis_u, old.0, new.0), rebased(axis_v, old.1, new.1));

@@ -23,13 +23,13 @@ pub(super) fn check(spec: &FitSpec, forgetting: f64) -> Result<(), Faults> {
         faults.push("forgetting_factor", format_args!("{} is not in (0, 1]", Shown(forgetting)));
     }
     if spec.estimator != Estimator::LeastSquares {
-        faults.push("estimator.type", "a stream is estimated by least squares; refit its iteration with others");
+        faults.push("estimator.type", "a stream uses least squares; refit its iteration with another estimator");
     }
     if !spec.filters.is_empty() {
-        faults.push("filters", "a stream has no neighbours to filter by; refit its iteration with filters");
+        faults.push("filters", "a stream cannot filter heights; refit its iteration with filters");
     }
     if !spec.exclude.is_empty() {
-        faults.push("exclude", "a stream takes every node; leave nodes out by a refit of its iteration");
+        faults.push("exclude", "a stream uses every node; exclude nodes in a refit of its iteration");
     }
     if let Some(criterion) = spec.regularization.criterion().filter(|criterion| criterion.is_nodewise()) {
         faults.push(criterion_path(spec), nodes_not_kept(criterion));
@@ -37,10 +37,10 @@ pub(super) fn check(spec: &FitSpec, forgetting: f64) -> Result<(), Faults> {
         faults.push("folds", folds::UNUSED);
     }
     if spec.select.is_some() {
-        faults.push("select", "models are compared node by node, and a stream keeps sums only");
+        faults.push("select", "a stream keeps only sums and cannot compare models; refit its iteration");
     }
     if !spec.constraints.is_empty() {
-        faults.push("constraints", "a stream is estimated without constraints; refit its iteration with them");
+        faults.push("constraints", "a stream does not support constraints; refit its iteration with them");
     }
     if spec.node_uncertainty.is_some_and(|uncertainty| uncertainty.kind.is_some()) {
         faults.push("node_uncertainty.position_kind", POSITIONS_EXACT);
@@ -48,19 +48,18 @@ pub(super) fn check(spec: &FitSpec, forgetting: f64) -> Result<(), Faults> {
     if matches!(spec.prior, Some(Prior::Iterations(_))) {
         faults.push(
             "prior.iterations",
-            "a stream does not look at earlier iterations: give `mean` with `std_error` or `covariance`, or refit its \
-             iteration with this `prior` when the stream is finished",
+            "a stream does not use earlier iterations: give `mean` with `std_error` or `covariance`, or refit its \
+             iteration with this `prior` after the stream is finished",
         );
     }
     if matches!(&spec.regularization, Regularization::Representative(asked) if asked.piece.is_none()) {
         faults.push(
             "regularization.iteration",
-            "a stream does not look at other fits: give `piece`, which the `spec` of a fit by it holds",
+            "a stream does not use other fits: give `piece`, which is in the `spec` of a fit with it",
         );
     }
-    requested_models(spec).for_each(|path| {
-        faults.push(path, "a stream keeps no nodes, whose lines and residuals a model of the errors needs")
-    });
+    requested_models(spec)
+        .for_each(|path| faults.push(path, "a stream keeps no nodes, which a model of the errors needs"));
     check_domain(spec, &mut faults);
     faults.into_result(())?;
     if spec.model == Model::Linear { Ok(()) } else { check_model(spec) }
@@ -74,7 +73,7 @@ pub(super) fn begin(nodes: &Nodes, sample: &Sample, spec: &FitSpec) -> Result<(F
             (design::columns(sample, *columns, names.as_deref())?, ([0.0; 2], [0.0; 2]))
         }
         (Model::Linear, _) => {
-            return Err(Faults::one("nodes.type", "the model `linear` takes nodes of type `matrix`"));
+            return Err(Faults::one("nodes.type", "the model `linear` needs nodes of type `matrix`"));
         }
         (_, Form::Matrix { .. }) => {
             return Err(Faults::one("nodes.type", MATRIX_TAKES_LINEAR));
@@ -162,7 +161,7 @@ fn check_domain(spec: &FitSpec, faults: &mut Faults) {
             (Some(_), None, Some(true)) => "domain.v",
             _ => return,
         };
-        faults.push(path, "missing; a stream must know beforehand where a mapped basis or equal spans live");
+        faults.push(path, "missing; a stream needs it for a mapped basis or equal spans");
     }
 }
 
@@ -205,7 +204,7 @@ pub(super) fn met_at<T>(result: Result<T, Faults>, place: &str) -> Result<T, Fau
         let pointer = path.replace(['.', '['], "/").replace(']', "");
         Fault {
             path: place.to_owned(),
-            message: format!("the stream's /{pointer} does not suit these nodes: {message}"),
+            message: format!("the stream's /{pointer} does not fit these nodes: {message}"),
         }
     };
     result.map_err(|faults| faults.map(told))

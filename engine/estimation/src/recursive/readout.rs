@@ -97,5 +97,5 @@ fn finite_change(design: &Design) -> Result<DMatrix<Dd>, Faults> {
     if change.iter().all(|x| x.is_finite()) {
         return Ok(change);
     }
-    Err(Faults::one("nodes", "powers of these numbers leave the range of double precision"))
+    Err(Faults::one("nodes", "powers of these numbers exceed the range of double precision"))
 }

@@ -57,7 +57,7 @@ fn check_target(target: &[f64], design: &Design) -> Result<(), Faults> {
     Err(Faults::one(
         "regularization.target",
         format_args!(
-            "{}; the model has {}, in the order of the answer",
+            "{}; the model has {}, in the order of the result",
             entries(target.len()),
             counted(n, "coefficient", "coefficients")
         ),

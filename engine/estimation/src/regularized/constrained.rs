@@ -29,13 +29,14 @@ use flankfit_numerics::{check::Faults, length, triangular};
 pub(super) fn apply(context: &Context, warnings: &mut Vec<Warning>) -> Result<Applied, FitError> {
     let Context { spec, linear, columns, spectrum, least_squares, .. } = *context;
     if !spectrum.full_rank() {
-        let message = "the nodes do not determine every coefficient: take fewer terms";
+        let message = "the nodes do not determine every coefficient: use fewer terms";
         return Err(Faults::one("constraints", message).into());
     }
     let variance = context.variance.ok_or_else(|| {
         Faults::one(
             "noise_sigma",
-            "as many coefficients as nodes leave no estimate of the noise, which `constraints` need: give `noise_sigma`",
+            "there are as many coefficients as nodes, so the noise, which `constraints` need, cannot be estimated: \
+                give `noise_sigma`",
         )
     })?;
     let factor = linear.factor;

@@ -29,7 +29,7 @@ pub(crate) fn criterion_path(spec: &FitSpec) -> &'static str {
 
 /// A criterion that looks at every node, of a stream.
 pub(crate) fn nodes_not_kept(criterion: Criterion) -> String {
-    format!("`{}` looks at every node, and a stream keeps sums only: take another criterion", criterion.name())
+    format!("`{}` needs every node, and a stream keeps only sums: use another criterion", criterion.name())
 }
 
 /// Refuses a criterion that looks at every node where there are none, too many, or columns that
@@ -44,7 +44,7 @@ pub(super) fn check(context: &Context) -> Result<(), Faults> {
     }
     if !context.spectrum.full_rank() {
         return refused(format!(
-            "{} leaves out one node after the other, which takes columns that do not depend on each other",
+            "{} leaves out one node at a time, which needs linearly independent columns",
             criterion.name()
         ));
     }
@@ -54,8 +54,8 @@ pub(super) fn check(context: &Context) -> Result<(), Faults> {
     };
     if nodes > most {
         return refused(format!(
-            "{} looks at every node: {nodes} are more than the {most} that it may be asked for with so many \
-             coefficients; gcv is close to it there",
+            "{} needs every node: {nodes} are too many, with so many coefficients at most {most}; use gcv, which is \
+             close to it",
             criterion.name()
         ));
     }
@@ -63,7 +63,7 @@ pub(super) fn check(context: &Context) -> Result<(), Faults> {
         let folds = partition(context)?.map_or(0, |partition| partition.count);
         let most = MOST_CUBES / (n * n * n).max(1);
         if folds > most {
-            let message = format_args!("{folds} blocks are too much work for {n} coefficients: at most {most}");
+            let message = format_args!("{folds} blocks take too long for {n} coefficients: at most {most}");
             return Err(Faults::one("folds.count", message));
         }
     }

@@ -47,7 +47,7 @@ pub(super) fn check(asked: &Tikhonov, design: &Design, scaling: Scaling, size: u
         Basis::Columns { .. } => Ok(()),
         Basis::Product { .. } if order == 0 && scaling == Scaling::Standardized => Err(Faults::one(
             "regularization.order",
-            "order 0 penalises the constant, which `standardized` leaves unpenalised: take another scaling or order",
+            "order 0 penalises the constant, which `standardized` leaves unpenalised: use another scaling or order",
         )),
         Basis::Product { u, v } => {
             let varies = design.rational.as_ref().map_or([false; 2], WeightNet::varies);
@@ -143,7 +143,7 @@ pub(super) fn factor(context: &Context, asked: &Tikhonov) -> Result<Penalty, Fit
     };
     if !RANGE.contains(&penalty.largest()) {
         let message =
-            "the square of this penalty leaves the range of double precision: choose other weights or another unit";
+            "the square of this penalty exceeds the range of double precision: choose other weights or another unit";
         return Err(FitError::BeyondDouble(Faults::one("regularization.weights", message)));
     }
     Ok(penalty)

@@ -36,7 +36,7 @@ pub(super) fn apply(context: &Context, prior: &Prior, warnings: &mut Vec<Warning
     let Context { spec, linear, least_squares, .. } = *context;
     if !context.spectrum.full_rank() {
         return Err(
-            Faults::one("prior", "the nodes themselves do not determine every coefficient: take fewer terms").into()
+            Faults::one("prior", "the nodes themselves do not determine every coefficient: use fewer terms").into()
         );
     }
     let given = matches!(prior, Prior::Given { .. });

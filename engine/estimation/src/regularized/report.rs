@@ -15,7 +15,7 @@ pub(super) fn check_b(rows: usize, columns: usize) -> Result<(), Faults> {
     if rows * columns <= MOST_OF_B {
         return Ok(());
     }
-    let message = format_args!("B has {rows} × {columns} entries here; at most {MOST_OF_B} are answered");
+    let message = format_args!("B has {rows} × {columns} entries here; at most {MOST_OF_B} are returned");
     Err(Faults::one("include", message))
 }
 

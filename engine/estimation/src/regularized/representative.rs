@@ -40,7 +40,7 @@ const ALIKE: f64 = 0.95;
 
 /// A piece of an iteration where there is no job.
 fn no_job() -> Faults {
-    let message = "iterations are those of a job, and this request has none: give `piece`";
+    let message = "only a fit in a job has iterations: give `piece`";
     Faults::one("regularization.iteration", message)
 }
 
@@ -58,18 +58,18 @@ pub(super) fn check(asked: &Representative, design: &Design, spec: &FitSpec) -> 
     if spec.scaling == Scaling::Standardized {
         faults.push(
             "scaling",
-            "a representative piece is of columns that are not standardised, which its matrix B is added to",
+            "a representative piece needs columns that are not standardised, since its matrix B is added to them",
         );
     }
     if piece.model != spec.model {
         // its domain, scales and directions are that model's too
-        faults.push("regularization.piece.model", "the piece is of another model: its directions mean nothing here");
+        faults.push("regularization.piece.model", "the piece has another model, so its directions do not apply");
         return Err(faults);
     }
     if is_mapped(&spec.model) && !same(piece.domain, design.domain) {
         faults.push(
             "regularization.piece.domain",
-            "the piece has another domain, on which the functions are others: give that of the piece",
+            "the piece has another domain and so other functions: give the domain of the piece",
         );
     }
     let n = design.size();
@@ -104,7 +104,7 @@ pub(super) fn check(asked: &Representative, design: &Design, spec: &FitSpec) -> 
             if !(0..=i).all(|j| off(j) <= ORTHONORMAL) {
                 faults.push(
                     format_args!("regularization.piece.directions[{i}]"),
-                    "directions are of length 1 and at right angles to each other; this one is not",
+                    "directions are orthonormal; this one is not",
                 );
             }
         }
@@ -140,7 +140,7 @@ fn beyond_double(piece: &Piece) -> FitError {
     match path {
         Some(path) => Faults::one(
             format_args!("regularization.piece.{path}"),
-            "what follows from it leaves the range of double precision: send what a fit has answered",
+            "results computed from it exceed the range of double precision: send the data that a fit returned",
         )
         .into(),
         None => FitError::NotConverged(Unconverged::SingularValues),
@@ -160,7 +160,7 @@ pub(super) fn apply(
     if !spectrum.full_rank() {
         return Err(Faults::one(
             "regularization",
-            "the nodes do not determine every coefficient, and no piece changes that: take fewer terms",
+            "the nodes do not determine every coefficient, with or without a piece: use fewer terms",
         )
         .into());
     }

@@ -29,7 +29,7 @@ pub(super) fn check_directions(p: usize) -> Result<(), Faults> {
     }
     Err(Faults::one(
         "regularization.type",
-        format_args!("James–Stein needs three directions to shrink; there are {p} here (the grand mean takes one)"),
+        format_args!("James–Stein needs three directions; there are {p} here (the grand mean uses one)"),
     ))
 }
 

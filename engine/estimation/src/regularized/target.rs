@@ -67,7 +67,7 @@ impl<'a> AttractionTarget<'a> {
         let Some(constant) = Constant::new(context) else {
             return Err(Faults::one(
                 "regularization.variant",
-                "`efron_morris` shrinks to the grand mean, which these columns cannot make: give a target",
+                "`efron_morris` shrinks to the grand mean, which these columns cannot represent: give a target",
             )
             .into());
         };

@@ -61,7 +61,7 @@ pub(super) fn apply(context: &Context, asked: &Tikhonov, warnings: &mut Vec<Warn
         PairFault::NotConverged => NOT_CONVERGED,
         PairFault::Undetermined => Faults::one(
             "regularization.order",
-            "nodes and penalty together leave a combination of coefficients free: take a lower order or more nodes",
+            "nodes and penalty together do not determine every coefficient: use a lower order or more nodes",
         )
         .into(),
     })?;
@@ -92,7 +92,7 @@ pub(super) fn apply(context: &Context, asked: &Tikhonov, warnings: &mut Vec<Warn
     let residuals = linear.of_working(&working, context.spec.include.residuals);
     let eigenvalues = match chosen {
         Some(lambda) if !oblique.within_range(lambda) => {
-            let message = "λ times this penalty leaves the range of double precision";
+            let message = "λ times this penalty exceeds the range of double precision";
             return Err(FitError::BeyondDouble(Faults::one("regularization.parameter", message)));
         }
         Some(lambda) => oblique.eigenvalues(lambda).ok_or(NOT_CONVERGED)?,

@@ -27,7 +27,7 @@ pub(super) fn check_rank(rank: usize, there: usize, of: &str) -> Result<(), Faul
     }
     let path = "regularization.rank";
     Err(match there {
-        0 => Faults::one(path, "every column is 0 at these nodes: there is no direction that could be kept"),
+        0 => Faults::one(path, "every column is 0 at these nodes: there is no direction to keep"),
         _ => {
             let message = format_args!("{rank} of {there} {of} in the scaled columns: at least 1, at most all");
             Faults::one(path, message)
@@ -42,7 +42,7 @@ pub(super) fn check_criterion(criterion: Criterion) -> Result<(), Faults> {
     }
     Err(Faults::one(
         "regularization.parameter.criterion",
-        format_args!("{} does not choose a rank: gcv, reml and discrepancy do", criterion.name()),
+        format_args!("{} cannot choose a rank: use gcv, reml or discrepancy", criterion.name()),
     ))
 }
 

@@ -30,8 +30,8 @@ use crate::spec::PolynomialBasis;
     schema(as = Collinearity)
 )]
 pub struct CollinearityReport {
-    /// The same columns in an orthonormal polynomial basis: whether a dependency is the nodes'
-    /// or the basis's. Absent for models that are not made of polynomials.
+    /// The same columns in an orthonormal polynomial basis, which shows whether a dependency is due
+    /// to the nodes or the basis. Absent for models without polynomials.
     pub basis: Option<OrthonormalBasis>,
     /// Each column against all others, in the order of the coefficients.
     pub columns: Vec<ColumnCollinearity>,

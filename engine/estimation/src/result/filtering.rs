@@ -36,7 +36,7 @@ pub struct FilterReport {
     pub max_change: f64,
     /// Root mean square of the changes, over the nodes that counted before this filter.
     pub rms_change: f64,
-    /// Posted nodes (from 0, grids row by row) that were taken for peaks; of `hampel` only,
+    /// Posted nodes (from 0, grids row by row) that were identified as peaks; for `hampel` only,
     /// present when `peaks` was included.
     pub node_indices: Option<Vec<usize>>,
     /// Iteration of a robust filter.
@@ -92,7 +92,7 @@ pub struct ColumnResults {
     /// Counted nodes.
     #[cfg_attr(feature = "contract", serde(rename = "count"))]
     pub nodes: usize,
-    /// λₙ/λ₁ on columns of unit length; absent when it cannot be given.
+    /// λₙ/λ₁ on columns of unit length; absent if it is not available.
     pub condition: Option<f64>,
     /// Largest |Pearson correlation| of two columns.
     pub largest_correlation: Option<f64>,

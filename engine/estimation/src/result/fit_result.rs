@@ -63,8 +63,8 @@ pub struct FitResult {
     pub matrix_b: Option<Vec<Vec<f64>>>,
     /// B as a product; present with `matrix_b`.
     pub matrix_b_factors: Option<MatrixBFactors>,
-    /// The data that other fits need: V, λ* and L, as `regularization` of type `representative`
-    /// takes them. Present with `include` of `representative`, if `spectral` raised an
+    /// The data that other fits need: V, λ* and L, in the form of `regularization` of type
+    /// `representative`. Present with `include` of `representative`, if `spectral` raised an
     /// eigenvalue.
     pub representative: Option<Piece>,
     /// Sums of the coefficients of nearly dependent terms that are well determined; present

@@ -54,8 +54,7 @@ pub struct Influence {
     /// Σ w r²/(1 − h)²: the sum of squares of leave-one-out cross-validation. Absent where a
     /// node has leverage 1.
     pub press: Option<f64>,
-    /// The posted node (from 0, grids row by row) of each entry; present when some node was
-    /// left out.
+    /// The posted node (from 0, grids row by row) of each entry; present if some node was omitted.
     pub node_indices: Option<Vec<usize>>,
 }
 

@@ -51,14 +51,14 @@ pub struct MovedCoefficient {
     /// Half-width of the confidence interval without them, if there is one.
     pub half_width: Option<f64>,
     /// True if the suspected nodes change it by more than that.
-    pub moves_beyond_interval: bool,
+    pub exceeds_interval: bool,
 }
 
 impl Outliers {
     /// Returns the coefficients that the suspected nodes change by more than the half-width of
     /// their intervals.
     pub fn moved(&self) -> impl Iterator<Item = &MovedCoefficient> + Clone {
-        self.coefficients.iter().filter(|coefficient| coefficient.moves_beyond_interval)
+        self.coefficients.iter().filter(|coefficient| coefficient.exceeds_interval)
     }
 }
 
@@ -73,7 +73,7 @@ impl serde::Serialize for Outliers {
         fields.serialize_field("count", &self.nodes.len())?;
         fields.serialize_field("coefficients", &self.coefficients[..self.coefficients.len().min(LISTED)])?;
         fields.serialize_field("moved", &self.moved().take(LISTED).map(|one| &one.term).collect::<Vec<_>>())?;
-        fields.serialize_field("moves_beyond_interval", &self.moved().next().is_some())?;
+        fields.serialize_field("exceeds_interval", &self.moved().next().is_some())?;
         fields.end()
     }
 }
@@ -94,7 +94,7 @@ impl fmt::Display for Outliers {
         let (nodes, are, them) = if count == 1 { ("node", "is", "it") } else { ("nodes", "are", "them") };
         let more = if count > NAMED { ", …" } else { "" };
         let named = listed(self.nodes.iter().take(NAMED));
-        write!(f, "{count} {nodes} {are} further off what the others say than noise explains: {named}{more}")?;
+        write!(f, "{count} {nodes} {are} farther from the fit to the others than noise explains: {named}{more}")?;
         let mut moved = self.moved().peekable();
         if moved.peek().is_some() {
             let of = |c: &MovedCoefficient| {
@@ -102,7 +102,7 @@ impl fmt::Display for Outliers {
             };
             let more = if self.moved().count() > NAMED { ", …" } else { "" };
             let moved: Vec<String> = moved.take(NAMED).map(of).collect();
-            write!(f, ". Without {them} these coefficients are others by more than their intervals: ")?;
+            write!(f, ". Without {them} these coefficients change by more than their intervals: ")?;
             write!(f, "{}{more}", listed(moved))?;
         } else if !self.coefficients.is_empty() {
             write!(f, ". Without {them} every coefficient stays within its interval")?;

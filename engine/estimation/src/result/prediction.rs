@@ -11,8 +11,8 @@ use crate::inference::SimultaneousMethod;
     derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema)
 )]
 pub struct Predictions {
-    /// Index (from 0, in the requested order) of the place of each entry; present when some
-    /// were left out because their figures exceed double precision (warning `beyond_double`).
+    /// Index (from 0, in the requested order) of the place of each entry; present if some were
+    /// omitted because their results exceed double precision (warning `beyond_double`).
     pub place_indices: Option<Vec<usize>>,
     /// Level of the bands.
     pub level: f64,
@@ -55,7 +55,7 @@ pub struct Simultaneous {
     /// Method for the factor.
     #[cfg_attr(feature = "contract", serde(rename = "simultaneous_method"))]
     pub method: SimultaneousMethod,
-    /// Scheffé's factor √(nF), of which no other is larger where it is used.
+    /// Scheffé's factor √(nF), which is never smaller than the factor used.
     pub scheffe: f64,
 }
 

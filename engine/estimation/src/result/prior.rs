@@ -47,9 +47,9 @@ pub struct PriorReport {
     derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema)
 )]
 pub struct UsedCorrection {
-    /// The iteration that it is kept with.
+    /// Its iteration.
     pub iteration: u32,
-    /// The record that it is.
+    /// Its record.
     pub record_id: String,
     /// The changes that were entered on the machine, in the order of the correction's settings;
     /// absent where the proposed changes were taken.
@@ -68,7 +68,7 @@ pub struct PriorConflict {
     /// True if p is below 1e-4: the prior is dropped, and least squares of these nodes is
     /// returned (warning `prior_conflict`). Where moves are estimated the intervals are the
     /// same as without a conflict: their coverage holds for any flank.
-    pub let_go: bool,
+    pub dropped: bool,
 }
 
 impl PriorReport {

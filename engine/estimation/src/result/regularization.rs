@@ -55,12 +55,11 @@ pub struct RegularizationReport {
     pub gamma: Option<f64>,
     /// Criterion that chose λ*; absent without regularisation.
     pub criterion: Option<ChosenBy>,
-    /// Factor of each direction: 1 is not regularised. In the order of `spectrum.eigenvalues`;
-    /// for Tikhonov the directions are those of matrix and penalty together, the most penalised
-    /// first. With a `prior` the share of the nodes in the information along each direction in
-    /// which nodes and prior are independent, the smallest first; the rest is the prior's. With
-    /// `constraints` first a 0 for each direction that active places hold, then 1 for the
-    /// others.
+    /// Factor of each direction: 1 is not regularised. In the order of `spectrum.eigenvalues`; for
+    /// Tikhonov the directions are those of matrix and penalty together, the most penalised first.
+    /// With a `prior` the share of the nodes in the information along each direction in which nodes
+    /// and prior are independent, the smallest first; the rest is the prior's. With `constraints`
+    /// first a 0 for each direction fixed by active places, then 1 for the others.
     pub filter_factors: Vec<f64>,
     /// ‖B‖² (Eq. 41).
     pub matrix_norm_squared: Option<f64>,

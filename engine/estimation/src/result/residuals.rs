@@ -33,7 +33,7 @@ pub struct ResidualReport {
     /// The height that was fitted of each counted node; present with `fitted` where filters
     /// changed some height.
     pub heights: Option<Vec<f64>>,
-    /// The posted node (from 0, grids row by row) of each number of the lists above; present
-    /// with them when some node was left out.
+    /// The posted node (from 0, grids row by row) of each number of the lists above; present with
+    /// them if some node was omitted.
     pub node_indices: Option<Vec<usize>>,
 }

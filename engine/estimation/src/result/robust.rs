@@ -34,15 +34,15 @@ pub struct RobustReport {
     /// Minimum of the objective: Σρ(r/s), Σ|r|, Σ|r|^p, Σρ_τ(r), the sum of the h smallest r²,
     /// Jaeckel's dispersion, the squares of trimmed or winsorized nodes, or −ln L.
     pub objective: f64,
-    /// One per counted node, in the order posted. `m_estimator`: ψ(u)/u.
-    /// `least_trimmed_squares`: 1 in the sum, 0 not. The others: influence per unit of
-    /// residual, relative to what a residual of one scale has, at most 1 (these do not enter
-    /// the matrix). Present when `robust_weights` was included.
+    /// One per counted node, in the order posted. `m_estimator`: ψ(u)/u. `least_trimmed_squares`: 1
+    /// in the sum, otherwise 0. The others: influence per unit of residual, relative to what a
+    /// residual of one scale has, at most 1 (these do not enter the matrix). Present when
+    /// `robust_weights` was included.
     pub weights: Option<Vec<f64>>,
     /// Number of nodes with weight 0.
     pub rejected_count: usize,
-    /// Posted nodes (from 0, grids row by row) that were given no weight. Present when
-    /// `robust_weights` was included.
+    /// Posted nodes (from 0, grids row by row) with weight 0. Present when `robust_weights` was
+    /// included.
     pub rejected: Option<Vec<usize>>,
     /// Largest dual on the vertex; at most 1 (but for rounding) proves that nothing does
     /// better.

@@ -15,9 +15,9 @@ pub struct Selection {
     pub chosen: usize,
 }
 
-/// A model by plain least squares; exactly one of `degree` and `terms` is there. Likelihoods
-/// are those of normal errors with σ² at its maximum; σ² counts as a parameter: k is
-/// `coefficients` + 1.
+/// A model by plain least squares; exactly one of `degree` and `terms` is present. Likelihoods are
+/// those of normal errors with σ² at its maximum; σ² counts as a parameter: k is `coefficients` +
+/// 1.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(
     feature = "contract",
@@ -34,8 +34,8 @@ pub struct Candidate {
     /// λ of the elastic net that keeps these terms, in the unit of the heights; of several the
     /// one with the least `blocked_cv`.
     pub lambda: Option<f64>,
-    /// Akaike's criterion, −2 ln L + 2k; absent, like all that is made of L, where the
-    /// residuals are 0 but for rounding, or n = m.
+    /// Akaike's criterion, −2 ln L + 2k; absent, like everything derived from L, if the residuals
+    /// are 0 up to rounding, or n = m.
     pub aic: Option<f64>,
     /// The same corrected for few nodes; absent where m ≤ k + 1.
     pub aicc: Option<f64>,
@@ -43,9 +43,9 @@ pub struct Candidate {
     pub bic: Option<f64>,
     /// Σ w r²/(1 − h)², unit of the heights squared; absent where a node has leverage 1.
     pub press: Option<f64>,
-    /// Σ w r² of nodes left out in blocks, unit of the heights squared; with `elastic_net` that
-    /// of its own estimates at `lambda`, made anew without each block. Absent where the other
-    /// nodes do not determine a block.
+    /// Σ w r² of nodes left out in blocks, unit of the heights squared; with `elastic_net` that of
+    /// its own estimates at `lambda`, recomputed without each block. Absent where the other nodes
+    /// do not determine a block.
     pub blocked_cv: Option<f64>,
     /// −2 ln of the marginal likelihood with Zellner's prior, without the part that all models
     /// have in common; absent where `aic` is.

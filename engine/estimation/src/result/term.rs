@@ -37,16 +37,16 @@ pub struct Coefficient {
     /// of the posterior; with `constraints` the best estimate that meets them.
     pub value: f64,
     /// Standard error of `value` where λ* was given or the fit is not regularised, and of
-    /// `least_squares` where λ* was chosen from the nodes. In simulations of one flank the
-    /// truth lay within one standard error of least squares in 66 to 70 % of the cases
+    /// `least_squares` where λ* was chosen from the nodes. In simulations of one flank the truth
+    /// lay within one standard error of least squares in 66 to 70 % of the cases
     /// (docs/explanation/mathematics.md). Absent without degrees of freedom. With a `prior` the
     /// standard deviation of the posterior, by `prior.sigma`. With `constraints` that of least
     /// squares with the derivatives at the active places held at 0, as if these places had been
-    /// known beforehand: too small (docs/explanation/constraints.md).
+    /// known in advance: too small (docs/explanation/constraints.md).
     pub std_error: Option<f64>,
-    /// Standard error of `value` for the λ* used, as if λ* had not been chosen from the same
-    /// nodes; present where it was and `std_error` differs. It is too small and excludes the bias:
-    /// the truth lay within it in 23 to 44 % of the cases, not 68 %.
+    /// Standard error of `value` for the λ* used, as if λ* had not been chosen from the same nodes;
+    /// present where it was and `std_error` differs. It is too small and excludes the bias: it
+    /// contained the truth in 23 to 44 % of the cases, not 68 %.
     pub conditional_std_error: Option<f64>,
     /// Plain least-squares estimate from the posted nodes, whatever the estimator.
     pub least_squares: f64,

@@ -15,39 +15,40 @@ warnings! {
 /// Something that the reader of an answer must know.
 pub enum Warning {
     /// Degrees of freedom are 0: as many coefficients as nodes.
-    #[error("as many coefficients as nodes: there is no estimate of the noise, so no standard errors")]
+    #[error("there are as many coefficients as nodes: the noise cannot be estimated, so there are no standard errors")]
     "no_degrees_of_freedom" => NoDegreesOfFreedom,
     /// Columns that depend on each other.
     #[error(
-        "the columns of {} depend on each other over these nodes (rank {rank} of {columns}): the least-squares \
-         figures are those of the minimum-norm solution in the scaled columns", .terms.join(", ")
+        "the columns of {} are linearly dependent at these nodes (rank {rank} of {columns}): least-squares results \
+         are those of the minimum-norm solution in the scaled columns", .terms.join(", ")
     )]
     "rank_deficient" => RankDeficient { terms: Vec<String>, rank: usize, columns: usize },
     /// Columns whose variance inflation factor is infinite.
-    #[error("no variance inflation factor for {}: the column depends on others exactly", .terms.join(", "))]
+    #[error("no variance inflation factor for {}: the column is an exact combination of others", .terms.join(", "))]
     "vif_infinite" => InfiniteInflation { terms: Vec<String> },
     /// Figures that are left out.
-    #[error("left out because they leave the range of double precision: {}", .figures.join(", "))]
+    #[error("omitted, because they exceed the range of double precision: {}", .figures.join(", "))]
     "beyond_double" => BeyondDouble { figures: Vec<&'static str> },
     /// Few digits of the posted numbers arrive in the coefficients.
     #[error("the posted numbers, rounded to doubles, determine the worst coefficient to about {digits:.0} digits only")]
     "few_digits" => FewDigits { digits: f64 },
     /// Perturbation bounds of an estimate that is made by no matrix X + B.
     #[error(
-        "perturbation bounds are those of one matrix X + B; this estimate is not made by one, so only least squares \
-         has them"
+        "perturbation bounds need a matrix X + B, which this estimate does not have: they are given for least squares \
+         only"
     )]
     "no_regularized_perturbation" => NoRegularizedPerturbation,
     /// Relative errors of coefficients that are all 0.
-    #[error("the coefficients are all 0: bounds on their relative error divide by their length, so there are none")]
+    #[error("the coefficients are all 0: there are no bounds on their relative error")]
     "no_relative_error" => NoRelativeError,
     /// A node uncertainty above the square bound.
-    #[error("the node uncertainty times the condition reaches 1: the square bound does not exist there")]
+    #[error("the node uncertainty times the condition number is 1 or more: there is no square bound")]
     "perturbation_unbounded" => PerturbationUnbounded,
     /// A limit r below the norm ‖Â‖ of the estimate.
     #[error(
         "coefficient_norm_limit {} is below ‖Â‖ = {} of this fit: if the true norm is above the limit too, bias-aware \
-         intervals and bands do not hold, and bias_bound and sharp_bound may be exceeded", Shown(*.limit), Shown(*.norm)
+         intervals and bands do not hold, and bias_bound and sharp_bound may be exceeded",
+        Shown(*.limit), rounded(*.norm, 6)
     )]
     "norm_limit_below_estimate" => NormLimitBelowEstimate { limit: f64, norm: f64 },
     /// r is the norm of an estimate that is not distinguishable from 0 where it matters most.
@@ -68,13 +69,13 @@ pub enum Warning {
     #[error("there is no λ* without regularisation")]
     "no_lambda_curve" => NoLambda,
     /// A curve over λ* of a regularisation without it.
-    #[error("a fit by `{regularization}` has no λ*, and so no curve over it")]
+    #[error("a fit by `{regularization}` has no λ*, and so no curve over λ*")]
     "no_lambda_curve" => NoLambdaOf { regularization: &'static str },
     /// A matrix B of another regularisation.
     #[error("only spectral regularisation has a matrix B")]
     "no_matrix_b" => MatrixBIsSpectral,
     /// A matrix B of standardised columns.
-    #[error("of standardised columns there is no B to be added to the posted ones")]
+    #[error("with standardised columns there is no matrix B for the posted columns")]
     "no_matrix_b" => MatrixBOfStandardized,
     /// A matrix B without nodes.
     #[error("the rows of B need the nodes themselves")]
@@ -84,37 +85,37 @@ pub enum Warning {
     "no_ridge_trace" => NoRidgeTrace,
     /// An estimate that is the target.
     #[error(
-        "nothing of the distance to the target stands out of the noise: the target itself is answered, and the \
-         weight, which would be infinite, is left out"
+        "the distance to the target is within the noise: the target itself is returned, and the weight, which would \
+         be infinite, is omitted"
     )]
     "attracted_entirely" => AttractedEntirely,
     /// A target's entry of a constant that is not penalised.
-    #[error("standardised columns leave the constant unpenalised: its entry of the target takes no part")]
+    #[error("standardised columns leave the constant unpenalised: its entry of the target is ignored")]
     "target_of_constant_unused" => TargetOfConstantUnused,
     /// A discrepancy that is not reached.
     #[error("the residuals stay below the noise for every {parameter}: the largest one is returned")]
     "discrepancy_not_reached" => DiscrepancyNotReached { parameter: &'static str },
     /// A criterion that has no minimum within the range that is searched.
     #[error(
-        "the request is not met within the range that is searched for {parameter}, or the criterion still falls at its \
-         end: that end is returned"
+        "the criterion has no minimum within the searched range of {parameter}: the end of the range is returned"
     )]
     "lambda_at_limit" => LambdaAtLimit { parameter: &'static str },
     /// A criterion without σ.
     #[error(
-        "`{criterion}` needs σ: there are as many coefficients as nodes, so give noise_sigma; least squares is returned"
+        "`{criterion}` needs σ, which cannot be estimated from as many nodes as coefficients: give `noise_sigma`; \
+            least squares is returned"
     )]
     "criterion_unavailable" => SigmaMissing { criterion: &'static str },
     /// A choice that is predicted to be worse than none.
     #[error(
         "this choice is predicted to have {} the mean squared coefficient error of plain least squares: the surface \
-         has a real component along the regularised directions; see regularization.choices", Times(*.factor)
+         has a real component along the regularised directions; see `regularization.choices`", Times(*.factor)
     )]
     "worse_than_least_squares" => WorseThanLeastSquares { factor: f64 },
     /// M-estimation that did not converge.
     #[error(
-        "{iterations} iterations left a change of {change_scales:.1e} scales: the estimate is the last one; allow more \
-         iterations or another tolerance"
+        "after {iterations} iterations the last change was {change_scales:.1e} scales: the last estimate is returned; \
+         allow more iterations or a larger tolerance"
     )]
     "not_converged" => WeightsNotConverged {
         iterations: usize,
@@ -122,23 +123,24 @@ pub enum Warning {
         change_scales: f64,
     },
     /// Newton's method that did not converge.
-    #[error("{iterations} steps of Newton's method left a change of {relative_change:.1e} of the largest residual")]
+    #[error("after {iterations} steps of Newton's method the last change was {relative_change:.1e} of the largest \
+        residual")]
     "not_converged" => NewtonNotConverged {
         iterations: usize,
         /// The last change, relative to the largest residual.
         relative_change: f64,
     },
     /// A simplex of absolute deviations that was stopped.
-    #[error("the walk over vertices was stopped after {steps} steps; see the certificate")]
+    #[error("the simplex method was stopped after {steps} steps; see the certificate")]
     "not_converged" => SimplexStopped { steps: usize },
     /// A simplex of the rank dispersion that was stopped.
-    #[error("the walk over vertices was stopped; the certificate says how far the dispersion is from its least")]
+    #[error("the simplex method was stopped; the certificate shows the distance of the dispersion from its minimum")]
     "not_converged" => DispersionStopped,
     /// Absolute deviations with several solutions.
-    #[error("other coefficients have the same least sum: one vertex of them is answered")]
+    #[error("other coefficients have the same least sum: one vertex is returned")]
     "not_unique" => SumNotUnique,
     /// A rank dispersion with several solutions.
-    #[error("other coefficients have the same least dispersion: one vertex of them is answered")]
+    #[error("other coefficients have the same least dispersion: one vertex is returned")]
     "not_unique" => DispersionNotUnique,
     /// Nodes that a robust estimate passes through.
     #[error(
@@ -148,20 +150,20 @@ pub enum Warning {
     "exact_fit" => ExactFit { on_surface: usize, nodes: usize },
     /// Too few residuals for a scale.
     #[error(
-        "too few nodes lie off the surface to tell the scale of the residuals: it is left out, and so are standard \
-         errors"
+        "too few nodes lie off the surface to estimate the scale of the residuals: scale and standard errors are \
+         omitted"
     )]
     "no_scale" => NoScale,
     /// A low-pass filter before a fit.
     #[error(
-        "a low-pass filter leaves neighbouring heights with common noise: σ, standard errors and the choice of λ* are \
-         those of the filtered heights and take their noise for independent"
+        "a low-pass filter correlates the noise of neighbouring heights: σ, standard errors and the choice of λ* are \
+         those of the filtered heights and assume independent noise"
     )]
     "filtered_noise" => FilteredNoise,
     /// A robust filter that did not converge.
     #[error(
-        "filters/{filter}: the robust filter still moved after {rounds} rounds on {lines} line(s); the result is that of \
-         the last round"
+        "filters/{filter}: the robust filter did not converge within {rounds} rounds on {lines} line(s); the result \
+         is that of the last round"
     )]
     "filter_not_converged" => FilterNotConverged {
         /// Index of the filter, from 0.
@@ -172,32 +174,32 @@ pub enum Warning {
     },
     /// Filtered columns that depend on each other.
     #[error(
-        "the filters leave columns that double precision cannot tell apart: condition, correlation and variance \
-         inflation after filtering are left out"
+        "after filtering, columns cannot be distinguished in double precision: condition, correlation and variance \
+         inflation after filtering are omitted"
     )]
     "filtered_columns_dependent" => FilteredColumnsDependent,
     /// Columns that were not filtered.
     #[error(
-        "the columns were not filtered too, because that is too much work for so many nodes: condition, correlation \
-         and variance inflation after filtering are left out"
+        "the columns were not filtered, which takes too long for so many nodes: condition, correlation and variance \
+         inflation after filtering are omitted"
     )]
     "filtered_columns_not_examined" => FilteredColumnsNotExamined,
     /// A condition that filtering raises.
     #[error(
-        "filtering raises the condition of the columns from {condition_before:.3e} to {condition_after:.3e}: what tells the terms apart \
-         is partly smoothed away"
+        "filtering raises the condition of the columns from {condition_before:.3e} to {condition_after:.3e}: the \
+         difference between terms is partly smoothed away"
     )]
     "filtering_raises_collinearity" => FilteringRaisesCollinearity { condition_before: f64, condition_after: f64 },
     /// The estimate of a stream.
     #[error(
-        "an estimate of a stream keeps sums only: the largest residual, single residuals, influences and the rows of B \
-         are given when the stream is finished"
+        "a stream keeps only sums: the largest residual, single residuals, influences and the rows of B are given \
+         when the stream is finished"
     )]
     "nodes_not_kept" => NodesNotKept,
     /// A stream that forgets.
     #[error(
         "with a forgetting factor of {} the weights of all {nodes} nodes add up to {weight:.6}; weights are relative \
-         1/σ², so sigma is that of the newest node, older ones counting as noisier", Shown(*.forgetting_factor)
+         1/σ², so sigma is that of the newest node, and older ones count as noisier", Shown(*.forgetting_factor)
     )]
     "forgetting" => Forgetting {
         forgetting_factor: f64,
@@ -207,23 +209,23 @@ pub enum Warning {
         weight: f64,
     },
     /// The condition of a big surface that is not known.
-    #[error("the extreme eigenvalues did not settle within the limit of the iteration")]
+    #[error("the extreme eigenvalues did not converge within the allowed iterations")]
     "condition_unknown" => ConditionUnknown,
     /// Cells without nodes.
-    #[error("{empty} of {cells} cells hold no node: the surface there follows its neighbours")]
+    #[error("{empty} of {cells} cells have no node: the surface there follows from its neighbourhood")]
     "empty_spans" => EmptySpans { empty: usize, cells: usize },
     /// Standard errors that are too much work.
-    #[error("standard errors of {coefficients} penalised coefficients ask for as many solutions: too many")]
+    #[error("standard errors of {coefficients} penalised coefficients take too long and are omitted")]
     "no_standard_errors" => NoStandardErrors { coefficients: usize },
     /// A study of dependent columns.
     #[error(
-        "the columns depend on each other (rank {rank} of {columns}): the spectral schemes divide by λ₁ = 0 and are \
-         left out, least squares is the minimum-norm solution"
+        "the columns are linearly dependent (rank {rank} of {columns}): spectral schemes divide by λ₁ = 0 and are \
+         omitted, least squares is the minimum-norm solution"
     )]
     "rank_deficient" => NoSpectralSchemes { rank: usize, columns: usize },
     /// Levels of a study with dependent columns.
     #[error(
-        "the columns depend on each other at the level(s) {}: figures that do not exist there are left out",
+        "the columns are linearly dependent at the level(s) {}: results that do not exist there are omitted",
         listed(.levels.iter().map(|level| Shown(*level)))
     )]
     "dependent_columns" => DependentLevels { levels: Vec<f64> },
@@ -231,29 +233,31 @@ pub enum Warning {
     #[error("without noise least squares is exact, and randomising cannot improve it: there is no optimum")]
     "no_noise" => NoNoise,
     /// Predictions and covariances of coefficients that the nodes leave free.
-    #[error("the nodes do not determine every coefficient, so that heights elsewhere and covariances have no limit")]
+    #[error("the nodes do not determine every coefficient: there are no predictions and covariances")]
     "no_predictions" => NoPredictions,
     /// Influences of nodes over columns that depend on each other.
-    #[error("the columns depend on each other: influences of single nodes need independent ones, and are left out")]
+    #[error("the columns are linearly dependent: influences of single nodes are omitted")]
     "no_influence" => NoInfluence,
     /// Influences of an estimator that is no linear map of the heights.
     #[error(
-        "influences are those of least squares, plain or regularised: a robust estimate is no linear map of the \
-         heights, and its weights say which nodes it does not trust"
+        "influences are those of least squares, plain or regularised: a robust estimate is not linear in the heights; \
+         its weights show which nodes it rejects"
     )]
     "no_influence" => NoInfluenceOfRobust,
     /// Positions that are off, and taken as exact.
     #[error(
-        "the positions of the nodes are taken as exact, as this kind of fit or its size has no way to count them: \
-         intervals count the errors of the heights alone, and only the perturbation bounds know of the positions"
+        "the positions of the nodes are treated as exact, since this kind or size of fit does not support uncertain \
+         positions: intervals include errors of the heights only, and only the perturbation bounds include those of \
+         positions"
     )]
     "positions_as_exact" => PositionsAsExact,
     /// Positions that are measured so badly that what follows from small errors does not hold.
     #[error(
-        "positions are so uncertain that intervals may hold less often than they say: {:.0} % of what the nodes tell \
-         of some sum of the coefficients is scatter of the positions (up to {:.0} % intervals hold), the bend of the \
-         fit within that scatter shifts coefficients by {bend_std_errors:.1} standard errors (up to {:.1}), and \
-         weights are uncertain by {:.0} % (up to {:.0} %): measure positions better, or fit a lower degree",
+        "positions are so uncertain that the coverage of intervals may be below their level: {:.0} % of the \
+         information about some sum of the coefficients comes from the scatter of positions (up to {:.0} % is \
+         acceptable), the curvature of the fit within that scatter shifts coefficients by {bend_std_errors:.1} \
+         standard errors (up to {:.1}), and weights are uncertain by {:.0} % (up to {:.0} %): measure positions \
+         better, or fit a lower degree",
         100.0 * .share.min(1.0), 100.0 * HOLDING[0], HOLDING[1], 100.0 * .weight_std_error, 100.0 * HOLDING[2]
     )]
     "positions_uncertain" => PositionsUncertain {
@@ -266,11 +270,11 @@ pub enum Warning {
     },
     /// Uncertainties of positions and heights that the residuals do not bear out.
     #[error(
-        "the residuals are {} times as large as the uncertainties of positions and heights make them, which with {} is \
-         no chance: look whether both are in the units of the nodes, {}",
+        "the residuals are {} times as large as expected from the uncertainties of positions and heights, which with \
+         {} is not due to chance: check that both are in the units of the nodes, {}",
         Size(*.sigma_ratio), counted(*.degrees_of_freedom, "degree of freedom", "degrees of freedom"),
         if *.sigma_ratio < 1.0 { "give smaller uncertainties" }
-        else { "give larger uncertainties, or look for what the model lacks" }
+        else { "give larger uncertainties, or extend the model" }
     )]
     "uncertainty_contradicted" => UncertaintyContradicted {
         /// σ of the residuals over the given uncertainty of heights.
@@ -280,14 +284,14 @@ pub enum Warning {
     },
     /// A limit of the norm that has no part in the intervals.
     #[error(
-        "coefficient_norm_limit shortens intervals of least squares with independent errors only: those of this fit do \
-         not use it, bias_bound and sharp_bound do"
+        "coefficient_norm_limit shortens intervals only for least squares with independent errors: here only \
+         bias_bound and sharp_bound use it"
     )]
     "norm_limit_unused" => NormLimitUnused,
     /// A variance that was estimated from next to nothing.
     #[error(
-        "the variance of group {group} rests on {} degrees of freedom: join groups, or expect intervals that are \
-         several times as wide as with known variances", rounded(*.degrees_of_freedom, 2)
+        "the variance of group {group} has {} degrees of freedom only: join groups, or expect intervals several times \
+         as wide as with known variances", rounded(*.degrees_of_freedom, 2)
     )]
     "group_variance_uncertain" => GroupVarianceUncertain {
         group: i64,
@@ -296,31 +300,31 @@ pub enum Warning {
     },
     /// Power that too few residuals determine.
     #[error(
-        "{degrees_of_freedom} degrees of freedom do not fix a power of the standard deviation: intervals and bands hold less \
-         often than they say; give the power, or measure at {more_nodes} nodes more"
+        "{degrees_of_freedom} degrees of freedom do not determine the power of the standard deviation: the coverage \
+         of intervals and bands is below their level; give the power, or measure {more_nodes} more nodes"
     )]
     "power_uncertain" => PowerUncertain { degrees_of_freedom: usize, more_nodes: usize },
     /// A correlation at an end of what is searched.
     #[error(
-        "the likeliest correlation of neighbours is {}, an end of what is searched: it is no estimate, and intervals \
-         may hold less often than they say; give the correlation, or look for what the model lacks",
+        "the most likely correlation of neighbours is {}, an end of the searched range: it is not an estimate, and \
+         the coverage of intervals may be below their level; give the correlation, or extend the model",
         rounded(*.correlation, 3)
     )]
     "correlation_at_bound" => CorrelationAtBound { correlation: f64 },
     /// A predicted error that nothing corrects.
     #[error(
-        "there is no predicted_mse_corrected here: it is that of spectral schemes, ridge or Tikhonov (up to 200 \
-         coefficients) whose parameter is given or chosen by sums over the spectrum, with an estimate of the noise"
+        "predicted_mse_corrected is not available here: it needs a spectral scheme, ridge or Tikhonov (up to 200 \
+         coefficients) whose parameter is given or chosen by sums over the spectrum, and an estimate of the noise"
     )]
     "no_corrected_error" => NothingToCorrect,
     /// Influences of too many nodes.
     #[error(
-        "influences of {nodes} nodes are left out: a fit with so many coefficients has them for up to {most} nodes"
+        "influences of {nodes} nodes are omitted: with so many coefficients they are available for up to {most} nodes"
     )]
     "no_influence" => InfluenceOfMany { nodes: usize, most: usize },
     /// Places whose results exceed the range of double.
     #[error(
-        "{} left out of the predictions (number {}, from 0): results there leave the range of double precision",
+        "{} omitted from the predictions (number {}, from 0): results there exceed the range of double precision",
         counted(*.count, "place is", "places are"), first(.places, *.count)
     )]
     "beyond_double" => PlacesBeyondDouble {
@@ -331,50 +335,49 @@ pub enum Warning {
     },
     /// A prior that there is no noise to weigh against.
     #[error(
-        "the heights lie on the model without any noise, against which the prior would be weighed: it is not used, and \
-         least squares of these nodes is returned; give noise_sigma"
+        "the model fits the heights exactly, so the noise, which the prior needs, cannot be estimated: the prior is \
+         not used, and least squares of these nodes is returned; give `noise_sigma`"
     )]
     "prior_unused" => PriorWithoutNoise,
     /// The estimated degrees of freedom of Student's distribution at their lower end.
     #[error(
-        "the likeliest ν is {}, the least that there is: it is no estimate, and the errors are probably of another \
+        "the most likely ν is {}, the end of its range: it is not an estimate, and the errors probably have another \
          distribution", Shown(*.degrees_of_freedom)
     )]
     "shape_at_bound" => FreedomAtBound { degrees_of_freedom: f64 },
     /// The estimated exponent of the generalised normal distribution at an end of its range.
     #[error(
-        "the likeliest exponent is {}, an end of its range: it is no estimate, and the errors are probably of another \
-         distribution", Shown(*.exponent)
+        "the most likely exponent is {}, an end of its range: it is not an estimate, and the errors probably have \
+         another distribution", Shown(*.exponent)
     )]
     "shape_at_bound" => ExponentAtBound { exponent: f64 },
     /// Influences of nodes whose errors are not white.
     #[error(
-        "leverages and residuals without a node are those of independent errors of one variance: with this model of \
-         the errors influences are left out"
+        "influences need independent errors of one variance: with this model of the errors they are omitted"
     )]
     "no_influence" => NoInfluenceOfErrors,
     /// A correction by simulation of errors that are not simulated.
     #[error(
-        "the predicted error is corrected by simulating independent errors of one variance: with this model of the \
-         errors the correction is left out"
+        "the correction of the predicted error simulates independent errors of one variance: with this model of the \
+         errors it is omitted"
     )]
     "no_corrected_error" => NoCorrectedError,
     /// The interval of a further height of unknown variance.
     #[error(
-        "variances differ from node to node, and nothing says which a further height would have: intervals of \
-         further heights are left out"
+        "variances differ between nodes, and that of a further height is not known: intervals of further heights are \
+         omitted"
     )]
     "no_prediction_intervals" => NoPredictionIntervals,
     /// The interval of a further height about a quantile.
     #[error(
-        "a quantile says how many heights lie below it, not how they spread: intervals of further heights are left \
-         out; fit the quantiles that are to hold them"
+        "a quantile does not describe the spread of heights: intervals of further heights are omitted; fit the two \
+         quantiles that bound them"
     )]
     "no_prediction_intervals" => NoPredictionOfQuantile,
     /// Nodes without which the others do not determine the fit.
     #[error(
-        "{} of leverage 1 (node {}): the fit passes through whatever is measured there, and without it the others do \
-         not determine the coefficients, so its deletion figures do not exist",
+        "{} of leverage 1 (node {}): the fit passes through every height measured there, and without it the others do \
+         not determine the coefficients, so its deletion diagnostics do not exist",
         counted(*.count, "node is", "nodes are"), first(.nodes, *.count)
     )]
     "full_leverage" => FullLeverage {
@@ -385,8 +388,8 @@ pub enum Warning {
     },
     /// Nodes without which nothing is left of the noise.
     #[error(
-        "without {} (node {}) the others are fitted exactly: its externally studentised residual and DFFITS divide by \
-         the noise of the others, of which there is none",
+        "without {} (node {}) the others are fitted exactly: its externally studentised residual and DFFITS do not \
+         exist",
         counted(*.count, "node", "nodes in turn"), first(.nodes, *.count)
     )]
     "no_noise_without" => NoNoiseWithout {
@@ -397,8 +400,7 @@ pub enum Warning {
     },
     /// Nodes that are all fitted exactly.
     #[error(
-        "every height is fitted exactly: studentised residuals, Cook's distances and DFFITS divide by the noise, of \
-         which there is none"
+        "every height is fitted exactly: studentised residuals, Cook's distances and DFFITS do not exist"
     )]
     "no_noise_without" => AllExact {
         /// The posted nodes, ten at most.
@@ -407,7 +409,7 @@ pub enum Warning {
         count: usize,
     },
     /// A shape of a measurement matrix.
-    #[error("the columns of a measurement matrix are no curve or surface: there is no shape")]
+    #[error("a measurement matrix is not a curve or surface: there is no shape")]
     "no_shape" => NoShapeOfMatrix,
     /// A shape of a higher degree than shapes have.
     #[error("curves and surfaces have degrees up to {most}: there is no shape of degree {degree}")]
@@ -418,7 +420,7 @@ pub enum Warning {
         most: usize,
     },
     /// A shape over a domain without width, or with numbers above the range of double.
-    #[error("the domain is a single place, or control points leave the range of double: there is no shape")]
+    #[error("the domain is a single point, or control points exceed the range of double precision: there is no shape")]
     "no_shape" => NoShapeOfPoint,
     /// Places outside the domain.
     #[error(
@@ -429,8 +431,8 @@ pub enum Warning {
     /// Residuals that are correlated with their neighbours.
     #[error(
         "the residuals are correlated along {}: {correlation:.2} between neighbours, which independent errors have \
-         with a probability of {}. Either the model lacks something that the nodes show, or the errors are correlated, \
-         and standard errors that take them for independent are too small by a factor of about {factor:.1}",
+         with a probability of {}. Either the model is incomplete, or the errors are correlated; standard errors \
+         that assume independence are too small by a factor of about {factor:.1}",
         .along.name(), Probability(*.p)
     )]
     "correlated_residuals" => CorrelatedResiduals {
@@ -448,21 +450,21 @@ pub enum Warning {
     "outliers_suspected" => OutliersSuspected(Outliers),
     /// Nodes that contradict the prior.
     #[error(
-        "the nodes contradict the prior: e'S⁻¹e/n is {}, which has a probability of {} where it holds; it is not \
-         used, and least squares of these nodes is returned", Size(*.statistic), Probability(*.p)
+        "the nodes contradict the prior: e'S⁻¹e/n is {}, which has a probability of {} if the prior is right; it is \
+         not used, and least squares of these nodes is returned", Size(*.statistic), Probability(*.p)
     )]
     "prior_conflict" => PriorConflict { statistic: f64, p: f64 },
     /// A prior of iterations whose noise is another: σ of these nodes and of all earlier ones,
     /// and the probability of so different ones by chance.
     #[error(
-        "σ of these nodes is {}, that of the earlier iterations {} (in heights of weight 1): the prior is weighed as if \
-         they were the same; compare the set-ups and the weights", Size(*.now), Size(*.earlier)
+        "σ of these nodes is {}, that of the earlier iterations {} (in heights of weight 1): the prior assumes that \
+         they are equal; compare the set-ups and the weights", Size(*.now), Size(*.earlier)
     )]
     "prior_noise_differs" => UnequalNoise { now: f64, earlier: f64, p: f64 },
     /// A model that was chosen by the nodes it is fitted to.
     #[error(
-        "the model was chosen out of {count} by the nodes that it is fitted to: intervals and standard errors take it for \
-         given, and hold less often than they say"
+        "the model was chosen among {count} by the nodes that it is fitted to: intervals and standard errors ignore \
+         this choice, and their coverage is below the level"
     )]
     "post_selection" => PostSelection { count: usize },
     /// A prior of iterations without any.
@@ -470,17 +472,18 @@ pub enum Warning {
     "no_earlier_iterations" => NoEarlierIterations,
     /// A representative piece whose directions are others.
     #[error(
-        "the directions of the representative piece lie off those of these nodes (alignment {alignment:.3}): much of the error \
-         along the smallest eigenvalues stays; measure at the places of the piece, or let the nodes make their own B"
+        "the directions of the representative piece differ from those of these nodes (alignment {alignment:.3}): much \
+         of the error along the smallest eigenvalues remains; measure at the places of the piece, or compute B from \
+         these nodes"
     )]
     "representative_misaligned" => PieceMisaligned { alignment: f64 },
     /// A fit that has nothing to give to others.
-    #[error("no eigenvalue is raised by a matrix B here: there is nothing of this fit for others to use")]
+    #[error("no eigenvalue is raised by a matrix B here: this fit has no data for others")]
     "no_representative" => NoPieceToGive,
     /// Constraints that hold the function back.
     #[error(
-        "constraints hold the function back at {}: standard errors are those with the derivatives there held at 0, \
-         intervals are those of least squares, which the estimate may lie outside of",
+        "constraints are active at {}: standard errors hold the derivatives there at 0; intervals are those of least \
+         squares, and the estimate may lie outside of them",
         counted(*.count, "place", "places")
     )]
     "constraints_active" => ConstraintsActive { count: usize },

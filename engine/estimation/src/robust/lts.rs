@@ -67,8 +67,7 @@ pub(super) fn estimate(coverage: f64, seed: u64, measured: &Measured) -> Result<
         return Err(Faults::one(
             "estimator.type",
             format_args!(
-                "least trimmed squares needs more nodes than coefficients to leave any out: there are {m} for {n} \
-                 coefficients"
+                "least trimmed squares needs more nodes than coefficients: there are {m} for {n} coefficients"
             ),
         )
         .into());
@@ -129,8 +128,8 @@ fn rows_of(measured: &Measured) -> Result<Rows, FitError> {
         return Err(Faults::one(
             "estimator.type",
             format_args!(
-                "least trimmed squares of {nodes} nodes and {coefficients} coefficients is too much work: use an \
-                 m_estimator, or fewer nodes"
+                "least trimmed squares of {nodes} nodes and {coefficients} coefficients takes too long: use \
+                 `m_estimator`, or fewer nodes"
             ),
         )
         .into());

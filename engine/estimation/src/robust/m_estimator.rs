@@ -160,8 +160,8 @@ fn too_few(asked: &MEstimator, omega: &[f64], n: usize) -> FitError {
     Faults::one(
         field,
         format_args!(
-            "{left} of {} nodes keep a weight, which do not determine {n} coefficients: choose a larger scale or \
-             tuning constant, or the start least_trimmed_squares",
+            "only {left} of {} nodes have a weight above 0, which do not determine {n} coefficients: use a larger \
+             scale or tuning constant, or the start `least_trimmed_squares`",
             omega.len()
         ),
     )

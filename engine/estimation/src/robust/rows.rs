@@ -32,8 +32,8 @@ impl Rows {
             return Err(Faults::one(
                 "estimator.type",
                 format_args!(
-                    "this estimator holds {m} nodes × {n} coefficients at once; at most {MOST} numbers are taken: use \
-                     an m_estimator, or fewer nodes"
+                    "this estimator needs {m} nodes × {n} coefficients in memory; at most {MOST} numbers are \
+                     possible: use `m_estimator`, or fewer nodes"
                 ),
             )
             .into());

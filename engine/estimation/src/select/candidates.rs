@@ -35,9 +35,7 @@ pub(super) fn degrees(largest: Degree, surface: bool, total: bool) -> Result<Vec
     let one = !surface || total;
     let candidates = if one { p.saturating_add(1) } else { p.saturating_add(1).saturating_mul(q.saturating_add(1)) };
     if candidates > MOST_CANDIDATES {
-        return refused(&format!(
-            "these degrees make {candidates} models, more than the {MOST_CANDIDATES} that are looked at"
-        ));
+        return refused(&format!("these degrees give {candidates} models; at most {MOST_CANDIDATES} can be compared"));
     }
     Ok(match one {
         true => (0..=p).map(Degree::Both).collect(),
@@ -55,7 +53,7 @@ pub(super) fn check_work(asked: &Select, models: usize, m: usize, n: usize, cost
         };
         return Err(Faults::one(
             field,
-            format_args!("{n} coefficients and {m} nodes are too much work: take fewer of them"),
+            format_args!("{n} coefficients and {m} nodes take too long: use fewer of them"),
         ));
     }
     Ok(())

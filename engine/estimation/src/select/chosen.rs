@@ -50,7 +50,7 @@ pub(crate) fn choose(nodes: &Nodes, spec: &FitSpec, asked: &Select) -> Result<Ch
     let dependent = || {
         Faults::one(
             path_of(asked),
-            "the nodes do not determine the largest model: its columns depend on each other; leave some out",
+            "the nodes do not determine the largest model: its columns depend on each other; omit some",
         )
     };
     scaled_condition(&factor.r).ok_or_else(dependent)?;
@@ -68,10 +68,7 @@ pub(crate) fn choose(nodes: &Nodes, spec: &FitSpec, asked: &Select) -> Result<Ch
     let chosen = exact.or(best).ok_or_else(|| {
         Faults::one(
             "select.criterion",
-            format_args!(
-                "no model has {}: there are too few nodes, or the heights leave no residuals",
-                asked.criterion.name()
-            ),
+            format_args!("no model has {}: there are too few nodes, or all residuals are 0", asked.criterion.name()),
         )
     })?;
     let selection = Selection { criterion: asked.criterion, candidates, chosen };
@@ -111,18 +108,18 @@ fn check(spec: &FitSpec, asked: &Select) -> Result<(), Faults> {
         (Model::Polynomial { .. }, _) | (Model::Linear, Candidates::Terms(_)) => {}
         (_, Candidates::Degrees(_)) => faults.push(
             "select.degrees",
-            "degrees are chosen of polynomials: take the model polynomial, or choose terms of a linear model",
+            "only polynomials have degrees: use the model `polynomial`, or select terms of a linear model",
         ),
         (Model::BSpline { .. }, Candidates::Terms(_)) => faults.push(
             "select.terms",
-            "functions of a B-spline cannot be selected one by one: choose degrees or terms of polynomials, or columns",
+            "functions of a B-spline cannot be selected: select degrees or terms of polynomials, or columns",
         ),
     }
     if !asked.hierarchical && spec.model != Model::Linear {
         faults.push(
             "select.hierarchical",
-            "without the powers that divide it a term would depend on where u and v are 0: only the columns of a \
-             linear model are chosen without a hierarchy",
+            "without the powers that divide it a term depends on the origin of u and v: only columns of a linear \
+             model can be selected without hierarchy",
         );
     }
     if let Candidates::Terms(TermSearch::ElasticNet { alpha }) = asked.candidates
@@ -133,19 +130,20 @@ fn check(spec: &FitSpec, asked: &Select) -> Result<(), Faults> {
     if spec.estimator != Estimator::LeastSquares {
         faults.push(
             "select",
-            "likelihoods and leverages are those of least squares: a robust estimator has none to choose by",
+            "selection needs likelihoods and leverages of least squares, which a robust estimator does not have",
         );
     }
     requested_models(spec).for_each(|path| {
-        faults
-            .push(path, "the figures of models are those of independent errors of one variance: choose the model first")
+        faults.push(path, "selection needs independent errors of one variance: select the model first")
     });
     if spec.prior.is_some() {
-        faults
-            .push("select", "a prior is of the coefficients of one model: choose the model first, then give the prior");
+        faults.push(
+            "select",
+            "a prior is for the coefficients of one model: select the model first, then give the prior",
+        );
     }
     if !spec.constraints.is_empty() {
-        faults.push("constraints", "constraints are for one model: criteria count the coefficients of least squares");
+        faults.push("constraints", "constraints are for one model: select the model first");
     }
     faults.into_result(())
 }
@@ -163,7 +161,7 @@ fn largest(spec: &FitSpec, asked: &Select, surface: bool, m: usize) -> Result<(F
     };
     if m > 0 && n > m {
         let message =
-            format!("the largest model has {}, of {m} counted nodes", counted(n, "coefficient", "coefficients"));
+            format!("the largest model has {} for {m} counted nodes", counted(n, "coefficient", "coefficients"));
         return Err(Faults::one("select.degrees", message));
     }
     Ok((of_degree(spec, largest), degrees))

@@ -165,7 +165,7 @@ pub(crate) fn checked_count(count: usize, all: usize) -> Result<usize, Faults> {
     Err(Faults::one(
         "regularization.count",
         format_args!(
-            "{count} of {all} eigenvalues: the largest one cannot be regularised, so at most {}",
+            "{count} of {all} eigenvalues: the largest one cannot be regularised, so at most {} are possible",
             all.saturating_sub(1)
         ),
     ))

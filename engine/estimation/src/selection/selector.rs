@@ -123,8 +123,7 @@ pub(crate) fn select<P: Comparison>(
 pub(crate) fn no_minimiser(wanted: Criterion) -> Faults {
     let message = match wanted {
         Criterion::MinCondition => {
-            "there is no parameter of least condition: the condition falls for ever, or does not change at all"
-                .to_owned()
+            "no parameter minimises the condition number: it decreases without end, or is constant".to_owned()
         }
         Criterion::Hkb | Criterion::Hkb1975 | Criterion::LawlessWang => format!(
             "`{}` is for ridge, and needs coefficients that are not all 0 (`hkb_1975` one, the others three)",

@@ -69,7 +69,7 @@ pub struct ChosenLambda {
 
 /// Equations that could not be solved for any λ.
 pub(crate) fn unsolved() -> Faults {
-    Faults::one("parameter", "the equations could not be solved for any λ in the range searched")
+    Faults::one("parameter", "the equations could not be solved for any λ in the searched range")
 }
 
 /// Grid cells over the range of ln λ: none longer than this, and so many at most.

@@ -212,7 +212,7 @@ fn coordinates(given: usize) -> Faults {
 
 /// Error for intermediate numbers above the range of a double.
 fn beyond() -> Faults {
-    Faults::one("points", "these numbers leave the range of double precision: choose another unit")
+    Faults::one("points", "these numbers exceed the range of double precision: choose another unit")
 }
 
 fn merge(points: &Points) -> Merged {

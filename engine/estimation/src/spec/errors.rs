@@ -102,7 +102,7 @@ pub enum Correlation {
     schema(as = MaternParameters)
 )]
 pub struct Matern {
-    /// Distance over which errors are alike, in the unit of the abscissae.
+    /// Distance over which errors are correlated, in the unit of the abscissae.
     #[cfg_attr(feature = "contract", schema(exclusive_minimum = 0))]
     pub length: f64,
     /// The white share of the variance.

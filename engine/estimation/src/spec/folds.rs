@@ -3,9 +3,9 @@
 #[cfg(feature = "contract")]
 use super::form;
 
-/// Nodes that are left out together. Errors of neighbours are alike (one scan line, one setting of
-/// the probe), so single nodes are predicted too well by their neighbours; adjacent rows are left
-/// out as one block.
+/// Nodes that form a block. Errors of neighbours are alike (one scan line, one setting of the
+/// probe), so single nodes are predicted too well by their neighbours; adjacent rows are left out
+/// as one block.
 ///
 /// ```
 /// use flankfit_estimation::{

@@ -64,8 +64,8 @@ pub enum Model {
     Linear,
 }
 
-/// Functions of a polynomial model. `monomial` means the caller's raw u and v; the others live on
-/// the domain mapped to [-1, 1]. The estimate is computed in Chebyshev polynomials in any case.
+/// Functions of a polynomial model. `monomial` uses raw u and v; the others use the domain mapped
+/// to [-1, 1]. The estimate is always computed in Chebyshev polynomials.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(
     feature = "contract",

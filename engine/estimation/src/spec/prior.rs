@@ -30,7 +30,7 @@ use crate::data::Nodes;
 /// let found = fit(&nodes, &spec)?;
 /// // They conflict: 3 against 7, with a standard error of 0.7 between them. The prior is let go.
 /// let conflict = found.prior.expect("there is one").conflict.expect("it is looked at");
-/// assert!(conflict.let_go && conflict.p < 1e-7);
+/// assert!(conflict.dropped && conflict.p < 1e-7);
 /// assert_eq!(found.coefficients[0].value, 3.0);
 ///
 /// // Half-way between 3 and 4, and better known than either.

@@ -165,7 +165,7 @@ fn check(part: &Part, characteristics: &[Characteristic]) -> Result<(), Faults> 
         ] {
             if let Some(value) = value.filter(|value| !value.is_finite()) {
                 let path = format_args!("characteristics[{index}].{field}");
-                let message = format_args!("characteristic {index}: {name} is {value}, no finite number");
+                let message = format_args!("characteristic {index}: {name} is {value}, not a finite number");
                 return Err(Faults::one(path, message));
             }
         }

@@ -90,7 +90,8 @@ pub(super) fn of(head: &Head<'_>, mapping: &Mapping) -> Result<(Vec<ColumnSpec>,
         let unknown = column.meaning.usual_unit().and_then(|_| Unit::unknown_in(&column.name, column.meaning));
         if let Some(unit) = unknown.filter(|_| mapping.columns.is_none()) {
             return Err(TableFault::of_table(format_args!(
-                "column {} is in `{unit}`, which is no known unit of it; convert it and send its `unit` as `mapping`",
+                "column {} is in `{unit}`, which is not a known unit of it; convert it and send its `unit` in \
+                    `mapping`",
                 number + 1
             ))
             .into());

@@ -75,7 +75,7 @@ fn unknown_flank(line: usize, found: &str) -> FileError {
     let found: String = found.chars().take(40).collect();
     let [left, right] = [Side::Left, Side::Right].map(words_of);
     let fault = TableFault::of_table(format_args!(
-        "line {line}: `{found}` is no flank; a left one is {left}, a right one {right}"
+        "line {line}: `{found}` is not a flank; write {left} for left and {right} for right"
     ));
     TableFault { flanks: Some(FlankFault::Unknown), ..fault }.into()
 }
@@ -129,8 +129,7 @@ impl Table {
             if column.name.is_empty() { format!("`{k}`") } else { format!("`{}`", column.name) }
         };
         let names: Vec<String> = each.take(12).map(name).collect();
-        let message =
-            format!("the columns are {}: {missing}; say what they are as `columns` of `mapping`", names.join(", "));
+        let message = format!("the columns are {}: {missing}; name them as `columns` of `mapping`", names.join(", "));
         let fault = TableFault::of_table(message);
         TableFault { path: self.mapped.then(|| "mapping.columns".to_owned()), ..fault }.into()
     }
@@ -154,7 +153,8 @@ impl Table {
                 cancel::every(10, row);
                 let direction = direction.map(|columns| vector(columns, row)).filter(|d| !d.iter().all(|x| x.is_nan()));
                 if direction == Some(Vector::zeros()) {
-                    let message = format_args!("line {}: i, j, k are all zero, which is no direction", self.lines[row]);
+                    let message =
+                        format_args!("line {}: i, j, k are all zero, which is not a direction", self.lines[row]);
                     return Err(TableFault::of_table(message).into());
                 }
                 let id = ids.as_ref().map(|id| id(row)).filter(|id| !id.is_empty()).map(str::to_owned);
@@ -181,7 +181,7 @@ impl Table {
             groups.entry((tooth.filter(|tooth| !tooth.is_empty()), side)).or_default().push(row);
             if groups.len() > MOST_FLANKS {
                 let fault = TableFault::of_table(format_args!(
-                    "the table has nodes of more than {MOST_FLANKS} flanks: send parts of it, or map fewer columns"
+                    "the table has nodes of more than {MOST_FLANKS} flanks: split it, or map fewer columns"
                 ));
                 return Err(TableFault { flanks: Some(FlankFault::TooMany), ..fault }.into());
             }

@@ -97,7 +97,7 @@ warnings! {
 pub enum TableNote {
     /// No header names the columns; they are taken by their number.
     #[error(
-        "no header names the columns; they are taken for {}", listed(.meanings.iter().map(|meaning| meaning.name()))
+        "no header names the columns; they are assumed to be {}", listed(.meanings.iter().map(|meaning| meaning.name()))
     )]
     "meaning_assumed" => MeaningAssumed { meanings: Vec<Meaning> },
     /// The header names no unit.

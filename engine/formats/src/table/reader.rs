@@ -161,7 +161,7 @@ impl Faulty {
 
     fn into_result(self, head: &Head<'_>, columns: &[ColumnSpec], mapping: &Mapping) -> Result<(), TableFault> {
         if self.too_many {
-            let message = format_args!("the table has more than {MOST_CELLS} cells: send parts of it");
+            let message = format_args!("the table has more than {MOST_CELLS} cells: split it");
             return Err(TableFault::of_table(message));
         }
         let most = self.rows.iter().max_by_key(|(_, rows)| **rows).map(|(cells, rows)| (*cells, *rows));
@@ -183,8 +183,8 @@ impl Faulty {
                 TableFault { path, ..TableFault::of_table(format_args!("{message}{hint}")) }
             }
             None if most.is_some_and(|(cells, _)| cells == 2 * head.width) => TableFault::of_table(format_args!(
-                "{message}; where the comma is separator and decimal sign nothing tells them apart: separate the \
-                 columns by semicolons, or write decimal points"
+                "{message}; a comma cannot be both separator and decimal sign: separate the columns by semicolons, or \
+                 write decimal points"
             )),
             None => TableFault::of_table(message),
         };

@@ -131,10 +131,10 @@ pub enum Missing {
 impl fmt::Display for Missing {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Missing::All => "what they hold is not known",
-            Missing::Height => "none of them holds heights (`deviation`; `z` beside u and v, `y` beside x)",
-            Missing::Place => "none of them says where on the flank the heights are",
-            Missing::Direction => "of i, j and k there must be all or none",
+            Missing::All => "their meaning is not known",
+            Missing::Height => "none of them has heights (`deviation`; `z` with u and v, `y` with x)",
+            Missing::Place => "none of them has the places of the heights on the flank",
+            Missing::Direction => "give all of i, j and k or none",
         })
     }
 }

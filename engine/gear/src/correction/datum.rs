@@ -47,7 +47,7 @@ impl Correction {
             return Err(Faults::one(
                 "absolute",
                 format_args!(
-                    "the deviations have no datum, and every setting changes {nodes} nearly alike: nothing can be \
+                    "the deviations have no datum, and every setting changes {nodes} nearly equally: nothing can be \
                      determined"
                 ),
             ));

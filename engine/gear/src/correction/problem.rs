@@ -227,7 +227,7 @@ impl Correction {
             let (nodes, settings) = (counted(rows, "node", "nodes"), counted(columns, "setting", "settings"));
             faults.push(
                 "sensitivity.matrix",
-                format_args!("{given}; {nodes} and {settings} ask for {wanted} (at most {MOST_ENTRIES})"),
+                format_args!("{given}; {nodes} and {settings} need {wanted} (at most {MOST_ENTRIES})"),
             );
         }
         for (at, value) in asked.sensitivity.iter().enumerate().filter(|(_, x)| !x.is_finite()) {
@@ -240,7 +240,7 @@ impl Correction {
         }
         check_lists(&asked, rows, &mut faults);
         if asked.traces.is_some() && asked.absolute {
-            let message = "traces that have a zero each have no common one: leave it out, or `trace`";
+            let message = "traces with their own zeros have no common one: omit it, or `trace`";
             faults.push("absolute", message);
         }
         for (path, value) in
@@ -359,7 +359,7 @@ fn check_settings(settings: &[Setting], faults: &mut Faults) {
         if setting.name.trim().is_empty() {
             faults.push(path, "a setting needs a name");
         } else if settings[..index].iter().any(|other| other.name == setting.name) {
-            faults.push(path, format_args!("`{}` is there twice", setting.name));
+            faults.push(path, format_args!("`{}` occurs twice", setting.name));
         }
         faults.append(limit_faults(setting).within(&format!("limits[{index}]")));
     }
@@ -371,11 +371,11 @@ fn limit_faults(setting: &Setting) -> Faults {
     let Setting { min, max, fixed, increment, .. } = setting;
     let ends = [("min", min), ("max", max), ("increment", increment)];
     for (end, _) in ends.iter().filter(|(_, limit)| limit.is_some_and(|limit| !limit.is_finite())) {
-        faults.push(end, "the number is not finite; leave it out for none");
+        faults.push(end, "the number is not finite; omit it for no limit");
     }
     if *fixed {
         for (end, _) in ends.iter().filter(|(_, limit)| limit.is_some()) {
-            faults.push(end, "a setting that is fixed is not changed: it has no limits and no increment");
+            faults.push(end, "a fixed setting has no limits and no increment");
         }
         return faults;
     }

@@ -104,9 +104,8 @@ pub struct Predicted {
         schema(value_type = Vec<Option<f64>>)
     )]
     pub deviation_um: Vec<f64>,
-    /// Standard uncertainty of the change at each node that the uncertainty of the sensitivity
-    /// leaves, entries being uncertain by η independently: η √Σ (J_kj Δ_j)². Present when `nodes`
-    /// was included.
+    /// Standard uncertainty of the change at each node due to independent errors η of the entries
+    /// of the sensitivity: η √Σ (J_kj Δ_j)². Present when `nodes` was included.
     #[cfg_attr(
         feature = "contract",
         serde(default, skip_serializing_if = "Vec::is_empty", deserialize_with = "with_gaps"),

@@ -61,7 +61,7 @@ impl Border {
                 let share = |x: f64| (0.0..=100.0).contains(&x);
                 if !(share(low) && share(high) && low + high < 100.0) {
                     let [low, high] = [low, high].map(Shown);
-                    return Err(format!("{low} % and {high} % leave nothing between the edges"));
+                    return Err(format!("{low} % and {high} % leave no range between the edges"));
                 }
                 let [least, most] =
                     at.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], x| [least.min(x), most.max(x)]);

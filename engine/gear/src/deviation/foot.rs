@@ -60,8 +60,8 @@ pub enum NoFoot {
         roll_length: f64,
     },
     /// The point is farther from the nearest flank than a deviation may be.
-    #[error("the point lies {} mm from the {} flank of tooth {tooth}, farther than {} mm: another flank, or not this \
-        gear",
+    #[error("the point lies {} mm from the {} flank of tooth {tooth}, farther than {} mm: it is on another flank or \
+        another gear",
         short(*distance), word(*side), short(*reach))]
     Far {
         /// Distance along the normal, mm.
@@ -74,7 +74,7 @@ pub enum NoFoot {
         side: Side,
     },
     /// The foot lies outside the tip or root circle.
-    #[error("its foot has diameter {} mm and lies beyond the {} circle of {} mm by more than {} mm", short(*diameter),
+    #[error("its foot has diameter {} mm and lies outside the {} circle of {} mm by more than {} mm", short(*diameter),
         if *tip { "tip" } else { "root" }, short(*circle), short(*reach))]
     OffTooth {
         /// Diameter of the foot, mm.

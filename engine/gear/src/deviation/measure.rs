@@ -148,7 +148,7 @@ pub fn measure(
             faults.push(format_args!("teeth[{index}]"), message);
         } else if touch.point.iter().any(|x| x.abs() > MOST_COORDINATE) {
             let most = Shown(MOST_COORDINATE);
-            faults.push(format_args!("points[{index}]"), format_args!("a coordinate is beyond {most} mm"));
+            faults.push(format_args!("points[{index}]"), format_args!("a coordinate exceeds {most} mm"));
         } else if !touch.point.iter().any(|x| x.is_nan()) {
             let found = nearest(reference, touch, measurement.ball_radius, reach)
                 .and_then(|foot| reference.node(&foot, measurement.direction));

@@ -47,7 +47,7 @@ pub struct BandPosition {
     pub within: Option<bool>,
     /// Distance that the trace can be shifted within the band; below 0 the height by which it is
     /// too high for it.
-    pub room_um: f64,
+    pub clearance_um: f64,
     /// Shift that takes the trace to the middle of the band, positive towards where material
     /// protrudes.
     pub shift_um: f64,
@@ -86,7 +86,7 @@ impl Band {
         }
         Some(BandPosition {
             band,
-            room_um: room,
+            clearance_um: room,
             shift_um: 0.5 * (most[0] + least[0]) + 0.0,
             nearest_mm: [most[1], least[1]],
             within: if room < 0.0 { Some(false) } else { self.is_covered(places).then_some(true) },
@@ -168,7 +168,9 @@ mod tests {
         };
         let shifts: Vec<f64> = (-4000..0).map(|k| 0.01 * f64::from(k)).filter(|shift| fits(*shift)).collect();
         let (first, last) = (shifts[0], shifts[shifts.len() - 1]);
-        assert!((found.room_um - (last - first)).abs() < 0.03 && (found.shift_um - 0.5 * (first + last)).abs() < 0.03);
+        assert!(
+            (found.clearance_um - (last - first)).abs() < 0.03 && (found.shift_um - 0.5 * (first + last)).abs() < 0.03
+        );
         assert_eq!(found.within, Some(true));
     }
 
@@ -177,7 +179,7 @@ mod tests {
         let steep: Vec<[f64; 2]> = (0..=100).map(|k| 0.1 * f64::from(k)).map(|x| [x, 2.0 * x]).collect();
         let found = band().found(0, &gear(), steep.iter().copied()).unwrap();
         // at x = 10 the upper line is at 0, at x = 0 the lower one at −2: 20 µm rise have 2 µm
-        assert!((found.room_um - (0.0 - 20.0 + 2.0)).abs() < 1e-12 && found.within == Some(false));
+        assert!((found.clearance_um - (0.0 - 20.0 + 2.0)).abs() < 1e-12 && found.within == Some(false));
         assert_eq!(found.nearest_mm, [10.0, 0.0]);
         let flat = |to: usize| (0..=to).map(|k| [0.1 * k as f64, -1.0]);
         assert_eq!(band().found(0, &gear(), flat(100)).unwrap().within, Some(true));

@@ -12,7 +12,8 @@ use crate::{
 /// Over a hole a slope has the class that it has by so many standard errors more and less.
 pub(crate) const SURE: f64 = 2.0;
 
-/// Classes 1 to 11 of ISO 1328-1:2013. Those coarser than 11 are absent and named by `beyond`.
+/// Classes 1 to 11 of ISO 1328-1:2013. Those coarser than 11 are absent and named by
+/// `coarser_than_11`.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(
     feature = "contract",
@@ -29,14 +30,14 @@ pub struct Classes {
     pub total: Option<u8>,
     /// Names of those that exceed even class 11.
     #[cfg_attr(feature = "contract", serde(default, skip_serializing_if = "Vec::is_empty"))]
-    pub beyond: Vec<String>,
+    pub coarser_than_11: Vec<String>,
 }
 
 impl Classes {
     /// Returns the coarsest one.
     pub(super) fn coarsest(&self) -> Option<Class> {
         let within = [self.slope, self.form, self.total].into_iter().flatten().max().map(Class::Within);
-        if self.beyond.is_empty() { within } else { Some(Class::Beyond) }
+        if self.coarser_than_11.is_empty() { within } else { Some(Class::Beyond) }
     }
 }
 
@@ -72,8 +73,8 @@ impl Classified<'_> {
         let form = self.class(form, values.form_um).filter(|_| whole);
         let total = self.class(total, values.total_um).filter(|_| whole);
         let any = of_slope.is_some() || form.is_some() || total.is_some();
-        let ([slope, form, total], beyond) = numbered([("slope", of_slope), ("form", form), ("total", total)]);
-        ClassesFound { classes: any.then_some(Classes { slope, form, total, beyond }), open }
+        let ([slope, form, total], coarser_than_11) = numbered([("slope", of_slope), ("form", form), ("total", total)]);
+        ClassesFound { classes: any.then_some(Classes { slope, form, total, coarser_than_11 }), open }
     }
 
     fn class(&self, characteristic: Characteristic, value: f64) -> Option<Class> {

@@ -91,8 +91,8 @@ macro_rules! limits {
                 let mut faults = Faults::default();
                 for (name, limits) in &self.named()[5..] {
                     if limits.is_some() {
-                        let message = "form and total deviations are of traces, and nothing here is held against \
-                            their limits; leave it out, or evaluate traces";
+                        let message = "limits of form and total deviations apply to traces only; omit them, or \
+                            evaluate traces";
                         faults.push(name, message);
                     }
                 }
@@ -254,8 +254,7 @@ pub struct Inference {
     /// The estimate that interval and conformity are made of.
     #[cfg_attr(feature = "contract", serde(skip))]
     pub about: Inferred,
-    /// Degrees of freedom of Student's distribution that the interval is made of; absent if the
-    /// noise is known.
+    /// Degrees of freedom of Student's distribution for the interval; absent if the noise is known.
     pub degrees_of_freedom: Option<f64>,
     /// Conformity with the limits, if `within` is given.
     pub conformity: Option<Conformity>,
@@ -280,7 +279,7 @@ pub(super) fn ascending(named: &[(&'static str, Option<[f64; 2]>)]) -> Faults {
     for (name, limits) in named {
         if let Some([low, high]) = limits.filter(|[low, high]| !(low < high)) {
             let [low, high] = [low, high].map(Shown);
-            let message = format_args!("{low} to {high} µm leave nothing between them; write the lower limit first");
+            let message = format_args!("{low} to {high} µm is not a range; write the lower limit first");
             faults.push(name, message);
         }
     }

@@ -123,12 +123,12 @@ pub struct Evaluated {
     /// Conformity of the slope, if it has limits (`tolerance_limits`) and an interval, and the
     /// samples reach both ends of the range.
     pub slope_conformity: Option<Conformity>,
-    /// True if the slope lies within its limits (`tolerance_limits`); if it has some and the
-    /// samples reach both ends of the range.
+    /// True if the slope lies within its limits (`tolerance_limits`); present if it has limits and
+    /// the samples reach both ends of the range.
     pub slope_within: Option<bool>,
-    /// The same of the form deviation; absent over a hole.
+    /// The same for the form deviation; absent over a hole.
     pub form_within: Option<bool>,
-    /// The same of the total deviation; absent over a hole.
+    /// The same for the total deviation; absent over a hole.
     pub total_within: Option<bool>,
     /// Confidence interval of the crowning, as that of the slope.
     pub crowning_interval_um: Option<[f64; 2]>,
@@ -137,7 +137,7 @@ pub struct Evaluated {
     /// True if the crowning lies within its limits, as for the slope.
     pub crowning_within: Option<bool>,
     /// Design line of the trace: µm for each sample, in the sign and the direction of its
-    /// deviations. Set by callers who return it; absent if it is 0 everywhere.
+    /// deviations. Absent if it is 0 everywhere.
     pub design_um: Option<Vec<f64>>,
     /// Bands that apply to the trace (`k_bands`), with its position in them.
     #[cfg_attr(feature = "contract", serde(rename = "k_bands", default, skip_serializing_if = "Vec::is_empty"))]
@@ -173,7 +173,7 @@ pub struct Evaluation {
     /// The coarsest class of all traces, 1 to 11; absent if there is none.
     pub class: Option<u8>,
     /// True if a trace exceeds even class 11.
-    pub beyond_classes: bool,
+    pub coarser_than_11: bool,
     /// Warnings.
     #[cfg_attr(feature = "contract", serde(skip))]
     pub warnings: Vec<Warning>,
@@ -182,7 +182,7 @@ pub struct Evaluation {
 impl Evaluation {
     /// Removes all classes of traces.
     pub fn without_classes(&mut self) {
-        (self.class, self.beyond_classes) = (None, false);
+        (self.class, self.coarser_than_11) = (None, false);
         self.traces.iter_mut().for_each(|trace| trace.classes = None);
     }
 }
@@ -295,15 +295,16 @@ pub fn evaluate(gear: &Gear, posted: &[Posted], settings: &Settings) -> Result<E
     let (surfaces, more) = trace_surface::surfaces(gear, &each, settings, &slopes);
     warnings.extend(more);
     let overall = super::tolerance::overall(traces.iter().filter_map(|t| t.classes.as_ref()?.coarsest()));
-    let (class, beyond_classes) = (overall.and_then(Class::number), overall == Some(Class::Beyond));
-    Ok(Evaluation { traces, profile, helix, summaries, twists, surfaces, class, beyond_classes, warnings })
+    let (class, coarser_than_11) = (overall.and_then(Class::number), overall == Some(Class::Beyond));
+    Ok(Evaluation { traces, profile, helix, summaries, twists, surfaces, class, coarser_than_11, warnings })
 }
 
 /// Refuses levels and limits that there are not.
 fn checked(settings: &Settings, tolerances: &Result<Tolerances, OutOfScope>, helix: bool) -> Result<(), Faults> {
     let mut faults = Faults::default();
     if !(settings.level > 0.5 && settings.level < 1.0) {
-        faults.push("level", format_args!("{} is not a level: above 0.5 and below 1", Shown(settings.level)));
+        faults
+            .push("level", format_args!("{} is not a level: it must be above 0.5 and below 1", Shown(settings.level)));
     }
     faults.append(settings.limits.check_on(tolerances, helix).within("tolerance_limits"));
     faults.into_result(())

@@ -26,7 +26,7 @@ use crate::{
 use flankfit_estimation::inference::Conformity;
 use flankfit_numerics::{
     check::Faults,
-    words::{Shown, entries},
+    words::{Shown, entries, rounded},
 };
 
 /// Measured values: one number per tooth, NaN where there is none.
@@ -55,7 +55,7 @@ pub struct PitchSettings {
     pub rounding: Rounding,
 }
 
-/// A value and the tooth, counted from 1, of which it is.
+/// A value and its tooth, counted from 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "contract",
@@ -98,8 +98,8 @@ pub struct Pitch {
     /// pitches (k + 1 flanks), at the tooth where the sector ends.
     pub sector_pitch_2013: Option<Extreme>,
     /// F_pSk of ISO 1328-1:2013, Annex D: of the consecutive sectors of k pitches that begin at
-    /// tooth 1, the sum of greatest amount, at the tooth where the sector ends. Pitches behind the
-    /// last whole sector are left out.
+    /// tooth 1, the sum of greatest amount, at the tooth where the sector ends. Pitches after the
+    /// last whole sector are omitted.
     pub sector_sum_2013: Option<Extreme>,
     /// F_pk of ISO 1328-1:1995: the sum of any k pitches of greatest amount, at the tooth where the
     /// sector ends. Testers print its amount as F_pz/8.
@@ -117,17 +117,17 @@ pub struct Pitch {
     pub class: PitchClasses,
     /// Limits of the single pitch deviations.
     pub single_pitch_limits_um: Option<[f64; 2]>,
-    /// True if every single pitch deviation lies within, as it was measured; if there are limits.
-    /// If teeth were not measured it is false or absent.
+    /// True if every single pitch deviation lies within its limits, as measured; present with
+    /// limits. If teeth were not measured it is false or absent.
     pub single_pitch_within: Option<bool>,
-    /// Conformity of the single pitch nearest to its limits. A gear with a pitch at its limit is
-    /// found to conform in at most one measurement of twenty, and not to conform more often, the
-    /// more pitches lie at theirs (docs/explanation/intervals.md). With limits and an uncertainty,
-    /// if no tooth is missing.
+    /// Conformity of the single pitch nearest to its limits. A gear with a pitch at its limit
+    /// conforms in at most one measurement of twenty, and fails to conform more often, the more
+    /// pitches are at their limits (docs/explanation/intervals.md). Present with limits and an
+    /// uncertainty, if no tooth is missing.
     pub single_pitch_conformity: Option<Conformity>,
     /// Limits of F_p.
     pub cumulative_pitch_limits_um: Option<[f64; 2]>,
-    /// True if F_p lies within, likewise.
+    /// True if F_p lies within its limits, likewise.
     pub cumulative_pitch_within: Option<bool>,
     /// Conformity of F_p, likewise.
     pub cumulative_pitch_conformity: Option<Conformity>,
@@ -136,7 +136,8 @@ pub struct Pitch {
     pub warnings: Vec<PitchWarning>,
 }
 
-/// Classes 1 to 11 of ISO 1328-1:2013. Those coarser than 11 are absent and named by `beyond`.
+/// Classes 1 to 11 of ISO 1328-1:2013. Those coarser than 11 are absent and named by
+/// `coarser_than_11`.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(
     feature = "contract",
@@ -150,7 +151,7 @@ pub struct PitchClasses {
     pub cumulative_pitch: Option<u8>,
     /// Names of the two above that exceed even class 11.
     #[cfg_attr(feature = "contract", serde(default, skip_serializing_if = "Vec::is_empty"))]
-    pub beyond: Vec<String>,
+    pub coarser_than_11: Vec<String>,
 }
 
 impl Pitch {
@@ -199,12 +200,12 @@ pub fn pitch(gear: &Gear, measured: &PitchMeasured, settings: &PitchSettings) ->
             let arcs = arcs(given, diameter);
             let half = 5e2 * std::f64::consts::PI * diameter / teeth as f64;
             if let Some(i) = arcs.iter().position(|arc| arc.abs() > half) {
-                let arc = Shown(arcs[i]);
+                let arc = rounded(arcs[i], 4);
                 return Err(Faults::one(
                     format_args!("angle_deg[{i}]"),
                     format_args!(
-                        "the flank is {arc} µm from its place, more than half a pitch: angles run in the direction in \
-                         which teeth are counted"
+                        "the flank is {arc} µm from its nominal position, more than half a pitch: give angles in the \
+                         direction in which teeth are counted"
                     ),
                 ));
             }
@@ -247,7 +248,7 @@ pub fn pitch(gear: &Gear, measured: &PitchMeasured, settings: &PitchSettings) ->
     let sector_pitch_1995 = sector.and_then(|k| sums(&mut (0..teeth), k));
     let adjacent = (teeth > 1).then(|| greatest((0..teeth).filter_map(|i| difference(&single, i, 1)))).flatten();
     let named = [("single_pitch", classified[0]), ("cumulative_pitch", classified[1])];
-    let ([of_single, of_cumulative], beyond) = numbered(named);
+    let ([of_single, of_cumulative], coarser_than_11) = numbered(named);
     Ok(Pitch {
         flank: settings.side,
         diameter_mm: diameter,
@@ -262,7 +263,7 @@ pub fn pitch(gear: &Gear, measured: &PitchMeasured, settings: &PitchSettings) ->
         closure_um: closure,
         missing,
         complete,
-        class: PitchClasses { single_pitch: of_single, cumulative_pitch: of_cumulative, beyond },
+        class: PitchClasses { single_pitch: of_single, cumulative_pitch: of_cumulative, coarser_than_11 },
         single_pitch_limits_um: None,
         single_pitch_within: None,
         single_pitch_conformity: None,
@@ -417,5 +418,5 @@ pub(super) fn count(given: usize, teeth: usize) -> String {
 
 /// The message of a number outside the range of measurements.
 pub(super) fn beyond(value: f64, most: f64, unit: &str) -> String {
-    format!("{} {unit}: beyond {} {unit}", Shown(value), Shown(most))
+    format!("{} {unit} exceeds {} {unit}", Shown(value), Shown(most))
 }

@@ -31,7 +31,8 @@ use flankfit_numerics::{check::Faults, distribution::Student};
     }))
 )]
 pub struct PitchLimits {
-    /// Class 1 to 11 of ISO 1328-1:2013: its tolerances limit what has no limits here.
+    /// Class 1 to 11 of ISO 1328-1:2013: its tolerances are the limits of figures without limits
+    /// here.
     #[cfg_attr(feature = "contract", schema(minimum = 1, maximum = 11))]
     pub class: Option<u8>,
     /// Limits of every single pitch deviation f_pi of both flanks.
@@ -115,8 +116,8 @@ impl PitchUncertainty {
 pub struct Held {
     /// The limits, ascending.
     pub limits_um: [f64; 2],
-    /// True if the figure lies within, as it was measured. If readings are missing it is false or
-    /// absent.
+    /// True if the figure lies within its limits, as measured. If readings are missing it is false
+    /// or absent.
     pub within: Option<bool>,
     /// Conformity with the limits, if there is an uncertainty and nothing is missing.
     pub conformity: Option<Conformity>,

@@ -28,7 +28,7 @@ use flankfit_estimation::{
 };
 use flankfit_numerics::{
     check::Faults,
-    words::{Shown, entries},
+    words::{Shown, entries, rounded},
 };
 
 /// The direction in which teeth are numbered, seen with the axis towards the viewer.
@@ -96,7 +96,7 @@ pub struct Runout {
     /// Class 1 to 11; absent if there is none, or a space is missing.
     pub class: Option<u8>,
     /// True if it exceeds even class 11.
-    pub beyond_classes: bool,
+    pub coarser_than_11: bool,
     /// Comparison with limits; set by callers that have some.
     #[cfg_attr(feature = "contract", serde(flatten), schema(inline))]
     pub held: Option<Held>,
@@ -149,7 +149,7 @@ pub fn from_pitches(
     }
     let base = 2.0 * gear.base_radius();
     if !(diameter > base) {
-        let [diameter, base] = [diameter, base].map(Shown);
+        let [diameter, base] = [diameter, base].map(|x| rounded(x, 7));
         faults.push(
             "left",
             format_args!("the measuring circle of {diameter} mm is not above the base circle of {base} mm"),
@@ -231,7 +231,7 @@ fn evaluate(gear: &Gear, readings: &[f64], rounding: Rounding, derived: bool) ->
         eccentricity,
         missing,
         class: class.and_then(Class::number),
-        beyond_classes: class == Some(Class::Beyond),
+        coarser_than_11: class == Some(Class::Beyond),
         held: None,
         warnings,
     }

@@ -8,7 +8,10 @@ use super::super::{
 };
 use super::{against::Against, band::Band, limits::SidedLimits};
 use flankfit_estimation::spec::DEFAULT_LEVEL;
-use flankfit_numerics::{check::Faults, words::Shown};
+use flankfit_numerics::{
+    check::Faults,
+    words::{Shown, rounded},
+};
 
 /// The sign of deviations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -310,11 +313,12 @@ impl Window {
                 let length = tip.map_or(f64::NAN, |tip| if internal { high - tip } else { tip - low });
                 if !(length > 0.0) {
                     let path = if tip.is_some() { PROFILE_RANGE } else { "profile_reference" };
-                    let diameter = Shown(2.0 * gear.tip_radius());
+                    let diameter = rounded(2.0 * gear.tip_radius(), 7);
                     return Err(Faults::one(
                         path,
                         format_args!(
-                            "the tip circle of {diameter} mm has no roll length beyond the start of the evaluation range"
+                            "the tip circle of {diameter} mm has no roll length above the start of the evaluation \
+                                range"
                         ),
                     ));
                 }
@@ -341,7 +345,7 @@ impl Window {
             (Some(length), _) => given(Kind::Helix, length)?,
             (None, HelixReference::EvaluationRange) => high - low,
             (None, HelixReference::FaceWidth) => gear.data().face_width.ok_or_else(|| {
-                let message = "the gear has no face width that slopes could be extended to; give one, or the length";
+                let message = "the gear has no face width to extend slopes to; give it, or the length";
                 Faults::one(reference_length(Kind::Helix), message)
             })?,
         };
@@ -370,7 +374,7 @@ fn roll_lengths(gear: &Gear, diameters: [f64; 2], path: &str) -> Result<[f64; 2]
         match gear.roll_length(diameter).filter(|l| l.is_finite()) {
             Some(length) => ends[k] = length,
             None => {
-                let [diameter, base] = [diameter, 2.0 * gear.base_radius()].map(Shown);
+                let [diameter, base] = [diameter, 2.0 * gear.base_radius()].map(|x| rounded(x, 7));
                 faults.push(
                     format_args!("{path}[{k}]"),
                     format_args!("{diameter} mm is not a diameter on the involute, which starts at {base} mm"),

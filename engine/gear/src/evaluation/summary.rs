@@ -35,7 +35,7 @@ pub struct Summary {
     pub flank: Side,
     /// Profiles or helices.
     pub kind: Kind,
-    /// Number of traces that count: those without a letter behind the tooth's number.
+    /// Number of traces that count: those without a letter after the tooth's number.
     pub count: usize,
     /// Slope f_H.
     pub slope_um: Spread,
@@ -51,9 +51,9 @@ pub struct Summary {
 
 /// Twist of a tooth flank from two single traces: f_Hβ near the tip minus f_Hβ near the root
 /// (helices), f_Hα at the upper end minus f_Hα at the lower one (profiles), in the sign of helix
-/// slopes, between the sections that were measured. It is not extended: sections half the range
-/// apart show half of the `twist_um` of a surface, which is that over the whole ranges; and helix
-/// slopes here are extended to the reference length.
+/// slopes, between the measured sections. It is not extended: sections half the range apart show
+/// half of the `twist_um` of a surface, which is that over the whole ranges; and helix slopes here
+/// are extended to the reference length.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(
     feature = "contract",

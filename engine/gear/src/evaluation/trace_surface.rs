@@ -30,7 +30,7 @@ use flankfit_numerics::cancel::{self, Asking};
 /// slopes extended to their reference lengths, transverse; by plain least squares, every sample
 /// weighted by the length that it represents. Each trace has a zero of its own, unless
 /// `traces_share_zero`. Standard errors are due to the noise of the samples, as for traces: form
-/// that the surface leaves is no noise.
+/// that the surface does not follow is not noise.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema))]
 pub struct TraceSurface {
@@ -45,14 +45,14 @@ pub struct TraceSurface {
     /// The named figures.
     #[cfg_attr(feature = "contract", serde(flatten), schema(inline))]
     pub figures: TraceFigures,
-    /// Roll lengths of the figures (u = ∓1): the evaluation range, or what was measured if no range
-    /// of profiles is given.
+    /// Roll lengths of the figures (u = ∓1): the evaluation range, or the measured range if no
+    /// range of profiles is given.
     pub roll_length_range_mm: [f64; 2],
     /// Range in z of the figures, likewise.
     pub z_range_mm: [f64; 2],
-    /// Root mean square of what the surface (with the zeros of the traces) leaves.
+    /// Root mean square of the residuals of the surface (with the zeros of the traces).
     pub rms_um: f64,
-    /// Greatest minus least of what the surface leaves.
+    /// Greatest minus least residual of the surface.
     pub peak_to_valley_um: f64,
 }
 
@@ -74,7 +74,7 @@ pub struct TraceFigures {
     #[cfg_attr(feature = "contract", serde(rename = "profile_slope_um"))]
     pub profile_slope: Option<Figure>,
     /// Helix slope over the width half-way between root and tip (without `twist_um` on the
-    /// diameters of the helices), by the sign asked for.
+    /// diameters of the helices), in the requested sign.
     #[cfg_attr(feature = "contract", serde(rename = "helix_slope_um"))]
     pub helix_slope: Option<Figure>,
     /// Profile crowning; positive where material protrudes half-way between root and tip.
@@ -85,8 +85,8 @@ pub struct TraceFigures {
     pub helix_crowning: Option<Figure>,
     /// Twist, 4 c_uv of the surface: slope at the tip minus slope at the root of helices over the
     /// **whole** evaluation ranges, from all traces together, with the sign of helix slopes.
-    /// `twists` hold another figure of that name: the difference of two traces, between the
-    /// sections that were measured.
+    /// `twists` have another figure of that name: the difference of two traces, between the
+    /// measured sections.
     #[cfg_attr(feature = "contract", serde(rename = "twist_um"))]
     pub twist: Option<Figure>,
 }

@@ -20,10 +20,10 @@ pub struct Values {
     /// Standard error of the slope from the noise of the samples; crowning, reliefs and waviness
     /// count as flank. Covers independent noise and noise that is correlated over up to 1/64 of the
     /// samples, not errors that are equal along a trace (alignment, drift). Over a hole it includes
-    /// what the hole may hide. Absent if the samples are too few.
+    /// the uncertainty of the flank there. Absent if the samples are too few.
     pub slope_std_error_um: Option<f64>,
     /// f_fα or f_fβ: peak to valley about the mean curve. Like the total deviation it has no
-    /// interval: noise raises the greatest of many deviations, and is no sum of them.
+    /// interval: noise raises the greatest of many deviations, which is not a sum of them.
     pub form_um: f64,
     /// F_α or F_β: peak to valley about the design.
     pub total_um: f64,
@@ -102,7 +102,7 @@ pub struct Suspects {
     /// In ascending order.
     pub places: Vec<Suspect>,
     /// Results without them, if they count (`outliers` of the evaluation is `keep`) and enough
-    /// samples are left.
+    /// samples remain.
     pub without: Option<WithoutSuspects>,
 }
 

@@ -12,7 +12,7 @@ warnings! {
 pub enum GridWarning {
     /// Profile values from index `first` on lie above the tip form diameter (mm).
     #[error(
-        "{}, from number {first} on, beyond the tip form diameter of {} mm: no material is there",
+        "{}, from number {first} on, outside the tip form diameter of {} mm, where there is no material",
         counted(*.count, "profile value lies", "profile values lie"), Shown(*.diameter)
     )]
     "beyond_tip" => BeyondTip { first: usize, count: usize, diameter: f64 },
@@ -24,7 +24,7 @@ pub enum GridWarning {
     )]
     "below_form_diameter" => BelowForm { first: usize, count: usize, diameter: f64 },
     /// The places span more than the face width (mm).
-    #[error("the places span {} mm, the face is {} mm wide", Shown(*.span), Shown(*.face_width))]
+    #[error("the places span {} mm, but the face is {} mm wide", Shown(*.span), Shown(*.face_width))]
     "beyond_face_width" => BeyondFace { span: f64, face_width: f64 },
 }
 }

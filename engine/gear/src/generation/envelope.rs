@@ -110,9 +110,8 @@ fn rotated([x, y]: [f64; 2], turn: f64) -> [f64; 2] {
 /// The gear turns so far while the tool passes that its contacts would not be near each other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "more than {MOST_BETWEEN} points would be tried between those of the tool, for the gear turns too far from one \
-     contact to the \
-     next: give a larger pitch radius, a narrower range of radii or a shorter tool"
+    "more than {MOST_BETWEEN} points would be needed between those of the tool, since the gear turns too far from one \
+     contact to the next: give a larger pitch radius, a narrower range of radii or a shorter tool"
 )]
 pub struct TooManyBetween;
 

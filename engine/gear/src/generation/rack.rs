@@ -23,7 +23,12 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
 use super::Polar;
 use crate::{Gear, Side, check::degrees, involute::Flank};
-use flankfit_numerics::{cancel::Asking, check::Faults, root::boundary, words::Shown};
+use flankfit_numerics::{
+    cancel::Asking,
+    check::Faults,
+    root::boundary,
+    words::{Shown, rounded},
+};
 
 /// Tip radius where no tool is given: the fillet radius ρ_fP* of ISO 53, profile A, in normal
 /// modules.
@@ -101,10 +106,10 @@ pub fn check(gear: &Gear) -> Result<(), Faults> {
             ),
         );
     } else if tool.tip_radius > full {
-        let [tip_radius, most] = [tool.tip_radius, full].map(Shown);
+        let [tip_radius, most] = [tool.tip_radius, full].map(|x| rounded(x, 7));
         faults.push(
             "tool.tip_radius_mm",
-            format_args!("{tip_radius} mm does not fit into the tool's tip, which takes {most} mm"),
+            format_args!("{tip_radius} mm does not fit into the tool's tip, which allows {most} mm"),
         );
     }
     let depth = tool.addendum - gear.data().profile_shift * gear.data().normal_module;

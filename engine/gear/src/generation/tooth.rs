@@ -10,7 +10,7 @@ use crate::{Gear, Side, check::no_space, geometry::pointed_diameter, involute::F
 use flankfit_numerics::{
     cancel,
     check::Faults,
-    words::{Shown, counted},
+    words::{counted, rounded},
 };
 
 /// Most points of the teeth of a gear.
@@ -87,9 +87,9 @@ impl Tooth {
         let tip_roll = gear.roll_length(2.0 * reached).unwrap_or(0.0);
         let form_roll = root.form_roll();
         if !(gear.outward() * (tip_roll - form_roll) > 0.0) {
-            let [from, end] = [gear.diameter(form_roll), 2.0 * reached].map(Shown);
+            let [from, end] = [gear.diameter(form_roll), 2.0 * reached].map(|x| rounded(x, 7));
             let message = format_args!(
-                "no involute is left: it would start on {from} mm, beyond the end of the tooth on {end} mm"
+                "there is no involute: it would start on {from} mm, outside the end of the tooth on {end} mm"
             );
             return Err(Faults::one(gear.given_circle(), message).within("gear"));
         }
@@ -124,7 +124,7 @@ impl Tooth {
         let cut_off = |(k, p): &(usize, &Polar)| !(p.half_angle > 0.0 || (*k == inner && p.half_angle == 0.0));
         if let Some((_, cut)) = self.flank.iter().enumerate().find(cut_off) {
             let path = if gear.data().tool.is_some() { "gear.tool" } else { "gear.profile_shift_coefficient" };
-            let diameter = Shown(2.0 * cut.radius);
+            let diameter = rounded(2.0 * cut.radius, 7);
             return Err(Faults::one(path, format_args!("the tool cuts the teeth off on {diameter} mm")));
         }
         let wide = |p: &&Polar| !(p.half_angle <= 0.5 * self.pitch_angle * (1.0 + 1e-12));

@@ -25,8 +25,8 @@ pub struct Span {
     pub contact_diameter_mm: f64,
     /// Least face width with which a helical gear can be measured so: W_k sin β_b.
     pub least_face_width_mm: f64,
-    /// True if it can be measured: the contact lies on the usable flank and the face is wide
-    /// enough, where its width is known.
+    /// True if it can be measured: the contact lies on the usable flank, and the face, if its width
+    /// is known, is wide enough.
     pub feasible: bool,
 }
 

@@ -40,7 +40,7 @@ pub enum Warning {
     "thin_tip" => ThinTip { thickness_mm: f64, least_mm: f64 },
     /// The involute would start above the tip: no flank is left.
     #[error(
-        "no involute is left: it would start on {} mm, beyond the tip diameter of {} mm", Shown(*.form_diameter_mm),
+        "there is no involute: it would start on {} mm, outside the tip diameter of {} mm", Shown(*.form_diameter_mm),
         Shown(*.tip_diameter_mm)
     )]
     "tip_below_form_diameter" => TipBelowForm { tip_diameter_mm: f64, form_diameter_mm: f64 },
@@ -58,7 +58,7 @@ pub enum Warning {
     "root_below_tool" => RootBelowTool { root_diameter_mm: f64, generated_diameter_mm: f64 },
     /// The tool cuts deeper than the root circle asked for.
     #[error(
-        "the tool cuts a root diameter of {} mm, deeper than the {} mm asked for", Shown(*.generated_diameter_mm),
+        "the tool cuts a root diameter of {} mm, deeper than the requested {} mm", Shown(*.generated_diameter_mm),
         Shown(*.root_diameter_mm)
     )]
     "root_above_tool" => RootAboveTool { root_diameter_mm: f64, generated_diameter_mm: f64 },
@@ -74,7 +74,7 @@ pub enum Warning {
     /// No rack with these flanks reaches the root circle: the involute goes straight down, without
     /// a fillet.
     #[error(
-        "no rack with these flanks reaches the root diameter of {} mm: the flank goes down without a fillet",
+        "no rack with these flanks reaches the root diameter of {} mm: the flank ends without a fillet",
         Shown(*.root_diameter_mm)
     )]
     "no_fillet" => NoFillet { root_diameter_mm: f64 },
@@ -91,7 +91,7 @@ pub enum Warning {
         protuberance_mm: f64,
     },
     /// That arc is smaller than asked, for the space takes no more.
-    #[error("the space takes a root arc of {} mm, not of {} mm", Shown(*.used_mm), Shown(*.asked_mm))]
+    #[error("the space allows a root arc of {} mm, not of {} mm", Shown(*.used_mm), Shown(*.asked_mm))]
     "root_radius_reduced" => RootRadius { asked_mm: f64, used_mm: f64 },
 }
 }

@@ -3,7 +3,10 @@
 
 use super::{LEAST_LENGTH, Range, Topography};
 use crate::Gear;
-use flankfit_numerics::{check::Faults, words::Shown};
+use flankfit_numerics::{
+    check::Faults,
+    words::{Shown, rounded},
+};
 
 /// Growth of a relief from its start. Default `linear`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -160,12 +163,13 @@ impl AnalyticLaw {
                 // Within the range, and not at the end that the relief runs to.
                 let share = (start - end) / (other - end);
                 if !(share > 0.0 && share <= 1.0 && (start - end).abs() >= LEAST_LENGTH) {
-                    let [start, root, tip] = [start_diameter, gear.diameter(root), gear.diameter(tip)].map(Shown);
+                    let [start, root, tip] =
+                        [start_diameter, gear.diameter(root), gear.diameter(tip)].map(|x| rounded(x, 7));
                     faults.push(
                         "start_diameter_mm",
                         format_args!(
-                            "{start} mm does not lie between {root} mm and {tip} mm, or leaves no way to the end of \
-                             the relief"
+                            "{start} mm does not lie between {root} mm and {tip} mm, or leaves no length for the \
+                             relief"
                         ),
                     );
                 }
@@ -175,7 +179,7 @@ impl AnalyticLaw {
                 let amount = amount_of(amount);
                 let [low, high] = range.helix();
                 if !(length >= LEAST_LENGTH && length <= high - low) {
-                    let [length, most] = [length, high - low].map(Shown);
+                    let [length, most] = [length, high - low].map(|x| rounded(x, 7));
                     faults.push(
                         "length_mm",
                         format_args!("{length} mm is not within {LEAST_LENGTH} mm and {most} mm, the range's length"),

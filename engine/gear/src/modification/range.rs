@@ -2,7 +2,10 @@
 
 use super::LEAST_LENGTH;
 use crate::{Gear, Geometry};
-use flankfit_numerics::{check::Faults, words::Shown};
+use flankfit_numerics::{
+    check::Faults,
+    words::{Shown, rounded},
+};
 
 /// Ends of profile and face width, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,7 +26,7 @@ impl Range {
             match gear.roll_length(diameter).filter(|roll| roll.is_finite()) {
                 Some(roll) => profile[index] = roll,
                 None => {
-                    let [diameter, base] = [diameter, 2.0 * gear.base_radius()].map(Shown);
+                    let [diameter, base] = [diameter, 2.0 * gear.base_radius()].map(|x| rounded(x, 7));
                     faults.push(
                         format_args!("profile_diameter_range_mm[{index}]"),
                         format_args!("{diameter} mm has no involute; the base diameter is {base} mm"),

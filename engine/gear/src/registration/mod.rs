@@ -59,15 +59,15 @@ pub struct Moved {
     pub motion: Motion,
     /// Displacement of the part, in `unit`.
     pub value: f64,
-    /// Start of the fit, 0 but for parts that lie off by more than a tenth of the module:
-    /// coefficients of `result`, and what regularisation damps, count from there.
+    /// Start of the fit, 0 except for parts displaced by more than a tenth of the module:
+    /// coefficients of `result`, and their regularisation, refer to it.
     pub start: f64,
     /// `um` or `urad`.
     pub unit: &'static str,
-    /// Standard error by the scatter of the points, each by itself: it does not cover what moves
-    /// all points of a flank together, as a pitch deviation does (docs/reference/gears.md). Absent
-    /// if the points do not determine the motion. If a regularisation chose its λ* by these points
-    /// it is too small, as in any fit.
+    /// Standard error from the independent scatter of the points: it does not cover common
+    /// displacements of all points of a flank, as by a pitch deviation (docs/reference/gears.md).
+    /// Absent if the points do not determine the motion. If λ* was chosen by these points it is too
+    /// small, as in any fit.
     pub std_error: Option<f64>,
     /// Sharp bound of the displacement by regularisation, given the limit of the coefficients'
     /// norm.
@@ -91,7 +91,8 @@ pub struct Indistinguishable {
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "contract", derive(serde::Serialize, utoipa::ToSchema))]
 pub struct Registration {
-    /// One entry for each free motion, in the order `x_shift`, `y_shift`, `axial_shift`, `x_tilt`, `y_tilt`, `rotation`.
+    /// One entry for each free motion, in the order `x_shift`, `y_shift`, `axial_shift`, `x_tilt`,
+    /// `y_tilt`, `rotation`.
     pub motions: Vec<Moved>,
     /// Position of the part: all motions together.
     #[cfg_attr(feature = "contract", serde(skip))]

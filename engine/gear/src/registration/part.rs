@@ -157,7 +157,7 @@ impl<'a> Part<'a> {
                     let (tooth, side) = (flank.0, word(flank.1));
                     faults.push(
                         format_args!("points[{i}]"),
-                        format_args!("carried back to the {side} flank of tooth {tooth} it is lost: {stray}"),
+                        format_args!("moved back to the {side} flank of tooth {tooth} it has no deviation: {stray}"),
                     );
                 }
             }

@@ -93,7 +93,7 @@ fn registered(
 ) -> Result<Registration, FitError> {
     let freedom = Freedom::new(reference.gear, asked.motions)?;
     if let Some(path) = requested_models(asked.spec).next() {
-        let message = "a part is registered with independent errors of one variance";
+        let message = "a registration needs independent errors of one variance";
         return Err(Faults::one(path, message).into());
     }
     let mut part = Part::new(reference, deviations, asked, freedom, start)?;

@@ -202,7 +202,7 @@ fn check(asked: &MachineSpec) -> Result<(), Faults> {
     } else if nodes >= columns && nodes - asked.missed() < columns {
         let left = counted(nodes - asked.missed(), "node", "nodes");
         let settings = counted(columns, "setting", "settings");
-        faults.push("missing", format_args!("it leaves {left}, too few for {settings}"));
+        faults.push("missing", format_args!("{left} remain, too few for {settings}"));
     }
     faults.into_result(())
 }

@@ -23,7 +23,7 @@ use flankfit_geometry::space::Vector;
 use flankfit_numerics::{
     cancel::checkpoint,
     check::Faults,
-    words::{Shown, counted},
+    words::{counted, rounded},
 };
 
 /// Most nodes of a mesh.
@@ -84,7 +84,7 @@ impl HexMesh {
         let sets = sets(&section, layers, gear.data().internal);
         let mesh = HexMesh { nodes, elements, quadratic: spec.quadratic, sets };
         if !(mesh.least_jacobian() > 0.0) {
-            let message = "elements so large turn inside out along fillet or helix: give more of them";
+            let message = "such large elements are inverted along fillet or helix: give more of them";
             return Err(Faults::one("elements", message));
         }
         Ok(mesh)
@@ -111,7 +111,7 @@ fn check(gear: &Gear, spec: &SolidSpec) -> Result<f64, Faults> {
     if [involute, fillet, root, thickness, rim, width].contains(&0) {
         faults.push("elements", "at least one element along every direction");
     } else if most > MOST_NODES {
-        faults.push("elements", format_args!("{} asked for; a mesh has at most {MOST_NODES}", nodes(most)));
+        faults.push("elements", format_args!("{} requested; a mesh has at most {MOST_NODES}", nodes(most)));
     }
     let teeth = gear.data().teeth;
     if spec.teeth == 0 || spec.teeth > teeth {
@@ -144,7 +144,7 @@ fn rim_diameter(gear: &Gear, spec: &SolidSpec) -> Result<f64, Faults> {
         return Ok(diameter);
     }
     let side = if gear.data().internal { "larger" } else { "smaller" };
-    let [diameter, root] = [diameter, 2.0 * root].map(Shown);
+    let [diameter, root] = [diameter, 2.0 * root].map(|x| rounded(x, 7));
     Err(Faults::one(
         "rim_diameter_mm",
         format_args!(

@@ -15,7 +15,7 @@ use crate::{
         tooth::{Steps, Tooth},
     },
 };
-use flankfit_numerics::{check::Faults, words::Shown};
+use flankfit_numerics::{check::Faults, words::rounded};
 
 /// Part of the outline that an edge of a quadrilateral belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -108,7 +108,7 @@ impl Flank {
         let back = |pair: &&[Polar]| !(steep(pair).0 > 0.0);
         let under = points[..=base].windows(2).find(|pair| !(steep(pair).1 > 0.0));
         if let Some(pair) = under.or_else(|| points[base..].windows(2).find(back)) {
-            let diameter = Shown(2.0 * pair[0].radius);
+            let diameter = rounded(2.0 * pair[0].radius, 7);
             return Err(Faults::one(
                 "gear.profile_shift_coefficient",
                 format_args!(

@@ -17,7 +17,7 @@ use flankfit_numerics::{Dd, check::Faults, contract::refused, words::counted};
 #[serde(tag = "type", rename_all = "snake_case")]
 enum Curve {
     /// One polynomial over the whole domain: in the barycentric form by `nodes`, `weights` and
-    /// `values`, in Newton's form by `nodes` (each as often as it has conditions) and
+    /// `values`, in Newton's form by `nodes` (each repeated for every condition) and
     /// `coefficients`.
     Polynomial(PolynomialCurve),
     /// Polynomial pieces: on the piece between breaks bᵢ and bᵢ₊₁ it is Σ cₖ (t − bᵢ)ᵏ.
@@ -179,7 +179,7 @@ fn check_weights(given: Option<&[f64]>, polynomial: &Polynomial) -> Result<(), F
     if given.len() == own.len() && own.iter().zip(given).all(same) {
         return Ok(());
     }
-    Err(Faults::one("weights", "they are not the barycentric weights of these nodes; leave them out"))
+    Err(Faults::one("weights", "they are not the barycentric weights of these nodes; omit them"))
 }
 
 fn pieces(curve: PiecewisePolynomialCurve) -> Result<PiecewisePolynomial, Faults> {

@@ -245,7 +245,7 @@ fn b_spline(
     let (Some(net), [Some(u), Some(v)]) = (net, [basis(0, knots_u), basis(1, knots_v)]) else { return Err(faults) };
     for (axis, given, wanted) in [("row", net.columns, v.size()), ("column", net.rows, u.size())] {
         if given != wanted {
-            let message = format_args!("{given} control points in a {axis}, where degree and knots ask for {wanted}");
+            let message = format_args!("{given} control points in a {axis}, where degree and knots need {wanted}");
             return Err(Faults::one(CONTROLS, message));
         }
     }
@@ -292,7 +292,7 @@ fn gregory(patch: &GregorySurface) -> Result<GregoryPatch, Faults> {
     let dimension = dimension(&net)?;
     for (name, given, size) in [("control_points", &net, 4), ("inner_points", &inner, 2)] {
         if (given.rows, given.columns) != (size, size) {
-            let message = format_args!("{} × {} points, where {size} × {size} are wanted", given.rows, given.columns);
+            let message = format_args!("{} × {} points, where {size} × {size} are needed", given.rows, given.columns);
             return Err(Faults::one(name, message));
         }
     }

@@ -167,7 +167,7 @@ mod tests {
         let new =
             |points: &[Vector], weights| BSplineCurve::new(basis.clone(), Dimension::Plane, points.to_vec(), weights);
         let told = |refused: Result<BSplineCurve, Faults>| refused.unwrap_err().to_string();
-        assert_eq!(told(new(&points[1..], None)), "control_points: 2 control points; knots and degree ask for 3");
+        assert_eq!(told(new(&points[1..], None)), "control_points: 2 control points; knots and degree need 3");
         let negative = new(&points, Some(vec![1.0, -1.0, 1.0]));
         assert_eq!(told(negative), "weights[1]: weight 1 (-1) is not a finite number ≥ 0");
         assert_eq!(told(new(&points, Some(vec![1.0; 2]))), "weights: 2 weights for 3 control points");

@@ -55,7 +55,8 @@ pub(crate) fn ascending(list: &str, values: &[f64]) -> Result<(), Faults> {
             return Err(Faults::one(
                 at,
                 format_args!(
-                    "number {index} ({}) lies no more than {} above the one before it, which leaves a double no digits",
+                    "number {index} ({}) lies no more than {} above the one before it, which is too close for double \
+                        precision",
                     Shown(value),
                     Shown(value - before)
                 ),
@@ -113,7 +114,7 @@ pub(crate) fn nodes_of_degree(path: &str, degree: usize, nodes: usize, least: us
     if nodes >= least {
         return Ok(());
     }
-    Err(Faults::one(path, format_args!("degree {degree} asks for at least {least} nodes, {nodes} are given")))
+    Err(Faults::one(path, format_args!("degree {degree} needs at least {least} nodes, {nodes} are given")))
 }
 
 /// More derivatives at a node than are allowed.
@@ -126,7 +127,7 @@ pub(crate) fn too_many_derivatives(node: usize, given: usize, most: usize) -> Fa
 
 /// A coefficient outside the range of a double.
 pub(crate) fn not_representable(index: usize) -> Faults {
-    Faults::one("", format_args!("coefficient {index} of the curve is beyond the range of a double"))
+    Faults::one("", format_args!("coefficient {index} of the curve exceeds the range of double precision"))
 }
 
 /// Equations that are singular in double-double precision.

@@ -5,13 +5,13 @@
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Absence {
     /// The tangents depend on the values in a nonlinear way, so that there is no constant.
-    #[error("the rule of the tangents is not linear in the values, so that no constant bounds the amplification")]
+    #[error("the rule of the tangents is not linear in the values, so no constant bounds the amplification")]
     NotLinear,
     /// The curve is made piece by piece, without equations to be conditioned.
-    #[error("the curve is made piece by piece; no equations are solved")]
+    #[error("the curve is built piece by piece; no equations are solved")]
     NoEquations,
     /// More conditions than the figure is computed for.
-    #[error("{nodes} conditions are more than the {most} for which the figure is computed")]
+    #[error("{nodes} conditions are more than the {most} for which the result is computed")]
     TooMany {
         /// Conditions of the curve.
         nodes: usize,
@@ -19,7 +19,7 @@ pub enum Absence {
         most: usize,
     },
     /// The figure is outside the range of a double.
-    #[error("the figure is beyond the range of a double")]
+    #[error("the result exceeds the range of double precision")]
     NotFinite,
 }
 

@@ -118,6 +118,6 @@ mod tests {
             assert!(told(not_a_knot(degree, &[0.0, 1.0])).contains("is not within 1 to"));
             assert!(told(averaging_least_squares(degree, &[0.0, 1.0], 2)).contains("is not within 1 to"));
         }
-        assert!(told(averaging(3, &[0.0, 1.0, 2.0])).contains("degree 3 asks for at least 4 nodes"));
+        assert!(told(averaging(3, &[0.0, 1.0, 2.0])).contains("degree 3 needs at least 4 nodes"));
     }
 }

@@ -30,7 +30,7 @@ pub struct Overshoot {
     pub at: f64,
     /// 0 for y of a graph, else 0, 1, 2 for x, y, z.
     pub coordinate: usize,
-    /// The two points between which it is reached, by their numbers from 0 on.
+    /// Indices, from 0, of the two points between which it is reached.
     #[cfg_attr(feature = "contract", schema(value_type = Vec<usize>, min_items = 2, max_items = 2))]
     pub between: [usize; 2],
 }

@@ -102,8 +102,7 @@ impl Polynomial {
         Ok(polynomial)
     }
 
-    /// The polynomial with these nodes (each as often as it has conditions) and divided
-    /// differences.
+    /// The polynomial with these nodes (each repeated for every condition) and divided differences.
     pub fn of_differences(dimension: Dimension, nodes: Vec<f64>, differences: Vec<[Dd; 3]>) -> Result<Self, Faults> {
         check(&nodes, "coefficients", differences.len())?;
         if let Some(index) = differences.iter().position(|c| !c.iter().all(|x| x.is_finite())) {

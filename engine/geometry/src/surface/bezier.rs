@@ -44,9 +44,7 @@ impl BezierSurface {
     ) -> Result<Self, Faults> {
         let [rows, columns] = shape;
         if rows < 2 || columns < 2 {
-            let message = format_args!(
-                "{rows} × {columns} control points are no net: along each parameter there must be at least 2"
-            );
+            let message = format_args!("{rows} × {columns} control points: at least 2 are needed along each parameter");
             return Err(Faults::one("control_points", message));
         }
         if let Some(degree) = shape.into_iter().map(|n| n - 1).find(|degree| *degree > HIGHEST_DEGREE) {
@@ -131,10 +129,10 @@ mod tests {
         let new =
             |shape, domain, points| BezierSurface::new(shape, domain, Dimension::Space, points, None).unwrap_err();
         let told = |shape, domain, points| new(shape, domain, points).to_string();
-        assert!(told([1, 3], UNIT, net(3)).starts_with("control_points: 1 × 3 control points are no net"));
+        assert!(told([1, 3], UNIT, net(3)).starts_with("control_points: 1 × 3 control points: at least 2"));
         let narrow = [[0.0, 1.0], [2.0, 2.0]];
         assert_eq!(told([2, 2], narrow, net(4)), "domain[1]: the domain [2, 2] has no width");
-        assert_eq!(told([2, 2], UNIT, net(3)), "control_points: 3 control points; knots and degree ask for 4");
+        assert_eq!(told([2, 2], UNIT, net(3)), "control_points: 3 control points; knots and degree need 4");
         assert!(told([40, 2], UNIT, net(80)).starts_with("control_points: degree 39 is above 25"));
     }
 }

@@ -65,7 +65,7 @@ pub(super) fn degree(axis: usize, degree: usize, most: usize) -> Faults {
 pub(super) fn spans(axis: usize, spans: usize, nodes: usize, degree: usize) -> Faults {
     let name = AXES[axis];
     let message = format_args!(
-        "{spans} spans along {name} ask for more functions than the {nodes} nodes there determine at degree {degree}"
+        "{spans} spans along {name} need more functions than the {nodes} nodes there determine at degree {degree}"
     );
     Faults::one(format_args!("spans[{axis}]"), message)
 }
@@ -97,7 +97,7 @@ pub(super) fn out_of_domain(axis: usize, index: usize, value: f64, [low, high]: 
 pub(super) fn no_node(axis: usize, function: usize, support: [f64; 2]) -> Faults {
     let (name, [low, high]) = (AXES[axis], support.map(Shown));
     let message = format_args!(
-        "no node along {name} is left for function {function}, which lives between knots {low} and {high} (the \
+        "no node along {name} is left for function {function}, which is non-zero between knots {low} and {high} (the \
          condition of Schoenberg and Whitney)"
     );
     Faults::one(format_args!("knots[{axis}][{function}]"), message)
@@ -107,15 +107,15 @@ pub(super) fn no_node(axis: usize, function: usize, support: [f64; 2]) -> Faults
 pub(super) fn undetermined(axis: usize, function: usize, support: [f64; 2]) -> Faults {
     let (name, [low, high]) = (AXES[axis], support.map(Shown));
     let message = format_args!(
-        "the nodes along {name} determine function {function}, which lives between knots {low} and {high}, no better \
-         than rounding"
+        "the nodes along {name} determine function {function}, which is non-zero between knots {low} and {high}, only \
+         to rounding"
     );
     Faults::one(format_args!("knots[{axis}][{function}]"), message)
 }
 
 /// A control point outside the range of a double; counted by rows.
 pub(super) fn not_representable(index: usize) -> Faults {
-    Faults::one("nodes.z", format_args!("control point {index} is beyond the range of a double"))
+    Faults::one("nodes.z", format_args!("control point {index} exceeds the range of double precision"))
 }
 
 /// A domain without width along an axis.
@@ -130,8 +130,8 @@ pub(super) fn border_dimension(border: Border, given: Dimension) -> Faults {
     Faults::one(
         format_args!("boundaries.{border}"),
         format_args!(
-            "border {border} has values of {given} coordinates; heights (1) or points of space (3) are wanted, as \
-             on {like}"
+            "border {border} has values of {given} coordinates; heights (1) or points of space (3) are needed, as on \
+             {like}"
         ),
     )
 }
@@ -141,8 +141,7 @@ pub(super) fn border_missing(border: Border) -> Faults {
     Faults::one(
         format_args!("boundaries.{border}"),
         format_args!(
-            "border {border} is missing; only one of the four may be, where a patch of points in space has three \
-             sides"
+            "border {border} is missing; only one of the four may be missing, for a patch in space with three sides"
         ),
     )
 }

@@ -97,7 +97,7 @@ fn extent(shape: &SurfaceShape) -> f64 {
 
 /// A method that does not apply to what is given.
 fn no_method(given: &str, method: &str) -> Faults {
-    Faults::one("method", format_args!("of {given} no surface is made by the method {method}"))
+    Faults::one("method", format_args!("the method {method} cannot build a surface from {given}"))
 }
 
 fn heights(u: Vec<f64>, v: Vec<f64>, z: &[Vec<f64>]) -> Result<NodeGrid, Faults> {
@@ -134,7 +134,7 @@ fn network(grid: &NodeGrid) -> Result<(CurveMesh, f64), Faults> {
             Ok(curve) => Ok(Some(CurveShape::BSpline(curve))),
             Err(faults) => Err(faults.map(|Fault { message, .. }| Fault {
                 path: format!("nodes.{}", check::AXES[axis]),
-                message: format!("no curve goes through a line of nodes: {message}"),
+                message: format!("no curve through a line of nodes: {message}"),
             })),
         }
     };
@@ -282,5 +282,5 @@ fn net_basis(
         return Ok(basis);
     }
     let (given, wanted) = (counted(basis.knots().len(), "knot", "knots"), controls + degree + 1);
-    Err(Faults::one(format_args!("knots[{axis}]"), format_args!("{given}; degree and control points ask for {wanted}")))
+    Err(Faults::one(format_args!("knots[{axis}]"), format_args!("{given}; degree and control points need {wanted}")))
 }

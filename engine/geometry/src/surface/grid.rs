@@ -55,7 +55,7 @@ impl NodeGrid {
                     Faults::one(
                         format_args!("nodes.points[{row}][{column}]"),
                         format_args!(
-                            "the points ({row}, {column}) and the one before it along {} are one, so that no parameter \
+                            "the point ({row}, {column}) and the one before it along {} coincide, so no parameter \
                              lies between them",
                             check::AXES[axis]
                         ),
@@ -65,7 +65,7 @@ impl NodeGrid {
                 lines += 1.0;
             }
             if lines == 0.0 {
-                let message = format_args!("along {} all points of every line are one", check::AXES[axis]);
+                let message = format_args!("along {} all points of every line coincide", check::AXES[axis]);
                 return Err(Faults::one("nodes.points", message));
             }
             parameters[axis] = sums.iter().map(|sum| sum / lines).collect();

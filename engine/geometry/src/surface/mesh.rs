@@ -171,7 +171,7 @@ impl CurveMesh {
                 if given != wanted || given == Dimension::Plane {
                     let wanted = if wanted == Dimension::Plane { Dimension::Space } else { wanted };
                     let (given, wanted) = (counted(given.count(), "coordinate", "coordinates"), wanted.count());
-                    let message = format_args!("the curve has values of {given}, where {wanted} are wanted");
+                    let message = format_args!("the curve has values of {given}, where {wanted} are needed");
                     return Err(Faults::one(curve_at(family, index), message));
                 }
                 let ([low, high], [wanted_low, wanted_high]) = (curve.domain(), [along[0], along[along.len() - 1]]);
@@ -259,7 +259,7 @@ fn curve_at(family: usize, index: usize) -> String {
 
 /// A curve that is missing and is neither the first nor the last of one family.
 fn missing_curve(family: usize, index: usize) -> Faults {
-    let message = "the curve is missing; only the first or last of one family of points in space may be";
+    let message = "the curve is missing; only the first or last of one family may be missing, for points in space";
     Faults::one(curve_at(family, index), message)
 }
 
@@ -286,7 +286,7 @@ fn cut(family: usize, curves: &[Option<CurveShape>], places: &[f64]) -> Result<V
         let refused = |faults: Faults| {
             faults.map(|Fault { message, .. }| Fault {
                 path: curve_at(family, index),
-                message: format!("the curve is no B-spline: {message}"),
+                message: format!("the curve is not a B-spline: {message}"),
             })
         };
         let spline = curve.to_b_spline().map_err(refused)?;

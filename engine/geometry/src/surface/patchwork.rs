@@ -34,7 +34,7 @@ impl Patchwork {
             let at = format_args!("patches[{row}][{column}]");
             let (given, wanted) = (patch.domain(), work.rectangle(row, column));
             if given != wanted {
-                let message = format_args!("patch {index} lives over {given:?}, not over its rectangle {wanted:?}");
+                let message = format_args!("patch {index} covers {given:?}, not its rectangle {wanted:?}");
                 return Err(Faults::one(at, message));
             }
             let (given, wanted) = (patch.dimension().count(), work.patches[0].dimension().count());

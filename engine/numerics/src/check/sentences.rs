@@ -34,12 +34,12 @@ pub fn per_position(given: usize, positions: usize) -> String {
 
 /// Message for a deviation above what is measured, µm.
 pub fn deviation_beyond(value: f64, most: f64) -> String {
-    format!("{} is beyond {} µm: check the unit", Shown(value), Shown(most))
+    format!("{} exceeds {} µm: check the unit", Shown(value), Shown(most))
 }
 
 /// Message for a length above what is measured, mm.
 pub fn length_beyond(value: f64, most: f64) -> String {
-    format!("{} is beyond {} mm: check the unit", Shown(value), Shown(most))
+    format!("{} exceeds {} mm: check the unit", Shown(value), Shown(most))
 }
 
 /// Ends of a range that do not ascend, mm.

@@ -31,9 +31,9 @@ pub struct FitRequest {
 pub struct FitForm {
     /// The fit request without `nodes`, as JSON.
     pub spec: FitFormSpec,
-    /// A table of nodes in any form that `POST /v1/nodes/read` reads, such as CSV with a header
+    /// A table of nodes in any form accepted by `POST /v1/nodes/read`, such as CSV with a header
     /// `u,v,z[,weight]` or `x,y[,weight]`; an empty height is a missing node. Its flank, tooth and
-    /// axes are used where `spec` has none.
+    /// axes are used if `spec` has none.
     #[schema(value_type = String, format = Binary)]
     pub nodes: Vec<u8>,
     /// Mapping of the table.
@@ -86,7 +86,7 @@ request! {
         optional regularization: Regularization,
         optional estimator: Estimator,
         /// Norm limit r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bias bounds and intervals;
-        /// they are valid only if it holds. Take it from a source other than these nodes
+        /// they are valid only if it holds. Use a source other than these nodes
         /// (docs/explanation/intervals.md). By default r is estimated, and used for bounds only.
         #[schema(exclusive_minimum = 0)]
         optional coefficient_norm_limit: f64,

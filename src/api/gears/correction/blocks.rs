@@ -327,7 +327,7 @@ impl At<'_> {
         let nodes = MeanNodes { count, places: places(self.flank), absolute: self.absolute, traces };
         let unmatched = |number: u32| {
             format!(
-                "iteration {number} has its nodes at other places, and no surface of second order can be put through \
+                "iteration {number} has its nodes at other places, and a second-order surface cannot be fitted to \
                  them: choose `teeth` without it"
             )
         };

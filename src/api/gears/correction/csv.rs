@@ -52,8 +52,7 @@ pub fn write(record: &Record, about: &About<'_>, allowed: bool) -> Result<Vec<u8
             format!("{} {} µm of {low} to {high} µm", symbol(name), tenth(figure.predicted))
         });
         let detail = format!(
-            "{} would lie outside the limits; send `?outside_limits=allowed` if the machine is to be set so all the \
-             same.",
+            "{} would be outside the limits; send `?outside_limits=allowed` to export the correction anyway.",
             each.collect::<Vec<_>>().join(", ")
         );
         return Err(Problem::new(ProblemCode::PredictedOutsideLimits, detail));

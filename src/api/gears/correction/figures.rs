@@ -164,8 +164,9 @@ pub fn removes_crowning(figures: &[HeldFigure]) -> Option<WarningBody> {
     let values =
         listed(found.iter().map(|figure| format!("{} {} µm", symbol(figure.name), tenth(figure.measured.value))));
     let message = format!(
-        "{values}: the correction aims at the unmodified flank and takes this away. If the drawing asks for it, give \
-         the job's requirements a `design` or limits of these figures; if not, send `target`: \"nominal\""
+        "{values}: the target of the correction is the unmodified flank, without these figures. If the drawing \
+         requires them, add a `design` or limits of these figures to the job's requirements; if not, send `target`: \
+         \"nominal\""
     );
     Some(WarningBody::new("target_removes_crowning", message).with_values(&json!({"figures": names_of(&found)})))
 }
@@ -219,7 +220,7 @@ fn stopped_by(figure: &HeldFigure, all: &[HeldFigure], solution: &Solution) -> S
         (Some(names), ..) => format!("{names} at its limit"),
         (None, Some(names), _) => format!("{names} fixed"),
         (None, None, Some(names)) => format!("{names} not determined by this measurement"),
-        (None, None, None) if moving.is_empty() => "no setting moves it".to_owned(),
-        (None, None, None) => "the settings that move it are damped or do other things as well".to_owned(),
+        (None, None, None) if moving.is_empty() => "no setting affects it".to_owned(),
+        (None, None, None) => "the settings that affect it are damped or have other effects as well".to_owned(),
     }
 }

@@ -72,7 +72,10 @@ pub fn places(nodes: &Nodes, gear: &Gear, side: Side, of: Coordinates) -> Result
         }
     }
     if below > 0 {
-        let detail = format!("{below} of the iteration's {count} nodes lie where no involute is: what is their u?");
+        let detail = format!(
+            "{below} of the iteration's {count} nodes are outside the involute: check the quantity \
+            of u"
+        );
         return Err(Faults::one("/sensitivity/profile_axis", detail));
     }
     Ok(places)

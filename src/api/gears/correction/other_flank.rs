@@ -48,7 +48,7 @@ pub(super) fn of(
     };
     let body = OtherFlankBody { flank: other, iteration: None, figures: None, not_predicted: None };
     let Some(measured) = subject.other else {
-        let why = "it was not measured; settings of both flanks change it as well".to_owned();
+        let why = "it was not measured; settings for both flanks change it too".to_owned();
         return Some(OtherFlankBody { not_predicted: Some(why), ..body });
     };
     let mut faults = Faults::default();

@@ -39,7 +39,7 @@ pub fn change(
         },
     };
     if before.len() != after.len() {
-        return Err(Problem::internal("the kept correction is of other nodes"));
+        return Err(Problem::internal("the stored correction has other nodes"));
     }
     let changes = before.iter().zip(after).map(|(before, after)| (after - before) / factor);
     with_heights(nodes, changes.collect()).map(Some).map_err(Problem::internal)

@@ -166,7 +166,7 @@ impl CorrectionRequestBody {
     ) -> Result<Read, Faults> {
         let mut faults = Faults::default();
         if self.settings_used == Some(SettingsUsed::All) && self.keep_within.is_some() {
-            faults.push("/keep_within", "it belongs to `settings_used`: \"needed\"; leave it out");
+            faults.push("/keep_within", "it belongs to `settings_used`: \"needed\"; omit it");
         }
         let chosen = chosen(self.teeth.as_deref(), measured, level, &mut faults);
         let how =
@@ -254,7 +254,7 @@ fn chosen<'a>(
 ) -> Option<Vec<&'a Measured>> {
     let Some(names) = teeth else { return Some(measured.to_vec()) };
     if level != Level::Gear {
-        faults.push("/teeth", "it belongs to the correction of the gear; this one is made for the iteration's tooth");
+        faults.push("/teeth", "it belongs to the correction of a gear; this correction is for the iteration's tooth");
         return None;
     }
     let canonical = |name: &str| tooth::canonical(name).unwrap_or_else(|_| name.to_owned());
@@ -272,7 +272,7 @@ fn chosen<'a>(
         faults.push(format!("/teeth/{k}"), detail);
     }
     if names.is_empty() {
-        faults.push("/teeth", "it names no tooth; leave it out for all that were measured");
+        faults.push("/teeth", "it names no tooth; omit it for all measured teeth");
     }
     let wanted = |one: &&&Measured| of(one).is_some_and(|name| names.contains(&name));
     (faults.count() == before).then(|| measured.iter().filter(wanted).copied().collect())

@@ -1,4 +1,4 @@
-//! Changes of machine settings, and what is expected of them.
+//! Changes of machine settings, and their expected effect.
 
 use serde::{Deserialize, Serialize};
 use serde_with_macros::skip_serializing_none;
@@ -43,7 +43,7 @@ use flankfit_engine::{
     numerics::check,
 };
 
-/// Changes of machine settings, and what is expected of them.
+/// Changes of machine settings, and their expected effect.
 #[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = CorrectionResult)]

@@ -90,7 +90,7 @@ fn answer(
     };
     let flanks: Vec<Side> = nodes.blocks.iter().filter_map(|block| block.side).collect();
     if Some(flanks) != made.result.flanks {
-        return Ok(Err("what the corrected iterations are of was changed since".to_owned()));
+        return Ok(Err("flank, tooth or axes of the corrected iterations have changed since".to_owned()));
     }
     let sensitivity = &made.request.sensitivity;
     let how = How { sensitivity, level: Level::Gear, gear: made.gear(), absolute: None, trace: None };
@@ -103,7 +103,7 @@ fn answer(
         pairs.map(|(block, mean)| if later { mean.count } else { block.mean.count }).sum()
     };
     if count(true) == 0 {
-        return Ok(Err("no flank that was corrected was measured after it".to_owned()));
+        return Ok(Err("no corrected flank was measured afterwards".to_owned()));
     }
     let missing = |k: usize| vec![f64::NAN; nodes.blocks[k].mean.deviation.len()];
     let deviation = |(k, mean): (usize, &Option<TeethMean>)| {

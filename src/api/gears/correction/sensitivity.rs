@@ -149,7 +149,7 @@ impl MachineSensitivity {
         let machine = self.machine;
         let by_flank = self.by_flank(faults)?;
         if level == Level::Gear && self.flank.is_some() {
-            let detail = "a correction of the gear takes the flanks that were measured; leave it out";
+            let detail = "a correction of the gear uses the measured flanks; omit it";
             faults.push("/sensitivity/flank", detail);
             return None;
         }

@@ -125,7 +125,7 @@ pub fn write(
         After::Nothing => (None, None),
         After::Others(number) => {
             let of = before.measurand.words();
-            let why = format!("no later iteration says that it is of {of}; the next is iteration {number}");
+            let why = format!("no later iteration is of {of}; the next one is iteration {number}");
             (None, Some(why))
         }
         After::Same(measured) if measured.implausible().is_some() => (None, implausible(measured)),
@@ -197,7 +197,7 @@ fn answer(
     }
     if earlier.spec.traces.is_none() && later.spec.traces.is_some() {
         return Ok(Err(format!(
-            "the traces of iteration {number} have a zero each, the heights of the corrected one have not"
+            "the traces of iteration {number} have their own zeros, the heights of the corrected one do not"
         )));
     }
     let flank = flanks.map(|(_, after)| after);
@@ -282,11 +282,14 @@ impl<'a> Made<'a> {
         if proposed.len() != changes.len() || (of_gear && self.own_gear.is_none() && !same_changes(&proposed, changes))
         {
             return Err(
-                "the gear of the job has changed since, and the one before was not kept with the correction".to_owned()
+                "the gear of the job has changed since, and the previous one was not stored with the correction"
+                    .to_owned(),
             );
         }
         let Some(mut noise) = solution.noise else {
-            return Err("the noise is not known: as many settings as nodes, and no `noise_sigma_um`".to_owned());
+            return Err(
+                "the noise is not known: there are as many settings as nodes, and no `noise_sigma_um`".to_owned()
+            );
         };
         noise.sigma *= later.noise;
         let entered = applied.map(|applied| applied.settings.iter().map(|setting| setting.change).collect());

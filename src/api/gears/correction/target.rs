@@ -44,7 +44,7 @@ pub struct TargetDeviationBody {
 
 flankfit_engine::numerics::alternatives!(
     TargetBody as "CorrectionTarget",
-    "What a correction aims at: a name, or the deviation that is wanted at each node.",
+    "Target of a correction: a name, or the wanted deviation at each node.",
     TargetName::schema(),
     TargetDeviationBody::schema(),
 );
@@ -115,7 +115,7 @@ impl Wanted<'_> {
             }
         };
         let Some(flank) = self.flank else {
-            let detail = "only with a `machine` is it known where on the flank the nodes lie: send \
+            let detail = "the places of the nodes on the flank are known only with a `machine`: send \
                 {\"deviation_um\": […]} with a `matrix`";
             faults.push(AT, detail);
             return None;
@@ -142,7 +142,7 @@ impl Wanted<'_> {
     /// none: the unmodified flank in its place would remove what the limits ask for.
     fn within_limits(&self, flank: &Flank, faults: &mut Faults) -> Option<AimBody> {
         let Some(found) = flank.target_within(self.deviation, self.weight, self.limits) else {
-            let detail = "the limits of the job cannot be aimed at, because the nodes do not determine slopes and \
+            let detail = "the limits of the job cannot be the target, because the nodes do not determine slopes and \
                 crownings over the ranges of the machine: correct the ranges, or send another `target`";
             faults.push("/target", detail);
             return None;

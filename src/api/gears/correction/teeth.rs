@@ -57,8 +57,8 @@ pub(super) fn warnings(nodes: &Blocks) -> Vec<WarningBody> {
     let measured = |side: Side| nodes.blocks.iter().any(|block| block.side == Some(side));
     for side in [Side::Left, Side::Right].into_iter().filter(|side| !measured(*side)) {
         let message = format!(
-            "the {} flank was not measured since the last correction: what settings of both flanks do to it is not \
-             known",
+            "the {} flank was not measured since the last correction: the effect of settings for both flanks on it is \
+             not known",
             side_name(side)
         );
         let flanks = json!({"flanks": [side_name(side)]});

@@ -53,7 +53,7 @@ pub struct FlankBody {
     pub diameter_mm: Vec<f64>,
     /// z of each column.
     pub z_mm: Vec<f64>,
-    /// Material removed at each node, where there are modifications.
+    /// Material removed at each node, with modifications.
     pub relief_um: Option<Vec<Vec<f64>>>,
     /// Warnings about the result.
     pub warnings: Vec<NoticeBody>,

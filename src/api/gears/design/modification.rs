@@ -130,10 +130,7 @@ pub fn read(
             .map_err(|more| faults.append(Faults::of_engine("/modification_range", &more)))
             .ok(),
         None => Range::whole(gear).or_else(|| {
-            faults.push_missing(
-                "/modification_range",
-                "missing: the gear has no face width, or no involute is left to refer to",
-            );
+            faults.push_missing("/modification_range", "missing: the gear has no face width, or no involute");
             None
         }),
     };

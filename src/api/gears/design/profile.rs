@@ -65,9 +65,9 @@ pub struct EnvelopeRequestBody {
 }
 
 /// Points of a tool's profile from its tip along the flank that cuts the left flank of the gear's
-/// tooth at the top, mm. Of a rack: along the pitch line from the middle of the gear's tooth (so
-/// that the tool lies at negative values), and outwards from the pitch line. Of a pinion: x and y
-/// from its own centre, the gear's tooth below it (−y), of an internal gear above it.
+/// tooth at the top, mm. For a rack: along the pitch line from the middle of the gear's tooth (so
+/// that the tool lies at negative values), and outwards from the pitch line. For a pinion: x and y
+/// from its own centre, the gear's tooth below it (−y), for an internal gear above it.
 #[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
@@ -169,7 +169,7 @@ pub fn envelope(text: &[u8], room: Room) -> Result<Vec<u8>, Problem> {
         }
     }
     if let Some(radii) = body.radii_mm.as_ref().filter(|radii| radii.len() > MOST_RADII) {
-        faults.push("/radii_mm", format!("{} radii; at most {MOST_RADII} are answered", radii.len()));
+        faults.push("/radii_mm", format!("{} radii; at most {MOST_RADII} are allowed", radii.len()));
     }
     let steps = body.tool.steps.unwrap_or(20);
     if steps == 0 {

@@ -54,7 +54,7 @@ pub enum SolidFormatName {
     Gmsh,
 }
 
-/// Hexahedra of 8 nodes, or of 20 whose middle nodes lie on flank, fillet and helix too.
+/// Hexahedra of 8 nodes, or of 20 with middle nodes on flank, fillet and helix.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[schema(as = ElementOrder)]

@@ -240,7 +240,7 @@ fn touches(members: &DeviationsMembers<'_>, faults: &mut Faults) -> Option<Vec<M
         return None;
     }
     if points.len() > MOST_POINTS {
-        faults.push("/points", format!("{}, but {MOST_POINTS} are the most of one request", entries(points.len())));
+        faults.push("/points", format!("{}; a request has at most {MOST_POINTS}", entries(points.len())));
         return None;
     }
     let before = faults.count();
@@ -305,7 +305,7 @@ impl DeviationGrid {
                 lengths
             }
             _ => {
-                faults.push("/grid", "give `roll_length_mm` or `diameter_mm`, one of them");
+                faults.push("/grid", "give either `roll_length_mm` or `diameter_mm`");
                 Vec::new()
             }
         };

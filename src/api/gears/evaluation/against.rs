@@ -3,8 +3,7 @@
 use flankfit_engine::gear::{Kind, Trace};
 
 /// Why a trace has no design line.
-pub const NO_SECTION: &str =
-    "modifications may differ from section to section: say where on the involute the trace lies";
+pub const NO_SECTION: &str = "modifications may differ between sections: give the section of the trace";
 
 /// Place of the section of a trace in a request.
 pub fn section(i: usize, trace: &Trace) -> String {

@@ -48,12 +48,12 @@ pub struct KBandBody {
 /// Refuses bands that are none on any gear.
 pub fn check_all(bands: &[KBandBody], at: &str, faults: &mut Faults) {
     if bands.len() > MOST_BANDS {
-        faults.push(at, format!("{} bands; at most {MOST_BANDS} are taken", bands.len()));
+        faults.push(at, format!("{} bands; at most {MOST_BANDS} are allowed", bands.len()));
         return;
     }
     let points: usize = bands.iter().map(|band| band.upper.len() + band.lower.len()).sum();
     if points > MOST_POINTS_IN_ALL {
-        faults.push(at, format!("{points} points in all; at most {MOST_POINTS_IN_ALL} are taken"));
+        faults.push(at, format!("{points} points in all; at most {MOST_POINTS_IN_ALL} are allowed"));
         return;
     }
     for (k, band) in bands.iter().enumerate() {
@@ -79,7 +79,7 @@ impl KBandBody {
 
     fn check(&self, at: &str, faults: &mut Faults) {
         if self.kind == Kind::Helix && self.profile_axis.is_some() {
-            faults.push(format!("{at}/profile_axis"), "places of helices are z in mm; leave it out");
+            faults.push(format!("{at}/profile_axis"), "places of helices are z in mm; omit it");
         }
         let before = faults.count();
         for (name, line) in [("upper", &self.upper), ("lower", &self.lower)] {
@@ -137,7 +137,7 @@ fn check_line(line: &[[f64; 2]], at: &str, faults: &mut Faults) {
     }
     for (k, point) in line.iter().enumerate() {
         for (c, value) in point.iter().enumerate().filter(|(_, value)| value.abs() > MOST_DEVIATION) {
-            faults.push(format!("{at}/{k}/{c}"), format!("{value} is beyond {MOST_DEVIATION}"));
+            faults.push(format!("{at}/{k}/{c}"), format!("{value} exceeds {MOST_DEVIATION}"));
         }
     }
 }

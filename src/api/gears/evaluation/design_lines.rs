@@ -47,8 +47,8 @@ pub fn complete(
             notices.extend(of_job.filter(|design| design.lacks_range()).map(|_| {
                 NoticeBody::new(
                     "design_range_assumed",
-                    &"the job's design names no range for its figures: they are taken over the evaluation ranges; give \
-                      it `profile_diameter_range_mm` and `helix_range_mm`",
+                    &"the job's design has no range for its figures: the evaluation ranges are assumed; add \
+                      `profile_diameter_range_mm` and `helix_range_mm`",
                 )
             }));
             Ok(notices)
@@ -80,7 +80,7 @@ fn design_lines<'a>(
         .collect();
     let Some((_, at)) = missing.first() else { return Ok(None) };
     let Some((required, body)) = required.and_then(|required| Some((required, required.design.as_ref()?))) else {
-        let detail = "there is no design: give the job's requirements a `design`, or send `modifications`";
+        let detail = "there is no design: add a `design` to the job's requirements, or send `modifications`";
         return Err(Faults::one(at, detail));
     };
     let refused = |found: &Faults| {

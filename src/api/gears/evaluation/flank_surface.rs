@@ -61,8 +61,7 @@ request! {
         /// Default `material`, which for a whole flank is the same as `din`. Helix slope and twist
         /// are returned in `sign`.
         optional deviation_sign: DeviationSign,
-        /// Direction in which deviations were taken, figures and form are given, and limits count.
-        /// Default `normal`.
+        /// Direction of deviations, figures, form and limits. Default `normal`.
         optional direction: Direction,
         /// Length that slopes refer to. Default `reference_length`.
         optional reference: Reference,
@@ -85,8 +84,8 @@ pub struct FlankSurfaceBody<'a> {
     #[serde(flatten)]
     #[schema(inline)]
     pub surface: &'a FlankSurface,
-    /// Warnings about the nodes and the range; those about the fit are `result.warnings`. After
-    /// `range_not_covered` figures are held against no limits: the nodes within the border cover
+    /// Warnings about the nodes and the range; those about the fit are `result.warnings`. With
+    /// `range_not_covered` figures are not compared with limits: the nodes within the border cover
     /// less than three quarters of the range.
     pub warnings: Vec<NoticeBody>,
     /// The fit, as returned by `POST /v1/fits`: u and v over [-1, 1].

@@ -207,7 +207,7 @@ impl PitchRequestBody {
                 from_readings(gear, &numbers(readings), rounding).map_err(|more| faults.append(more)).ok()
             }
             (None, Some(_), Some(_), None) => {
-                none("`counting` decides which flanks bound a space, and is missing");
+                none("`counting`, which decides which flanks bound a space, is missing");
                 None
             }
             (None, Some((left, _)), Some((right, _)), Some(counting)) => {

@@ -111,7 +111,7 @@ pub struct EvaluationSettingsBody {
     #[schema(exclusive_minimum = 0.5, exclusive_maximum = 1)]
     pub level: Option<f64>,
     pub tolerance_limits: Option<SidedLimits>,
-    /// Bands that traces must lie in; at most 20, of at most 4,000 points together.
+    /// Bands that traces must lie in; at most 20, with at most 4,000 points in all.
     #[schema(max_items = 20)]
     pub k_bands: Option<Vec<KBandBody>>,
 }

@@ -56,7 +56,7 @@ pub fn unreadable(error: &FileError) -> Problem {
 }
 
 pub(in crate::api) fn nothing_measured(what: &str) -> Problem {
-    Problem::invalid(Faults::one("/file", format!("nothing to make nodes of: {what}")))
+    Problem::invalid(Faults::one("/file", format!("no nodes in the file: {what}")))
 }
 
 /// Returns the warnings of a reader.
@@ -79,9 +79,9 @@ impl FileRead {
                 .map(|flank| format!("the {} flank of tooth {}", word(flank.side), flank.tooth))
                 .collect();
             let detail = if known.is_empty() {
-                "no trace has a known place on a flank".to_owned()
+                "the position of no trace on its flank is known".to_owned()
             } else {
-                format!("the file has no traces of it, but those of {}", known.join(", "))
+                format!("the file has no traces of this flank; it has {}", known.join(", "))
             };
             let pointer = if spec.tooth.is_some() { "/spec/tooth" } else { "/spec/flank" };
             Problem::invalid(Faults::one(pointer, detail))

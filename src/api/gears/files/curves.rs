@@ -43,8 +43,8 @@ pub(in crate::api) fn read(
 ) -> Result<FileRead, Problem> {
     let asked = spec.evaluation.as_ref().and_then(|evaluation| evaluation.direction);
     if curves.header.rules().section == Some(SectionPlane::Axial) && asked.is_none() {
-        let detail = "deviations of axial sections (code 183) are not known to be along any direction; say it as \
-            `direction` of `evaluation`";
+        let detail = "the direction of deviations in axial sections (code 183) is not known; give `direction` in \
+            `evaluation`";
         return Err(Problem::invalid(Faults::one("/spec/evaluation/direction", detail)));
     }
     let mut notes = curves.notes.clone();
@@ -89,7 +89,7 @@ pub(super) fn of_traces(
     mut warnings: Vec<NoticeBody>,
 ) -> Result<FileRead, Problem> {
     if settings.against == Some(Against::Design) && required.is_none_or(|required| required.design.is_none()) {
-        let detail = "there is no design: give the job's requirements a `design`";
+        let detail = "there is no design: add a `design` to the job's requirements";
         return Err(Problem::invalid(Faults::one(format!("/spec{}", design_lines::AT), detail)));
     }
     let mut lines = vec![None; traces.len()];
@@ -178,8 +178,7 @@ fn settings(
         };
         *place = Some(taken);
         let message = format!(
-            "code {code} has the rule {rule} for plus material, which no known file has; it is taken to count as its \
-             settings for total and form say"
+            "code {code} has the unknown rule {rule} for plus material; its settings for total and form are used"
         );
         warnings.push(NoticeBody::new("plus_material_assumed", &message));
     }

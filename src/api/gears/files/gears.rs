@@ -159,7 +159,7 @@ pub fn read(content: &[u8], name: Option<&str>) -> Result<GearsOfFileBody, Probl
             (FileFormatName::Rexs, each.collect())
         }
         GearFile::Table(_) => {
-            let detail = "a table of nodes or points, which says nothing of its gear; `POST /v1/nodes/read` reads it";
+            let detail = "a table of nodes or points has no gear; read it with `POST /v1/nodes/read`";
             return Err(Problem::invalid(Faults::one("/file", detail)));
         }
     };
@@ -248,7 +248,7 @@ pub(in crate::api) fn chosen(
     let Some(gear) = own else {
         let data = facts.gear_data().map_err(|missing| {
             let names: Vec<_> = missing.iter().map(|datum| name(*datum)).collect();
-            let detail = format!("the file does not say {}; give `gear`, or give it to the job", names.join(", "));
+            let detail = format!("the file does not give {}; send `gear`, or add it to the job", names.join(", "));
             Problem::invalid(Faults::one("/spec/gear", detail))
         })?;
         return Gear::new(data).map_err(|faults| Problem::invalid(Faults::of_engine("/file", &faults)));
@@ -259,12 +259,12 @@ pub(in crate::api) fn chosen(
         let whose = if asked { "the gear given" } else { "the job's gear" };
         if another && !asked {
             let detail = format!(
-                "another gear: `{name}` is {file} in the file and {gear} in the job; give `gear` in `spec` to import \
-                 it all the same"
+                "another gear: `{name}` is {file} in the file and {gear} in the job; send `gear` in `spec` to import \
+                 it anyway"
             );
             faults.push("/file", detail);
         } else {
-            let message = format!("`{name}` is {file} in the file and {gear} in {whose}, which is taken");
+            let message = format!("`{name}` is {file} in the file and {gear} in {whose}, which is used");
             warnings.push(NoticeBody::new("gear_differs", &message));
         }
     }

@@ -35,7 +35,7 @@ pub(super) fn read(
     for table in &curves.pitch {
         let line = table.line;
         let Some(side) = table.side else {
-            warn("pitch_without_flank", format!("line {line}: no title says of which flank these pitches are"));
+            warn("pitch_without_flank", format!("line {line}: no title names the flank of these pitches"));
             continue;
         };
         let place = match side {
@@ -43,7 +43,7 @@ pub(super) fn read(
             Side::Right => &mut request.right,
         };
         if place.is_some() {
-            warn("pitch_repeated", format!("line {line}: a second table of one flank; the first is taken"));
+            warn("pitch_repeated", format!("line {line}: a second table of the same flank; the first is used"));
             continue;
         }
         match Columns::of(table, gear.data().teeth) {
@@ -91,8 +91,8 @@ fn counting(curves: &Curves, request: &PitchRequestBody, notices: &mut Vec<Notic
     let mut notice = |code: &str, message: String| notices.push(NoticeBody::new(code, &message));
     if let Some(setting) = curves.header.rules().by_spaces.filter(|setting| *setting != 0) {
         let message = format!(
-            "code 163 is {setting}: how the flanks of a tooth number belong together is not known then; the pitches of \
-             each flank do not depend on it, a run-out from both does"
+            "code 163 is {setting}: the assignment of flanks to a tooth number is not known; pitches of each flank do \
+             not depend on it, a run-out from both does"
         );
         notice("pitch_sign_assumed", message);
         return None;
@@ -101,8 +101,8 @@ fn counting(curves: &Curves, request: &PitchRequestBody, notices: &mut Vec<Notic
         Some(said) => {
             if let Some(found) = agreement(said).filter(|found| *found < -DECIDES) {
                 let message = format!(
-                    "code 161 says that teeth are counted {}, and the file's run-out goes against its pitches then \
-                     (correlation {found:.2}): the direction or the sign of the pitches is another",
+                    "code 161 says that teeth are counted {}, which contradicts the file's run-out (correlation \
+                     {found:.2}): check the direction or the sign of the pitches",
                     said.word()
                 );
                 notice("counting_contradicted", message);
@@ -115,12 +115,12 @@ fn counting(curves: &Curves, request: &PitchRequestBody, notices: &mut Vec<Notic
             let told = best.max_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, found)| *found >= DECIDES);
             let message = match told {
                 Some((counting, found)) => format!(
-                    "the file does not say which way its teeth are counted (code 161); its run-out says {} \
-                     (correlation {found:.2})",
+                    "the file does not give the direction of counting (code 161); its run-out shows {} (correlation \
+                     {found:.2})",
                     counting.word()
                 ),
-                None => "the file does not say which way its teeth are counted (code 161): amounts and classes of \
-                    each flank's pitches do not depend on it; their signs, the direction of the eccentricity and a \
+                None => "the file does not give the direction of counting (code 161): amounts and classes of each \
+                    flank's pitches do not depend on it; their signs, the direction of the eccentricity and a \
                     run-out from pitches do"
                     .to_owned(),
             };
@@ -147,7 +147,7 @@ impl Columns {
                 return Err(format!("a gear of {teeth} teeth has no tooth {tooth}"));
             };
             if std::mem::replace(&mut seen[k], true) {
-                return Err(format!("tooth {tooth} stands twice"));
+                return Err(format!("tooth {tooth} occurs twice"));
             }
             columns.cumulative[k] = defined(*cumulative);
             columns.runout[k] = defined(*runout);

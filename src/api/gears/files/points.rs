@@ -31,7 +31,7 @@ pub(in crate::api) fn of_list(
     own: Option<&Gear>,
 ) -> Result<FileRead, Problem> {
     let Some(gear) = own else {
-        let detail = "missing: points say nothing of their gear; give `gear`, or give it to the job";
+        let detail = "missing: points need a gear; send `gear`, or add it to the job";
         return Err(Problem::invalid(Faults::one("/spec/gear", detail)));
     };
     let touch =
@@ -76,8 +76,8 @@ pub(in crate::api) fn of_model(
     let mut warnings = Vec::new();
     let gear = gears::chosen(&of_gear.facts, own, spec.gear.is_some(), &mut warnings)?;
     warnings.extend(notices(&model.notes));
-    let message = "a model does not say what its amounts count from; they are taken for positive where material stands \
-        out, along the normal";
+    let message = "a model does not define the sign of its amounts; they are assumed to be along the normal, positive \
+        where material protrudes";
     warnings.push(NoticeBody::new("sign_assumed", &message));
     if !topographies {
         let traces = traces(of_gear, &gear, &mut warnings);
@@ -99,7 +99,7 @@ pub(in crate::api) fn of_model(
         let lost = count - (nodes.len() - before);
         if lost > 0 {
             let message = format!(
-                "left out of flank {}: {}, on no involute of the tooth",
+                "omitted from flank {}: {} outside the involute of the tooth",
                 flank.id,
                 counted(lost, "amount", "amounts")
             );
@@ -120,7 +120,7 @@ fn traces(of_gear: &RexsGear, gear: &Gear, warnings: &mut Vec<NoticeBody>) -> Ve
                 TracePlaces::Diameters(diameters) => diameters.iter().map(|d| gear.roll_length(*d)).collect(),
             };
             let Some(at) = at else {
-                let message = format!("trace {} reaches below the base circle; it is left out", measured.id);
+                let message = format!("trace {} extends below the base circle; it is omitted", measured.id);
                 warnings.push(NoticeBody::new("trace_without_positions", &message));
                 continue;
             };

@@ -235,7 +235,7 @@ fn unknown(error: &FileError) -> NoticeBody {
         Some((FlankFault::Unknown, message)) => NoticeBody::new("flank_unknown", message),
         Some((FlankFault::TooMany, message)) => NoticeBody::new("too_many_flanks", message),
         None => {
-            let message = "which columns hold places and heights is not known; say it as `columns`";
+            let message = "the columns with places and heights are not known; name them as `columns`";
             NoticeBody::new("columns_unknown", &message)
         }
     }
@@ -244,7 +244,7 @@ fn unknown(error: &FileError) -> NoticeBody {
 /// Which helix traces are turned, and why.
 fn turned(set: &NodeSet) -> String {
     format!(
-        "{}: its helix traces count the other way than its profiles, which they cross, and are turned",
+        "{}: its helix traces have the opposite sign of the profiles that they cross, and are reversed",
         nodes::name_of(set)
     )
 }
@@ -252,8 +252,8 @@ fn turned(set: &NodeSet) -> String {
 /// Which helix traces may count the other way.
 fn sign_assumed(set: &NodeSet) -> String {
     format!(
-        "{}: where its traces cross they do not determine the sign of the helix traces, which are taken for positive \
-         where material stands out, as the profiles are",
+        "{}: the crossings of its traces do not determine the sign of the helix traces; they are assumed to be \
+         positive where material protrudes, like the profiles",
         nodes::name_of(set)
     )
 }
@@ -261,9 +261,8 @@ fn sign_assumed(set: &NodeSet) -> String {
 /// Which traces have separate zeros, and how to say that they have not.
 fn own_zeros(set: &NodeSet) -> String {
     format!(
-        "{}: its traces do not meet where they cross, or do not cross, so each is taken to have a zero of its own, which is \
-         subtracted; where all heights \
-         count from one zero, map the column of traces as `ignore`",
+        "{}: its traces do not agree at their crossings, or do not cross, so each is assumed to have its own zero, \
+         which is subtracted; if all heights share one zero, map the column of traces as `ignore`",
         nodes::name_of(set)
     )
 }

@@ -55,7 +55,7 @@ pub fn measured(
             points::of_list(&list, spec, own)
         }
         GearFile::Values(values) => Err(nothing_measured(&format!(
-            "a file of {} results; import the file of curves (.mka) that they were made of",
+            "a file of {} results; import the file of curves (.mka) with their data",
             values.results.len()
         ))),
         GearFile::Model(model) => points::of_model(&model, spec, own, required),

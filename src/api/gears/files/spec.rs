@@ -65,7 +65,7 @@ impl ImportSpecBody {
         }
         let sign = self.evaluation.as_ref().and_then(|evaluation| evaluation.deviation_sign);
         if curves && sign.is_some_and(|sign| sign != DeviationSign::Din) {
-            let detail = "the file says what its deviations count; they are turned into DIN's";
+            let detail = "the file defines the sign of its deviations; they are converted to DIN";
             faults.push("/spec/evaluation/deviation_sign", detail);
         }
         faults.into_result(()).map_err(Problem::invalid)

@@ -86,7 +86,7 @@ pub fn of_record(kept: &Kept) -> Result<Vec<u8>, Problem> {
 /// Returns the problem if only quality data is acceptable.
 pub fn not_written(kind: RecordKind) -> Problem {
     let detail = format!(
-        "This record is a {}; evaluations and pitches alone are given as {MEDIA_TYPE}, others as application/json.",
+        "This record is a {}; only evaluations and pitches are available as {MEDIA_TYPE}, others as application/json.",
         kind.name()
     );
     Problem::new(ProblemCode::NotAcceptable, detail)

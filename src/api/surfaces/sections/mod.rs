@@ -15,7 +15,7 @@ use crate::api::{
     faults::Faults,
     json::writer::whole,
     problem::{Problem, Room},
-    shapes::places::beyond,
+    shapes::places::out_of_range,
     warning::WarningBody,
 };
 use flankfit_engine::{
@@ -50,7 +50,7 @@ pub fn answer(text: &[u8], room: Room) -> Result<Vec<u8>, Problem> {
         let mut sections = Vec::with_capacity(found.len());
         for (i, (offset, found)) in planes.offsets.iter().zip(found).enumerate() {
             note(found, how, [k, i], (&mut warnings, &mut told));
-            sections.push(written(found, *offset, how.chords).ok_or_else(|| beyond("/surface"))?);
+            sections.push(written(found, *offset, how.chords).ok_or_else(|| out_of_range("/surface"))?);
         }
         answered.push(SectionFamilyBody { sections });
     }
@@ -66,7 +66,7 @@ pub fn answer(text: &[u8], room: Room) -> Result<Vec<u8>, Problem> {
         body.mesh_frame = Some(frame.iter().map(coordinates).collect());
         body.mesh_error = Some(error);
     }
-    whole(&body).map_err(|_| beyond("/surface"))
+    whole(&body).map_err(|_| out_of_range("/surface"))
 }
 
 fn family<'a>(planes: &'a Planes, sections: &'a [Section]) -> Family<'a> {
@@ -104,7 +104,7 @@ fn refused(fault: SectionFault) -> Problem {
     let (pointer, detail) = match fault {
         SectionFault::TooManyPoints { .. } => (
             "/tolerance",
-            format!("the sections ask for more than {MOST_POINTS} points: a greater tolerance, or fewer planes"),
+            format!("the sections need more than {MOST_POINTS} points: use a greater tolerance, or fewer planes"),
         ),
         SectionFault::TooManyPieces { .. } | SectionFault::OutOfRange => ("/surface", fault.to_string()),
     };
@@ -116,7 +116,7 @@ fn no_mesh(fault: NoMesh) -> Problem {
         NoMesh::Skew { .. } => ("/families".to_owned(), fault.to_string()),
         NoMesh::TooManyPoints { .. } => {
             let detail =
-                format!("the mesh asks for more than {MOST_POINTS} points: a greater tolerance, or fewer planes");
+                format!("the mesh needs more than {MOST_POINTS} points: use a greater tolerance, or fewer planes");
             ("/tolerance".to_owned(), detail)
         }
         NoMesh::Curves { family, plane, curves } => (
@@ -146,15 +146,15 @@ fn note(
         }
     };
     if found.coincident {
-        warn("coincident", "a part of the surface lies in the plane; it is no part of the curves".to_owned());
+        warn("coincident", "a part of the surface lies in the plane; the curves exclude it".to_owned());
     }
     if let [first, ..] = &found.unresolved[..] {
         let [x, y, z] = [first.x, first.y, first.z].map(Shown);
         warn(
             "unresolved",
             format!(
-                "about {}, such as [{x}, {y}, {z}], the surface is too flat, or branches come too near to each other, \
-                 to tell the section; curves may end or be missing there",
+                "about {}, such as [{x}, {y}, {z}], the surface is too flat, or branches are too close, to determine \
+                 the section; curves may end or be missing there",
                 counted(found.unresolved.len(), "place", "places")
             ),
         );
@@ -163,7 +163,7 @@ fn note(
     if error > how.tolerance {
         warn(
             "tolerance_not_met",
-            format!("a curve is known to {error:.1e} only; the tolerance asked for is {:.1e}", how.tolerance),
+            format!("a curve is accurate to {error:.1e} only; the requested tolerance is {:.1e}", how.tolerance),
         );
     }
 }

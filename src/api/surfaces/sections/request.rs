@@ -105,7 +105,7 @@ pub(super) fn read(text: &[u8]) -> Result<Checked, Problem> {
 
 fn checked(families: &[PlaneFamilyBody], mesh: bool, faults: &mut Faults) -> Vec<Planes> {
     if !(1..=2).contains(&families.len()) {
-        faults.push("/families", format!("{}; 1 or 2 are taken", counted(families.len(), "family", "families")));
+        faults.push("/families", format!("{}; 1 or 2 are possible", counted(families.len(), "family", "families")));
     } else if mesh && families.len() != 2 {
         faults.push("/families", "a mesh is made of 2 families");
     }
@@ -120,12 +120,12 @@ fn checked(families: &[PlaneFamilyBody], mesh: bool, faults: &mut Faults) -> Vec
         let least = if mesh { 2 } else { 1 };
         if !(least..=MOST_PLANES).contains(&offsets.len()) {
             let detail =
-                format!("{}; from {least} to {MOST_PLANES} are taken", counted(offsets.len(), "plane", "planes"));
+                format!("{}; from {least} to {MOST_PLANES} are possible", counted(offsets.len(), "plane", "planes"));
             faults.push(format!("/families/{k}/offsets"), detail);
         }
         for (i, pair) in offsets.windows(2).enumerate() {
             if !(pair[0] < pair[1]) {
-                let detail = format!("{} does not follow {} upwards", Shown(pair[1]), Shown(pair[0]));
+                let detail = format!("{} is not greater than {}", Shown(pair[1]), Shown(pair[0]));
                 faults.push(format!("/families/{k}/offsets/{}", i + 1), detail);
             }
         }

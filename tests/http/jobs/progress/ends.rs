@@ -188,7 +188,7 @@ async fn the_time_of_an_answer_with_progress_is_bounded() {
     );
     let late = problem(posted(&app, "/v1/fits", &endless())).await;
     assert_eq!((&late["status"], &late["code"]), (&json!(503), &json!("request_timeout")));
-    assert_eq!(late["detail"], "There was no answer within 1 s.");
+    assert_eq!(late["detail"], "There was no response within 1 s.");
     until_rest(&app).await;
 }
 

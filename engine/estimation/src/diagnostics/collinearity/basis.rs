@@ -90,8 +90,8 @@ impl Legendre {
     /// consequence.
     pub(super) fn consolation(&self) -> (&'static str, &'static str) {
         let follows = match self.is_well_conditioned() {
-            true => "): the fitted function and figures made from it are not affected",
-            false => "): in Legendre's basis this dependency goes away, others stay",
+            true => "): the fitted function and results derived from it are not affected",
+            false => "): in Legendre's basis this dependency disappears, others remain",
         };
         (self.place, follows)
     }

@@ -26,7 +26,7 @@ pub(super) fn sentence(
         (x * unit).round() / unit
     };
     let mut text = String::with_capacity(192);
-    let place = consolation.map_or(" over these nodes", |(place, _)| place);
+    let place = consolation.map_or(" at these nodes", |(place, _)| place);
     let ends = match (names, cosine, r_squared) {
         ([a, b], Some(cosine), _) => {
             let parallel = if cosine < 0.0 { "opposite" } else { "parallel" };
@@ -35,13 +35,13 @@ pub(super) fn sentence(
             }
             append(&mut text, near_one(cosine));
             text.push_str(", ");
-            "): only their mixture is well determined"
+            "): only a combination of them is well determined"
         }
         ([a, others @ ..], _, Some(r_squared)) => {
             text.push_str(a);
             let (named, more) = others.split_at(others.len().min(NAMED - 1));
             for (k, name) in named.iter().enumerate() {
-                text.push_str(if k == 0 { " is nearly a mixture of " } else { ", " });
+                text.push_str(if k == 0 { " is nearly a linear combination of " } else { ", " });
                 text.push_str(name);
             }
             if !more.is_empty() {

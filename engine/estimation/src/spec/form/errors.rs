@@ -18,9 +18,9 @@ pub(in crate::spec) enum Errors {
     /// Independent errors, the default.
     Independent {},
     /// Autoregression of first order in steps of the line; missing nodes are steps. With ρ
-    /// estimated, 95 % intervals of a cubic at 60 nodes hold in 0.95 to 0.97 on average and in 0.93
-    /// for the worst coefficient up to ρ = 0.9. Where the correlation reaches over the whole line
-    /// they do not: with ρ = 0.95 in 0.92 on average and in 0.88 for the worst
+    /// estimated, 95 % intervals of a cubic at 60 nodes have a coverage of 0.95 to 0.97 on average
+    /// and of 0.93 for the worst coefficient up to ρ = 0.9. If the correlation extends over the
+    /// whole line it is lower: with ρ = 0.95 it is 0.92 on average and 0.88 for the worst
     /// (docs/explanation/errors.md).
     Ar1 {
         /// Direction of scan lines. Required for a grid.
@@ -30,14 +30,14 @@ pub(in crate::spec) enum Errors {
         /// matrix, which are otherwise one line.
         #[serde(skip_serializing_if = "Option::is_none")]
         line: Option<Vec<i64>>,
-        /// `true`, the default, where there are no `parameters`.
+        /// Default `true` without `parameters`.
         #[serde(skip_serializing_if = "Option::is_none")]
         estimate: Option<bool>,
         #[serde(skip_serializing_if = "Option::is_none")]
         parameters: Option<Ar1Parameters>,
     },
     /// Autoregression of second order in steps of the line; missing nodes are steps. Estimating it
-    /// takes three nodes with two predecessors on their line.
+    /// needs three nodes with two predecessors on their line.
     Ar2 {
         /// Direction of scan lines. Required for a grid.
         #[serde(default)]
@@ -46,7 +46,7 @@ pub(in crate::spec) enum Errors {
         /// matrix, which are otherwise one line.
         #[serde(skip_serializing_if = "Option::is_none")]
         line: Option<Vec<i64>>,
-        /// `true`, the default, where there are no `parameters`.
+        /// Default `true` without `parameters`.
         #[serde(skip_serializing_if = "Option::is_none")]
         estimate: Option<bool>,
         #[serde(skip_serializing_if = "Option::is_none")]
@@ -63,7 +63,7 @@ pub(in crate::spec) enum Errors {
         /// matrix, which are otherwise one line.
         #[serde(skip_serializing_if = "Option::is_none")]
         line: Option<Vec<i64>>,
-        /// `true`, the default, where there are no `parameters`.
+        /// Default `true` without `parameters`.
         #[serde(skip_serializing_if = "Option::is_none")]
         estimate: Option<bool>,
         #[serde(skip_serializing_if = "Option::is_none")]
@@ -173,7 +173,7 @@ pub(in crate::spec) struct EstimatedVariance {
     groups: Option<Vec<i64>>,
     /// Standard deviations go as a power of the size of this coordinate (`u` is x of a curve).
     power_of: Option<FilterAxis>,
-    /// The power, with `power_of`; estimated where it is left out.
+    /// The power, with `power_of`; estimated by default.
     #[schema(minimum = -6, maximum = 6)]
     exponent: Option<f64>,
 }

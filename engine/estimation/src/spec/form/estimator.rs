@@ -62,7 +62,7 @@ pub(in crate::spec) enum Estimator {
     },
     /// Regression quantile: a share `tau` of the nodes lies below the surface.
     Quantile {
-        /// Share of the nodes that shall lie below, between 0 and 1; 0.5 is the median.
+        /// Share of the nodes below the surface, between 0 and 1; 0.5 is the median.
         #[schema(exclusive_minimum = 0, exclusive_maximum = 1)]
         tau: f64,
     },
@@ -123,15 +123,15 @@ pub(in crate::spec) enum Loss {
     Andrews,
 }
 
-/// The scale of residuals, found anew in each iteration; default `mad_0_6745`.
+/// The scale of residuals, recomputed in each iteration; default `mad_0_6745`.
 #[skip_serializing_none]
 #[derive(Default, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = ResidualScale)]
 pub(in crate::spec) struct Scale {
     rule: ScaleRule,
-    /// `fixed`: the scale itself, in the unit of the heights (needed). `proposal2`: k₂, default
-    /// 1.345. Else not taken.
+    /// `fixed`: the scale itself, in the unit of the heights (required). `proposal2`: k₂, default
+    /// 1.345. Not for other rules.
     #[schema(exclusive_minimum = 0)]
     value: Option<f64>,
 }
@@ -271,7 +271,7 @@ impl Scale {
             }
             (ScaleRule::Proposal2, k2) => Ok(crate::spec::ScaleRule::Proposal2 { k2: k2.unwrap_or(DEFAULT_K2) }),
             (ScaleRule::Fixed, Some(value)) => Ok(crate::spec::ScaleRule::Fixed(value)),
-            (ScaleRule::Fixed, None) => Err(fault("scale.value", "missing; the rule `fixed` needs it")),
+            (ScaleRule::Fixed, None) => Err(fault("scale.value", "missing; required by the rule `fixed`")),
         }
     }
 }

@@ -13,7 +13,7 @@ use crate::spec::FoldsBy;
 #[serde(deny_unknown_fields)]
 #[schema(example = json!({"by": "rows", "count": 5}))]
 pub(in crate::spec) struct Folds {
-    /// Nodes that are left out together.
+    /// Nodes that form a block.
     by: By,
     /// Number of blocks, each of neighbouring rows (columns, lines): at least 2, at most one for
     /// each row. Default 10, or one for each row where there are fewer.
@@ -24,8 +24,8 @@ pub(in crate::spec) struct Folds {
     line: Option<Vec<i64>>,
 }
 
-/// Blocks that are left out as a whole. `rows`: nodes of one u (of one x on a curve), or single
-/// rows of a measurement matrix; `columns`: nodes of one v; `lines`: nodes of one scan line.
+/// Blocks of cross-validation. `rows`: nodes of one u (of one x on a curve), or single rows of a
+/// measurement matrix; `columns`: nodes of one v; `lines`: nodes of one scan line.
 #[derive(Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[schema(as = FoldsBy)]

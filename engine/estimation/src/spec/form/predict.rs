@@ -75,7 +75,7 @@ pub(in crate::spec) struct PlacesGrid {
 /// A band: `confidence` holds for the true height at each single place, `prediction` for a further
 /// measurement of weight 1, `simultaneous` for the true heights of the whole domain at once (with a
 /// linear model: of all requested rows). Coverage is documented in docs/explanation/intervals.md. A
-/// fit of n coefficients takes 2,000,000/n places, at most 100,000; with a norm limit a sixteenth
+/// fit of n coefficients allows 2,000,000/n places, at most 100,000; with a norm limit a sixteenth
 /// of that.
 #[derive(PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]

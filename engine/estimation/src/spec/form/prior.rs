@@ -23,8 +23,8 @@ pub(in crate::spec) struct Prior {
     /// Standard deviations of independent coefficients about `mean`, each above 0.
     #[schema(min_items = 1)]
     std_error: Option<Vec<f64>>,
-    /// Covariance matrix of the coefficients about `mean`: its lower triangle by rows, as
-    /// `covariance.coefficients` of an answer, or all of it. It has to be positive definite.
+    /// Covariance matrix of the coefficients about `mean`: its lower triangle by rows, like
+    /// `covariance.coefficients` of a fit, or all of it. It must be positive definite.
     #[schema(min_items = 1)]
     covariance: Option<Vec<Vec<f64>>>,
     /// Earlier iterations of the job.

@@ -78,18 +78,18 @@ impl Answer {
         let Answer { rms_difference_um: difference, rms_expected_difference_um: expected, .. } = self;
         let came = self
             .response_ratio
-            .map_or(String::new(), |ratio| format!(", {:.0} % of the predicted change came", 100.0 * ratio));
+            .map_or(String::new(), |ratio| format!(", {:.0} % of the predicted change was realised", 100.0 * ratio));
         let apart =
             format!("measured and predicted differ by {difference:.3} µm rms, {expected:.3} µm are expected{came}");
         match self.verdict {
-            Verdict::AsPredicted => format!("The machine answered as predicted: {apart}."),
-            Verdict::Weaker => format!("The machine answered more weakly than predicted: {apart}."),
-            Verdict::Stronger => format!("The machine answered more strongly than predicted: {apart}."),
-            Verdict::Different => format!("The machine answered differently: {apart}."),
+            Verdict::AsPredicted => format!("The machine responded as predicted: {apart}."),
+            Verdict::Weaker => format!("The machine responded more weakly than predicted: {apart}."),
+            Verdict::Stronger => format!("The machine responded more strongly than predicted: {apart}."),
+            Verdict::Different => format!("The machine responded differently than predicted: {apart}."),
             Verdict::Undecided => format!(
-                "The measurement says nothing about the machine's answer: a change of {:.3} µm rms was predicted, \
-                 noise and the uncertainty of the sensitivity let measured and predicted differ by {expected:.3} µm, \
-                 and they differ by {difference:.3} µm.",
+                "The measurement cannot show the machine's response: a change of {:.3} µm rms was predicted, noise \
+                 and the uncertainty of the sensitivity allow a difference of {expected:.3} µm between measured and \
+                 predicted, and it is {difference:.3} µm.",
                 self.rms_predicted_change_um
             ),
         }

@@ -113,7 +113,7 @@ impl Comparison {
         let wanted = nodes.saturating_mul(self.settings);
         if self.contributions.len() != wanted {
             let given = entries(self.contributions.len());
-            faults.push("contributions", format_args!("{given}; nodes and settings ask for {wanted}"));
+            faults.push("contributions", format_args!("{given}; nodes and settings need {wanted}"));
         }
         if let Some(index) = self.contributions.iter().position(|c| !c.is_finite()) {
             faults.push(format_args!("contributions[{index}]"), "it is not a finite number");

@@ -26,7 +26,7 @@ pub struct FigureChange {
     pub change: EstimatedFigure,
     /// Measured minus predicted, likewise. An interval that contains 0 is consistent with the
     /// prediction.
-    pub beyond_predicted: EstimatedFigure,
+    pub difference: EstimatedFigure,
 }
 
 impl FigureChange {
@@ -43,7 +43,7 @@ impl FigureChange {
             predicted,
             measured,
             change: self.change.at(measured.value - before.value),
-            beyond_predicted: self.beyond_predicted.at(measured.value - predicted),
+            difference: self.difference.at(measured.value - predicted),
         }
     }
 }
@@ -79,11 +79,11 @@ pub fn compare_figures(
     let ends = of(Measurements::Before, |before, _, _| before)?
         .zip(of(Measurements::After, |_, _, measured| measured)?)
         .zip(of(Measurements::Before, |_, predicted, _| predicted)?);
-    Some(ends.zip(change).map(|(((before, measured), predicted), (change, beyond_predicted))| FigureChange {
+    Some(ends.zip(change).map(|(((before, measured), predicted), (change, difference))| FigureChange {
         before,
         predicted: predicted.value,
         measured,
         change,
-        beyond_predicted,
+        difference,
     }))
 }

@@ -19,8 +19,8 @@ pub(super) fn of_kept(spec: &FitSpec, kept: &[usize], posted: usize) -> Result<O
     let variance = match &spec.variance {
         Variance::Groups(groups) => Variance::Groups(of(groups, "variance.groups")?),
         Variance::Power { .. } => {
-            let message =
-                "the flank's coordinates are mapped to -1 … 1, of which errors are no power: take groups or hc3";
+            let message = "the flank's coordinates are mapped to -1 … 1, where a power of a coordinate is meaningless: \
+                use groups or hc3";
             return Err(Faults::one("variance", message));
         }
         other => other.clone(),

@@ -15,7 +15,7 @@ use flankfit_estimation::{
 use flankfit_numerics::distribution::{Student, fisher::student_two_sided};
 
 /// Figures in µm: slopes over their reference lengths, the others over the trimmed range, signs by
-/// the settings; absent where the nodes do not determine one.
+/// the settings; absent if the nodes do not determine them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "contract",

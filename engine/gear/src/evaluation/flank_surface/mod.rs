@@ -46,7 +46,7 @@ pub use roll_lengths::{NoRollLengths, over_roll_lengths};
 pub(crate) use settings::Slopes;
 pub use settings::{Border, FigureTerms, Reference, SurfaceSettings, covers};
 
-/// A gear figure with what is known of its error.
+/// A gear figure with its error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "contract",
@@ -60,7 +60,7 @@ pub struct Figure {
     /// Standard error, by the noise that the residuals show or that was given; absent if neither
     /// determines it.
     pub std_error: Option<f64>,
-    /// Standard error that takes a λ* for given which the nodes chose; too small.
+    /// Standard error that ignores the choice of λ* by the nodes; too small.
     pub conditional_std_error: Option<f64>,
     /// Greatest mean displacement by regularisation, for coefficients within the norm limit of the
     /// fit (`bias.coefficient_norm_limit`).
@@ -70,8 +70,8 @@ pub struct Figure {
     /// Limits, if there are some and the nodes cover enough of the range.
     #[cfg_attr(feature = "contract", serde(skip))]
     pub limits: Option<[f64; 2]>,
-    /// True if the estimate lies within its limits (`tolerance_limits`); if the figure has some and
-    /// is not extrapolated (`range_not_covered`).
+    /// True if the estimate lies within its limits (`tolerance_limits`); present if the figure has
+    /// limits and is not extrapolated (`range_not_covered`).
     pub within: Option<bool>,
     /// Interval and conformity; `None` if the noise is not known.
     #[cfg_attr(feature = "contract", serde(flatten), schema(inline))]
@@ -105,7 +105,7 @@ pub struct FlankSurface {
     /// Profile slope, 2 c_u, from root to tip; positive where material grows towards the tip.
     #[cfg_attr(feature = "contract", serde(rename = "profile_slope_um"))]
     pub profile_slope: Figure,
-    /// Helix slope, 2 c_v, over the width, by the sign asked for.
+    /// Helix slope, 2 c_v, over the width, in the requested sign.
     #[cfg_attr(feature = "contract", serde(rename = "helix_slope_um"))]
     pub helix_slope: Figure,
     /// Profile crowning, −c_uu; positive where material protrudes half-way between root and tip.
@@ -115,11 +115,11 @@ pub struct FlankSurface {
     #[cfg_attr(feature = "contract", serde(rename = "helix_crowning_um"))]
     pub helix_crowning: Figure,
     /// Twist, 4 c_uv: profile slope at the end of great z minus that at the end of small z, over
-    /// the whole evaluation ranges, by the sign asked for. On traces `twists` hold another figure
-    /// of that name, between the sections that were measured.
+    /// the whole evaluation ranges, in the requested sign. On traces `twists` have another figure
+    /// of that name, between the measured sections.
     #[cfg_attr(feature = "contract", serde(rename = "twist_um"))]
     pub twist: Figure,
-    /// Direction in which figures and form count.
+    /// Direction of figures and form.
     pub direction: Direction,
     /// Length that the profile slope refers to.
     pub profile_reference_length_mm: f64,

@@ -9,7 +9,7 @@ use flankfit_estimation::{FitError, Nodes};
 use flankfit_numerics::{
     cancel::Asking,
     check::{Faults, length_beyond, not_ascending, not_finite, per_position, range as not_a_range},
-    words::{Shown, entries},
+    words::{Shown, entries, rounded},
 };
 
 /// Paths to the ranges, and to what is cut off at their ends.
@@ -222,12 +222,12 @@ fn cover(places: impl Iterator<Item = f64>, range: [f64; 2], path: &str) -> Resu
     let most = OPEN_END * (range[1] - range[0]);
     let opened = |ends: [f64; 2], from: f64| ends[0] - from > most && open(ends, from);
     if opened(low, range[0]) || opened(high, -range[1]) {
-        let [[first, last], [from, to]] = [[low[0], -high[0]], range].map(|ends| ends.map(Shown));
+        let [[first, last], [from, to]] = [[low[0], -high[0]], range].map(|ends| ends.map(|x| rounded(x, 7)));
         return Err(Faults::one(
             path,
             format_args!(
-                "the nodes that count reach from {first} to {last} mm, the range from {from} to {to} mm: its figures \
-                 would be extrapolated; name a range that the nodes cover"
+                "the counted nodes span {first} to {last} mm, the range is {from} to {to} mm: its figures would be \
+                 extrapolated; give a range that the nodes cover"
             ),
         ));
     }

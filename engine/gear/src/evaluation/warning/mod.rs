@@ -33,8 +33,8 @@ pub enum Warning {
     "foreign_reference_length" => ForeignReferenceLength { kind: Kind, reference_mm: f64, longest_mm: f64 },
     /// A range that begins near the base circle.
     #[error(
-        "the evaluation range begins at {}° of roll, close to the base circle: there a small error of diameter is a \
-         large one of roll length, and the involute itself ends",
+        "the evaluation range begins at {}° of roll, close to the base circle, where the involute ends and a small \
+         error of diameter is a large error of roll length",
         hundredth(*.roll_deg)
     )]
     "near_base_circle" => NearBaseCircle { roll_deg: f64 },
@@ -59,9 +59,9 @@ pub enum Warning {
     },
     /// Traces that contradict any surface of second order, rms in µm.
     #[error(
-        "{flank}: the traces contradict a common surface of second order by {rms_together_um:.2} µm rms, while \
-         each leaves {rms_own_um:.2} µm of a parabola of its own; look at signs, sections and teeth of the traces \
-         before its figures are used"
+        "{flank}: the traces contradict a common surface of second order by {rms_together_um:.2} µm rms, while each \
+         deviates by {rms_own_um:.2} µm from its own parabola; check signs, sections and teeth of the traces before \
+         using its figures"
     )]
     "surface_misfit" => SurfaceMisfit {
         /// Flank of these traces.
@@ -73,8 +73,8 @@ pub enum Warning {
     },
     /// Traces that contradict each other less with the helices turned, rms in µm.
     #[error(
-        "{flank}: with the helices turned the contradiction falls from {rms_um:.2} to {rms_turned_um:.2} µm rms; check \
-         `deviation_sign`, which says what a positive deviation of a helix means"
+        "{flank}: with the sign of the helices reversed the contradiction falls from {rms_um:.2} to \
+         {rms_turned_um:.2} µm rms; check `deviation_sign`, the sign of helix deviations"
     )]
     "helix_sign_doubtful" => HelixSignDoubtful { flank: FlankName, rms_um: f64, rms_turned_um: f64 },
 }
@@ -101,14 +101,13 @@ warnings! {
 pub enum PitchWarning {
     /// Single pitches whose sum is not 0, µm.
     #[error(
-        "the single pitch deviations add up to {} µm around the gear instead of 0; that was taken off evenly",
+        "the single pitch deviations add up to {} µm around the gear instead of 0; the sum was distributed evenly",
         Shown(*.sum_um)
     )]
     "pitches_do_not_close" => PitchesDoNotClose { sum_um: f64 },
     /// Teeth that were not measured.
     #[error(
-        "{} of {teeth} missing: the values are those of the others and can only be greater on the whole gear; no class \
-         is given",
+        "{} of {teeth} missing: the values of the others are lower bounds for the whole gear; no class is given",
         counted(*.missing, "tooth", "teeth")
     )]
     "missing_teeth" => MissingTeeth { missing: usize, teeth: usize },
@@ -133,8 +132,7 @@ warnings! {
 pub enum RunoutWarning {
     /// Tooth spaces without a reading.
     #[error(
-        "{} of {spaces} missing: the run-out is that of the others and can only be greater on the whole gear; no class \
-         is given",
+        "{} of {spaces} missing: the run-out of the others is a lower bound for the whole gear; no class is given",
         counted(*.missing, "tooth space", "tooth spaces")
     )]
     "missing_teeth" => MissingSpaces { missing: usize, spaces: usize },
@@ -210,16 +208,14 @@ fn undetermined(figures: &[SurfaceFigure], share_zero: bool, flanks: &[FlankName
     const NAMED: usize = 5;
     let why = match share_zero {
         true => "too few traces, or all along one line",
-        false => {
-            "each trace has a zero of its own (`traces_share_zero` is false), so that only its slope and shape count"
-        }
+        false => "each trace has a zero of its own (`traces_share_zero` is false), so only its slope and shape count",
     };
     fmt::from_fn(move |f| {
         let (figures, first) = (listed(figures), listed(&flanks[..flanks.len().min(NAMED)]));
         write!(
             f,
-            "the traces do not tell {figures} of the surface: {why}; slopes without a twist are those in the sections \
-             of the traces ({first}"
+            "the traces do not determine {figures} of the surface: {why}; slopes without a twist are those in the \
+             sections of the traces ({first}"
         )?;
         match flanks.len().saturating_sub(NAMED) {
             0 => f.write_str(")"),
@@ -248,16 +244,17 @@ mod tests {
         let open = Warning::FiguresUndetermined { figures, traces_share_zero: true, flanks };
         assert_eq!(
             open.to_string(),
-            "the traces do not tell mean_um, twist_um of the surface: too few traces, or all along one line; slopes without \
-             a twist are those in the sections of the traces (tooth 1 left, tooth 2 left, tooth 3 left, tooth 4 left, \
-             tooth 5 left, 2 more)"
+            "the traces do not determine mean_um, twist_um of the surface: too few traces, or all along one line; \
+             slopes without a twist are those in the sections of the traces (tooth 1 left, tooth 2 left, tooth 3 \
+             left, tooth 4 left, tooth 5 left, 2 more)"
         );
         assert_eq!((open.code(), open.path()), ("figures_not_determined", None));
         assert_eq!(flank(&"é".repeat(30)).to_string(), format!("tooth {} left", "é".repeat(20)));
         let turned = Warning::HelixSignDoubtful { flank: flank("3"), rms_um: 2.346, rms_turned_um: 0.1 };
-        assert!(
-            turned.to_string().starts_with("tooth 3 left: with the helices turned the contradiction falls from 2.35")
-        );
+        assert!(turned.to_string().starts_with(
+            "tooth 3 left: with the sign of the helices reversed the contradiction \
+                falls from 2.35"
+        ));
         let near = Warning::NearBaseCircle { roll_deg: 0.05_f64.to_degrees() };
         assert!(near.to_string().contains("2.86° of roll"), "{near}");
         let hole = TraceWarning::HoleInTrace {
@@ -268,8 +265,8 @@ mod tests {
         assert_eq!(
             hole.to_string(),
             "1 stretch without samples within the evaluation range, the longest from 1 to 2 mm: form and total \
-             deviation have no class; slope and crowning are by how the flank most likely goes on between (91.2 % of \
-             the range are covered)"
+             deviation have no class; slope and crowning use the most likely course of the flank in between (91.2 % \
+             of the range is covered)"
         );
     }
 }

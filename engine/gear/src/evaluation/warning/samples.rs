@@ -21,12 +21,12 @@ warnings! {
 pub enum TraceWarning {
     /// So many samples of the range without a deviation.
     #[error(
-        "{} within the evaluation range left out", counted(*.count, "undefined sample", "undefined samples")
+        "{} within the evaluation range omitted", counted(*.count, "undefined sample", "undefined samples")
     )]
     "undefined_samples" => UndefinedSamples { count: usize },
     /// Fewer samples than a trace is evaluated from.
     #[error(
-        "{} within the evaluation range; a trace is evaluated from {FEWEST_SAMPLES} on",
+        "{} within the evaluation range; a trace needs at least {FEWEST_SAMPLES}",
         counted(*.count, "defined sample", "defined samples")
     )]
     "too_few_samples" => TooFewSamples { count: usize },
@@ -49,8 +49,8 @@ pub enum TraceWarning {
     },
     /// Samples too far apart to show the form; their usual distance.
     #[error(
-        "samples are {} mm apart, more than {} % of the evaluation range: form and total deviation may be greater than \
-         what they show",
+        "samples are {} mm apart, more than {} % of the evaluation range: form and total deviation may be greater \
+         than shown",
         place(*.distance_mm), percent(LONGEST_DISTANCE)
     )]
     "sparse_samples" => SparseSamples { distance_mm: f64 },
@@ -98,11 +98,11 @@ pub enum TraceWarning {
         without: Option<WithoutSuspects>,
     },
     /// A slope over a hole, whose standard error is not known.
-    #[error("the slope has no class: the samples are too few to tell what the hole may hide")]
+    #[error("the slope has no class: there are too few samples to assess the hole")]
     "slope_class_open" => SlopeClassUnknown,
     /// A slope over a hole, whose standard error covers several classes, µm.
     #[error(
-        "the slope has no class: what the hole hides leaves it open ({} ± {} µm)", hundredth(*.slope_um),
+        "the slope has no class: because of the hole it is too uncertain ({} ± {} µm)", hundredth(*.slope_um),
         hundredth(*.std_error_um)
     )]
     "slope_class_open" => SlopeClassOpen { slope_um: f64, std_error_um: f64 },
@@ -147,26 +147,26 @@ impl fmt::Display for Effect {
             Effect::Nothing => f.write_str("no figures and no class are given"),
             Effect::TooLittleCovered { covered } => write!(
                 f,
-                "no figures and no class are given: {} % of the range are covered, less than {} %",
+                "no figures and no class are given: {} % of the range is covered, less than {} %",
                 percent(*covered),
                 percent(LEAST_COVERED)
             ),
             Effect::TooFarToExtend => write!(
                 f,
-                "no figures and no class are given: nothing is extended beyond {} % of the range",
+                "no figures and no class are given: results are extended by at most {} % of the range",
                 percent(LONGEST_DISTANCE)
             ),
             Effect::NoClass => f.write_str("no class is given"),
             Effect::Extended => {
-                f.write_str("slope and crowning are by how the flank most likely goes on, and no class is given")
+                f.write_str("slope and crowning use the most likely continuation of the flank, and no class is given")
             }
             Effect::Bridged { covered } => write!(
                 f,
-                "form and total deviation have no class; slope and crowning are by how the flank most likely goes on \
-                 between ({} % of the range are covered)",
+                "form and total deviation have no class; slope and crowning use the most likely course of the flank \
+                 in between ({} % of the range is covered)",
                 percent(*covered)
             ),
-            Effect::LowerBound => f.write_str("form and total deviation may be greater than what the samples show"),
+            Effect::LowerBound => f.write_str("form and total deviation may be greater than the samples show"),
         }
     }
 }
@@ -179,16 +179,17 @@ fn outliers(first: &[Suspect], more: bool, excluded: bool, without: Option<&With
             (1, false) => format!("at {from} mm ({height} µm)"),
             (_, false) => format!("from {from} to {to} mm ({height} µm)"),
             (_, true) => format!(
-                "a burr at the end from {from} to {to} mm ({height} µm), which most other traces of the flank have not"
+                "a burr at the end from {from} to {to} mm ({height} µm), which most other traces of the flank do not \
+                    have"
             ),
         }
     };
     fmt::from_fn(move |f| {
         let (places, others) = (listed(first.iter().map(one)), if more { " and others" } else { "" });
         let what = if first.iter().any(|place| place.burr) { "dust or a burr" } else { "dust" };
-        write!(f, "samples stand far out of their neighbours, as {what} does: {places}{others}; ")?;
+        write!(f, "samples are far from their neighbours, as with {what}: {places}{others}; ")?;
         match (excluded, without) {
-            (true, _) => f.write_str("they are left out"),
+            (true, _) => f.write_str("they are omitted"),
             (false, Some(values)) => {
                 let [slope, form, total] = [values.slope_um, values.form_um, values.total_um].map(tenth);
                 write!(f, "they count. Without them slope {slope}, form {form}, total {total} µm")

@@ -8,9 +8,8 @@ warnings! {
 pub enum SurfaceWarning {
     /// Nodes that cover too little of the trimmed range along one axis.
     #[error(
-        "the nodes that count reach from {} to {} mm, {} % of the range from {} to {} mm: less than {} %, so that slope, \
-         crowning and twist over it are extrapolated and held against no limits; cut less off its ends, or measure \
-         more densely",
+        "the counted nodes span {} to {} mm, {} % of the range from {} to {} mm: less than {} %, so slope, crowning \
+         and twist over it are extrapolated and not compared with limits; trim less, or measure more densely",
         Shown(.reached_mm[0]), Shown(.reached_mm[1]), percent(*.covered), Shown(.range_mm[0]),
         Shown(.range_mm[1]), percent(LEAST_COVERED)
     )]
@@ -26,7 +25,10 @@ pub enum SurfaceWarning {
         covered: f64,
     },
     /// Nodes over more than the face.
-    #[error("the nodes span {} mm of z, the face is {} mm wide: check the unit", Shown(*.span_mm), Shown(*.face_width_mm))]
+    #[error(
+        "the nodes span {} mm in z, but the face is {} mm wide: check the unit",
+        Shown(*.span_mm), Shown(*.face_width_mm)
+    )]
     "beyond_face_width" => BeyondFace { span_mm: f64, face_width_mm: f64 },
 }
 }

@@ -8,7 +8,7 @@ pub(super) const LARGEST: f64 = 1e60;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SectionFault {
     /// More places than are allowed.
-    #[error("the section asks for more than {most} points")]
+    #[error("the section needs more than {most} points")]
     TooManyPoints {
         /// How many are allowed.
         most: usize,
@@ -17,7 +17,7 @@ pub enum SectionFault {
     #[error("the surface is a point, or its coordinates or parameters are not within {SMALLEST:e} to {LARGEST:e}")]
     OutOfRange,
     /// More pieces of the surface than are looked at.
-    #[error("the surface has {given} pieces between its knots; sections are found of up to {most}")]
+    #[error("the surface has {given} pieces between its knots; sections allow up to {most}")]
     TooManyPieces {
         /// How many there are.
         given: usize,

@@ -40,15 +40,15 @@ pub enum NoMesh {
         cosine: f64,
     },
     /// Curves of more pieces than are allowed.
-    #[error("the mesh asks for more than {most} points")]
+    #[error("the mesh needs more than {most} points")]
     TooManyPoints {
         /// How many are allowed.
         most: usize,
     },
     /// A plane without exactly one curve over the whole range of the other family.
     #[error(
-        "plane {plane} of family {family} has {curves} curves that reach over all planes of the other family as \
-         heights; a mesh needs one"
+        "plane {plane} of family {family} has {curves} curves that cross all planes of the other family as heights; a \
+         mesh needs one"
     )]
     Curves {
         /// 0 or 1.
