@@ -13,6 +13,7 @@
 
 #![warn(missing_docs, unnameable_types, unreachable_pub)]
 
+pub mod ball;
 pub mod band_cholesky;
 pub mod banded;
 pub mod cancel;
@@ -55,6 +56,7 @@ pub use dispatch::fma;
 pub use scalar_product::{dot, length};
 pub use shared::Shared;
 
+pub use ball::Ball;
 pub use banded::{Banded, BandedLu, Singular};
 pub use dd::Dd;
 pub use givens::Triangle;
