@@ -18,6 +18,7 @@ mod degenerate;
 mod document;
 mod documents;
 mod doors;
+mod enclosure;
 mod errors;
 mod estimators;
 mod every_operation;

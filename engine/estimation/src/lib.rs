@@ -9,6 +9,7 @@ mod constrained;
 pub mod data;
 mod design;
 pub mod diagnostics;
+mod enclosure;
 pub mod error;
 mod error_model;
 mod estimate;

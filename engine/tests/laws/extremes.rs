@@ -185,6 +185,7 @@ fn spec(random: &mut Random, nodes: &Nodes, wildness: usize) -> FitSpec {
             shape: true,
             representative: true,
             predicted_mse: true,
+            enclosure: true,
         },
     }
 }

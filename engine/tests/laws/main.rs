@@ -16,6 +16,7 @@ mod criteria;
 mod criteria_more;
 mod curves;
 mod edges;
+mod enclosure;
 mod error_combinations;
 mod errors;
 mod errors_bands;

@@ -29,6 +29,7 @@ const ALL: Include = Include {
     shape: false,
     representative: true,
     predicted_mse: false,
+    enclosure: false,
 };
 
 fn powers(degree: usize) -> Model {

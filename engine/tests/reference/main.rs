@@ -10,6 +10,7 @@ mod b_spline;
 mod collinearity;
 mod constrained;
 mod curves;
+mod enclosure;
 mod errors;
 mod filip;
 mod folder;

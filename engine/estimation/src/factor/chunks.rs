@@ -6,12 +6,12 @@ use rayon::prelude::*;
 use flankfit_numerics::cancel;
 
 /// Nodes of one partial sum.
-const CHUNK: usize = 4096;
+pub(crate) const CHUNK: usize = 4096;
 /// From how many nodes on chunks are shared among threads.
 const PARALLEL: usize = 65_536;
 
 /// Runs `work` over every chunk and folds the results in order.
-pub(super) fn over_chunks<P: Send>(
+pub(crate) fn over_chunks<P: Send>(
     count: usize,
     work: impl Fn(std::ops::Range<usize>) -> P + Sync,
     fold: impl FnMut(P),

@@ -16,64 +16,70 @@ use crate::{
     },
 };
 use flankfit_numerics::{
-    Dd,
+    Dd, Real,
     cancel::Asking,
-    lanes::{F64x4, Lanes},
+    lanes::{Ddx4, F64x4, Lanes},
     with_fma,
 };
 
 /// `WᵀΩW`, `WᵀΩz` and `WᵀΩ1` of the working basis, Ω being the weights.
-pub(super) struct Normal {
-    pub gram: DMatrix<f64>,
-    pub rhs: Vec<f64>,
-    pub ones: Vec<f64>,
+pub(super) struct Normal<T> {
+    pub gram: DMatrix<T>,
+    pub rhs: Vec<T>,
+    pub ones: Vec<T>,
 }
 
 /// The normal equations in double precision.
-pub(super) fn normal_equations(design: &Design, sample: &Sample) -> Normal {
+pub(super) fn normal_equations(design: &Design, sample: &Sample) -> Normal<f64> {
     match Chebyshev::of(design).filter(|_| !sample.is_white()) {
-        Some(axes) => from_moments(&axes, sample),
+        Some(axes) => from_moments::<F64x4>(&axes, sample),
         None => from_rows(design, sample),
     }
 }
 
-fn from_moments(axes: &Chebyshev, sample: &Sample) -> Normal {
+/// `WᵀΩW` in double-double.
+pub(crate) fn gram_of_moments(axes: &Chebyshev, sample: &Sample) -> DMatrix<Dd> {
+    from_moments::<Ddx4>(axes, sample).gram
+}
+
+fn from_moments<L: Lanes>(axes: &Chebyshev, sample: &Sample) -> Normal<L::Number> {
     let (p, q) = axes.shape();
     let (mp, mq) = (2 * p - 1, 2 * q - 1);
     let mut totals = vec![Dd::ZERO; mp * mq + p * q];
     over_chunks(
         sample.count(),
-        |range| moments(axes, sample, range),
+        |range| moments::<L>(axes, sample, range),
         |sums| {
             for (total, sum) in totals.iter_mut().zip(sums) {
-                *total += Dd::from(sum.sum_of_pairs());
+                *total += sum.settled().sum_of_pairs().to_dd();
             }
         },
     );
-    let moment = |i: usize, j: usize| totals[i * mq + j].to_f64();
+    let moment = |i: usize, j: usize| L::Number::of_dd(totals[i * mq + j]);
     let n = axes.terms.len();
     let mut gram = DMatrix::zeros(n, n);
     for (column, &(i, j)) in axes.terms.iter().enumerate() {
         for (row, &(k, l)) in axes.terms.iter().enumerate().take(column + 1) {
             let (iu, du, jv, dv) = (i + k, i.abs_diff(k), j + l, j.abs_diff(l));
-            let value = 0.25 * ((moment(iu, jv) + moment(du, jv)) + (moment(iu, dv) + moment(du, dv)));
+            let value = (moment(iu, jv) + moment(du, jv)) + (moment(iu, dv) + moment(du, dv));
+            let value = value.mul_f64(0.25);
             gram[(row, column)] = value;
             gram[(column, row)] = value;
         }
     }
-    let rhs = axes.terms.iter().map(|&(i, j)| totals[mp * mq + i * q + j].to_f64()).collect();
+    let rhs = axes.terms.iter().map(|&(i, j)| L::Number::of_dd(totals[mp * mq + i * q + j])).collect();
     let ones = axes.terms.iter().map(|&(i, j)| moment(i, j)).collect();
     Normal { gram, rhs, ones }
 }
 
 with_fma! {
     /// Moments and shares of the heights of one chunk of nodes.
-    fn moments(axes: &Chebyshev, sample: &Sample, range: Range<usize>) -> Vec<F64x4> {
+    fn moments<L: Lanes>(axes: &Chebyshev, sample: &Sample, range: Range<usize>) -> Vec<L> {
         let (p, q) = axes.shape();
         let (mp, mq) = (2 * p - 1, 2 * q - 1);
-        let mut sums = vec![F64x4::ZERO; mp * mq + p * q];
-        let (mut a, mut b) = (vec![[F64x4::ZERO; GROUPS]; mp], vec![[F64x4::ZERO; GROUPS]; mq]);
-        let mut za = vec![[F64x4::ZERO; GROUPS]; p];
+        let mut sums = vec![L::ZERO; mp * mq + p * q];
+        let (mut a, mut b) = (vec![[L::ZERO; GROUPS]; mp], vec![[L::ZERO; GROUPS]; mq]);
+        let mut za = vec![[L::ZERO; GROUPS]; p];
         for start in range.step_by(TILE).asking(4 * TILE * (mp * mq + p * q)) {
             let nodes = sample.tile(start);
             tile::chebyshev(&nodes.u, axes.u.0, &mut a);
@@ -103,7 +109,7 @@ with_fma! {
 }
 
 /// Any basis: row by row, touching only what is not 0.
-fn from_rows(design: &Design, sample: &Sample) -> Normal {
+fn from_rows(design: &Design, sample: &Sample) -> Normal<f64> {
     let n = design.size();
     let mut normal = Normal { gram: DMatrix::zeros(n, n), rhs: vec![0.0; n], ones: vec![0.0; n] };
     over_chunks(

@@ -53,8 +53,16 @@ pub(crate) enum Wanted {
     Sums,
     /// `WᵀΩr` as well.
     Projection,
+    /// The same, in double-double for any number of nodes.
+    SharpProjection,
     /// The residuals as well.
     Values,
+}
+
+impl Wanted {
+    fn projects(self) -> bool {
+        matches!(self, Wanted::Projection | Wanted::SharpProjection)
+    }
 }
 
 /// Residuals of the working coefficients `c`, evaluated to `precision`.
@@ -67,7 +75,7 @@ pub(crate) fn residual_pass(
 ) -> ResidualPass {
     match (Chebyshev::of(design).filter(|_| !sample.is_white()), precision) {
         (Some(axes), Precision::Double) => tiled_residuals::<F64x4, F64x4>(&axes, sample, c, wanted),
-        (Some(axes), Precision::DoubleDouble) if sample.count() >= MANY => {
+        (Some(axes), Precision::DoubleDouble) if sample.count() >= MANY && wanted != Wanted::SharpProjection => {
             tiled_residuals::<Ddx4, F64x4>(&axes, sample, c, wanted)
         }
         (Some(axes), Precision::DoubleDouble) => tiled_residuals::<Ddx4, Ddx4>(&axes, sample, c, wanted),
@@ -95,7 +103,7 @@ fn tiled_residuals<L: Lanes, S: Lanes>(axes: &Chebyshev, sample: &Sample, c: &[D
         heights[j] = heights[j].max(i + 1);
     }
     let keep = wanted == Wanted::Values;
-    let project = wanted == Wanted::Projection;
+    let project = wanted.projects();
     let mut pass = ResidualPass {
         projected: vec![Dd::ZERO; if project { c.len() } else { 0 }],
         rss: Dd::ZERO,
@@ -129,7 +137,7 @@ with_fma! {
         range: Range<usize>,
     ) -> Part<S> {
         let (p, q) = axes.shape();
-        let (keep, project) = (wanted == Wanted::Values, wanted == Wanted::Projection);
+        let (keep, project) = (wanted == Wanted::Values, wanted.projects());
         let mut part = Part {
             projected: vec![S::ZERO; if project { p * q } else { 0 }],
             rss: Dd::ZERO,

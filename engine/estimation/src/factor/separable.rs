@@ -96,6 +96,11 @@ impl AxisFactor {
         Some(AxisFactor { r, change: axis.change(), q, leverages })
     }
 
+    /// The orthonormal factor `W R⁻¹`, nodes × functions.
+    pub(crate) fn q(&self) -> &DMatrix<Dd> {
+        &self.q
+    }
+
     /// Positions and functions.
     pub(crate) fn shape(&self) -> (usize, usize) {
         self.q.shape()

@@ -6,14 +6,15 @@ use super::predict::check;
 use crate::{
     data::{Heights, Nodes, Sample},
     diagnostics::{constant_in_span, correct_digits, finite, outliers, perturbation, refuse_dependence},
+    enclosure::enclosure,
     error::FitError,
     error_model::spread::ErrorSpread,
     estimate::{Frame, LeastSquares, PlainEstimate},
     problem::{Evidence, LinearProblem},
     regularized::{Applied, Context, apply, regularized_spectrum},
     result::{
-        Coefficient, FitResult, Numerics, PerturbationReport, RegularizedSpectrum, ResidualReport, RobustReport,
-        SpectrumReport, Warning,
+        Coefficient, Enclosure, FitResult, NotEnclosed, Numerics, PerturbationReport, RegularizedSpectrum,
+        ResidualReport, RobustReport, SpectrumReport, Warning,
     },
     robust::{RobustEstimate, RobustSolution},
     spec::{FitSpec, Include, Scaling},
@@ -96,6 +97,7 @@ pub(super) fn conclude_with(
     let influence = solved.influence(&applied, &mut warnings);
     let shape = solved.shape(&applied, &mut warnings);
     let estimable = solved.estimable(&applied);
+    let enclosure = solved.enclosure(&mut warnings);
     let values = applied.residuals.values.take();
     let result = FitResult {
         coefficients: solved.coefficients(&applied),
@@ -136,7 +138,7 @@ pub(super) fn conclude_with(
         matrix_b_factors: applied.matrix_b_factors,
         representative: applied.representative,
         estimable,
-        numerics: Numerics { arithmetic: linear.factor.arithmetic, correct_digits },
+        numerics: Numerics { arithmetic: linear.factor.arithmetic, correct_digits, enclosure },
         warnings,
     };
     finite::checked(result)
@@ -310,6 +312,18 @@ impl<'a> Solved<'a> {
             warnings.push(Warning::FewDigits { digits });
         }
         digits
+    }
+
+    /// Proved intervals of the least-squares results, if they were included.
+    fn enclosure(&self, warnings: &mut Vec<Warning>) -> Option<Enclosure> {
+        if !self.spec.include.enclosure {
+            return None;
+        }
+        let found = match (self.robust, self.errors) {
+            (None, None) => enclosure(self.linear, self.heights, self.spec.noise_sigma, self.degrees_of_freedom),
+            _ => Err(NotEnclosed::OtherFit),
+        };
+        found.map_err(|reason| warnings.push(Warning::NoEnclosure { reason })).ok()
     }
 
     fn coefficients(&self, applied: &Applied) -> Vec<Coefficient> {

@@ -26,7 +26,7 @@ use crate::{
     estimate::Frame,
     factor::{Factor, orthonormal_rows},
     problem::{Evidence, LinearProblem},
-    result::{ErrorsReport, FitResult, GroupSigma, VarianceReport, Warning, Whiteness},
+    result::{ErrorsReport, FitResult, GroupSigma, NotEnclosed, VarianceReport, Warning, Whiteness},
     spec::{Along, Correlation, Errors, FitSpec, Include, Variance},
 };
 use flankfit_numerics::{Dd, check::Faults, triangular};
@@ -85,6 +85,10 @@ fn with_what_exists(spec: &FitSpec) -> (FitSpec, Vec<Warning>) {
     if spec.include.predicted_mse && (!told || sandwich) {
         spec.include.predicted_mse = false;
         warnings.push(Warning::NoCorrectedError);
+    }
+    if spec.include.enclosure {
+        spec.include.enclosure = false;
+        warnings.push(Warning::NoEnclosure { reason: NotEnclosed::OtherFit });
     }
     if let Some(asked) = &mut spec.predict
         && asked.kinds.prediction

@@ -19,8 +19,8 @@ use crate::{
     estimate::Frame,
     factor::Factor,
     problem::{Evidence, LinearProblem},
-    result::{FitResult, HOLDING, PositionsReport, Warning},
-    spec::{Estimator, FitSpec, Model, NodeUncertainty, PositionKind, Prior},
+    result::{FitResult, HOLDING, NotEnclosed, PositionsReport, Warning},
+    spec::{Estimator, FitSpec, Include, Model, NodeUncertainty, PositionKind, Prior},
 };
 use flankfit_numerics::{check::Faults, distribution::chi_squared};
 
@@ -120,7 +120,11 @@ fn concluded(
         })
     });
     let spread = scattered.map(|Scatter { root, .. }| ErrorSpread::new(root));
-    let mut result = conclude_with(&linear, &heights, spec, &frame, None, spread.as_ref())?;
+    let include = Include { enclosure: false, ..spec.include };
+    let without = FitSpec { include, ..spec.clone() };
+    let mut result = conclude_with(&linear, &heights, &without, &frame, None, spread.as_ref())?;
+    let reason = NotEnclosed::OtherFit;
+    result.warnings.extend(spec.include.enclosure.then_some(Warning::NoEnclosure { reason }));
     result.warnings.extend(warning);
     let sigma_ratio = result.residuals.sigma.zip(uncertainty).map(|(sigma, told)| sigma / told.height);
     let sigma_ratio = sigma_ratio.filter(|ratio| ratio.is_finite());

@@ -1,5 +1,7 @@
 //! Effect of uncertain nodes and rounding on the coefficients.
 
+use super::enclosure::Enclosure;
+
 /// Bounds on the relative error of the coefficients that the nodes' uncertainty causes.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(
@@ -45,11 +47,19 @@ pub enum Arithmetic {
 
 /// Numerical accuracy of the result.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema))]
+#[cfg_attr(
+    feature = "contract",
+    serde_with_macros::skip_serializing_none,
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema)
+)]
 pub struct Numerics {
     /// Arithmetic of the factorisation.
     pub arithmetic: Arithmetic,
     /// Estimated correct decimal digits of the worst least-squares coefficient; errs on the low
-    /// side.
+    /// side. Posted numbers count as decimals that were rounded to doubles, unless their last bits
+    /// are 0 (integers, halves): what that rounding may move is no correct digit. `enclosure` takes
+    /// the doubles as exact.
     pub correct_digits: f64,
+    /// Proved intervals of the least-squares results; present when `enclosure` was included.
+    pub enclosure: Option<Enclosure>,
 }

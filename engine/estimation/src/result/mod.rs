@@ -3,6 +3,7 @@
 mod accuracy;
 mod collinearity;
 mod constraints;
+mod enclosure;
 mod errors;
 mod estimable;
 mod filtering;
@@ -30,6 +31,7 @@ pub use crate::spec::regularization::RegularizationKind;
 pub use accuracy::{Arithmetic, Numerics, PerturbationBounds, PerturbationReport};
 pub use collinearity::{Cause, CollinearityReport, ColumnCollinearity, NearDependency, OrthonormalBasis};
 pub use constraints::{ActivePlace, ConstraintReport, ConstraintsReport};
+pub use enclosure::{Enclosure, NotEnclosed};
 pub use errors::{CorrelationKind, ErrorParameters, ErrorsReport, GroupSigma, VarianceReport, Whiteness};
 pub use estimable::EstimableSum;
 pub use filtering::{ColumnResults, FilterCollinearity, FilterKind, FilterReport, IterationReport};

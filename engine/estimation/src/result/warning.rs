@@ -1,6 +1,7 @@
 //! Warnings about an answer.
 
 use super::{
+    enclosure::NotEnclosed,
     outliers::Outliers,
     positions::HOLDING,
     words::{Probability, Times},
@@ -244,6 +245,9 @@ pub enum Warning {
          its weights show which nodes it rejects"
     )]
     "no_influence" => NoInfluenceOfRobust,
+    /// Results that were to be enclosed and are not.
+    #[error("{reason}")]
+    "no_enclosure" => NoEnclosure { reason: NotEnclosed },
     /// Positions that are off, and taken as exact.
     #[error(
         "the positions of the nodes are treated as exact, since this kind or size of fit does not support uncertain \

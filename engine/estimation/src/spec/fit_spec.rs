@@ -293,4 +293,6 @@ pub struct Include {
     /// The predicted squared error of the regularised estimate, corrected by simulation for λ*
     /// having been chosen by the same nodes.
     pub predicted_mse: bool,
+    /// Proved intervals of the least-squares results.
+    pub enclosure: bool,
 }

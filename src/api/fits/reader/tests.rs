@@ -282,6 +282,7 @@ proptest! {
                 shape: include & 8 > 0,
                 representative: include & 4 > 0,
                 predicted_mse: include & 8 > 0,
+                enclosure: include & 1 > 0,
             },
             level: [0.95, 0.6][include & 1],
             predict: drawn::predict(include, value),

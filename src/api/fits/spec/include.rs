@@ -45,6 +45,8 @@ pub enum IncludeName {
     /// `regularization.predicted_mse_corrected`, found by simulation: λ* is chosen 240
     /// times anew.
     PredictedMse,
+    /// `numerics.enclosure`: intervals that are proved to contain the exact least-squares results.
+    Enclosure,
 }
 
 /// The names of what is asked for.
@@ -63,6 +65,7 @@ pub fn named(include: spec::Include) -> Option<Vec<IncludeName>> {
         (include.shape, IncludeName::Shape),
         (include.representative, IncludeName::Representative),
         (include.predicted_mse, IncludeName::PredictedMse),
+        (include.enclosure, IncludeName::Enclosure),
     ]
     .into_iter()
     .filter_map(|(wanted, name)| wanted.then_some(name))
@@ -86,6 +89,7 @@ pub fn include(names: &[IncludeName]) -> spec::Include {
         shape: names.contains(&IncludeName::Shape),
         representative: names.contains(&IncludeName::Representative),
         predicted_mse: names.contains(&IncludeName::PredictedMse),
+        enclosure: names.contains(&IncludeName::Enclosure),
     }
 }
 
@@ -105,5 +109,6 @@ pub fn both(a: spec::Include, b: spec::Include) -> spec::Include {
         shape: a.shape | b.shape,
         representative: a.representative | b.representative,
         predicted_mse: a.predicted_mse | b.predicted_mse,
+        enclosure: a.enclosure | b.enclosure,
     }
 }

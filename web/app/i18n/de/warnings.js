@@ -39,6 +39,7 @@ export default {
   no_degrees_of_freedom: "So viele Koeffizienten wie Knoten: Das Rauschen und Standardabweichungen sind unbekannt.",
   no_earlier_iterations:
     "Es gibt keine frühere Iteration dieser Flanke und dieses Zahns: Es gelten die kleinsten Quadrate.",
+  no_enclosure: "Bewiesene Intervalle fehlen: Der Fit ist anderer Art, oder sie sind hier nicht zu beweisen.",
   no_influence: "Einflüsse einzelner Knoten fehlen bei diesem Fit.",
   no_lambda_curve: "Diese Regularisierung hat kein λ*, über dem eine Kurve liefe.",
   no_matrix_b: "Zu dieser Regularisierung gibt es keine Matrix B.",
