@@ -50,14 +50,14 @@ fn height(u: f64, v: f64) -> f64 {
     4.5 * s - 3.0 * s * s - 4.0 * t * t + 0.75 * s * t + 0.3 * (37.0 * u + 19.0 * v).sin()
 }
 
-fn grid(shape: (usize, usize)) -> Nodes {
+pub(super) fn grid(shape: (usize, usize)) -> Nodes {
     let (u, v) = axes(shape);
     let z = u.iter().flat_map(|&u| v.iter().map(move |&v| height(u, v))).collect();
     Nodes::grid(u, v, z, None, None).expect("a full grid is valid")
 }
 
 /// The same number of nodes, none of them on a common line.
-fn scattered(shape: (usize, usize)) -> Nodes {
+pub(super) fn scattered(shape: (usize, usize)) -> Nodes {
     let (u, v) = axes(shape);
     let (du, dv) = (u[1] - u[0], v[1] - v[0]);
     let mut nodes = (Vec::new(), Vec::new(), Vec::new());
@@ -73,7 +73,7 @@ fn scattered(shape: (usize, usize)) -> Nodes {
     Nodes::scattered(nodes.0, nodes.1, nodes.2, None).expect("finite nodes are valid")
 }
 
-fn spec(degree: usize, basis: PolynomialBasis) -> FitSpec {
+pub(super) fn spec(degree: usize, basis: PolynomialBasis) -> FitSpec {
     FitSpec::new(Model::Polynomial { degree: Degree::Both(degree), basis, terms: Terms::Tensor })
 }
 

@@ -4,6 +4,7 @@
 //! One program for all of them: what they share is compiled and optimised once.
 
 mod curves;
+mod enclosure;
 mod estimators;
 mod filters;
 mod fit;
