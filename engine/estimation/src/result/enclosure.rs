@@ -33,6 +33,7 @@ pub struct Enclosure {
     /// noise.
     pub std_errors: Option<Vec<[f64; 2]>>,
     /// `[low, high]` of `residuals.least_squares_rss`.
+    #[cfg_attr(feature = "contract", schema(value_type = Vec<f64>, min_items = 2, max_items = 2))]
     pub rss: [f64; 2],
 }
 
