@@ -326,3 +326,46 @@ async fn uncertainties_of_any_size_are_answered() {
     let answer = app.fit(&rough(5, 2, 5e-324, 5e-324).to_string()).await.json();
     assert_eq!(answer["positions"].get("sigma_ratio"), None, "{answer}");
 }
+
+/// Letters drawn at random, one for each node: A is -0.5, Z is 0.5.
+const SCATTER: &[u8; 45] = b"TDZQUOUEIUZJWJHUTXDHISRNWOUCCNQGMMAGYIOJXWTHO";
+
+/// Returns the warnings of a fit over 9 × 5 nodes; the height gets the place and the scatter.
+async fn warned(app: &TestApp, estimator: Value, height: impl Fn(f64, f64, f64) -> f64) -> Vec<Value> {
+    let (u, v): (Vec<f64>, Vec<f64>) = ((0..9).map(f64::from).collect(), (0..5).map(f64::from).collect());
+    let scatter = |k: usize| f64::from(SCATTER[k]) / 25.0 - 3.1;
+    let z: Vec<Vec<f64>> = (0..9).map(|i| (0..5).map(|j| height(u[i], v[j], scatter(5 * i + j))).collect()).collect();
+    let body = json!({
+        "nodes": {"type": "grid", "u": u, "v": v, "z": z},
+        "model": {"type": "polynomial", "degree": [2, 2]},
+        "estimator": estimator,
+    });
+    app.fit(&body.to_string()).await.json()["warnings"].as_array().unwrap().clone()
+}
+
+#[tokio::test]
+async fn residuals_that_contradict_the_assumptions_are_reported() {
+    let app = TestApp::start().await;
+    let plain = || json!({"type": "least_squares"});
+    let find = |warnings: &[Value], code: &str| {
+        warnings
+            .iter()
+            .find(|warning| warning["code"] == code)
+            .unwrap_or_else(|| panic!("{code}: {warnings:?}"))
+            .clone()
+    };
+    let clean = warned(&app, plain(), |u, v, noise| u * v + noise).await;
+    assert!(clean.iter().all(|warning| warning["code"] == "norm_limit_is_estimate"), "{clean:?}");
+    let bent = warned(&app, plain(), |u, _, noise| 0.05 * u.powi(3) + 0.3 * noise).await;
+    let lack = find(&bent, "lack_of_fit");
+    assert_eq!(lack["params"]["shape"], "next_order");
+    assert!(number(&lack["params"]["rms"]) > 0.1 && number(&lack["params"]["factor"]) > 1.5, "{lack}");
+    let rough = warned(&app, plain(), |u, _, noise| noise * if u < 1.0 || u > 7.0 { 12.0 } else { 1.0 }).await;
+    let uneven = find(&rough, "uneven_variance");
+    assert_eq!((&uneven["params"]["along"], &uneven["params"]["larger"]), (&json!("u"), &json!("ends")));
+    assert!(uneven["message"].as_str().unwrap().contains("`hc3`"), "{uneven}");
+    let tukey = json!({"type": "m_estimator", "loss": "tukey", "start": "least_trimmed_squares"});
+    let corner = warned(&app, tukey, |u, v, noise| noise + if u > 6.0 && v > 2.0 { 30.0 } else { 0.0 }).await;
+    let cluster = find(&corner, "clustered_low_weights");
+    assert_eq!((&cluster["params"]["count"], &cluster["params"]["place"]), (&json!(4), &json!([7.5, 3.5])));
+}

@@ -5,6 +5,7 @@
 #![warn(missing_docs, unnameable_types, unreachable_pub)]
 
 mod banded;
+mod checks;
 mod constrained;
 pub mod data;
 mod design;

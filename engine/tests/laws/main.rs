@@ -87,11 +87,12 @@ mod problems;
 mod rank;
 mod recursive;
 mod representative;
+mod residual_checks;
 mod ridge;
 mod robust;
 mod robust_answers;
 mod selection;
-mod serial_correlation;
+
 mod shrinkage;
 mod simulation;
 mod slope_limits;

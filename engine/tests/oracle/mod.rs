@@ -5,6 +5,7 @@
 //! any rounding.
 
 pub mod big;
+pub mod checked;
 pub mod coverage;
 pub mod design;
 pub mod errors;

@@ -9,6 +9,7 @@ import german from "../../app/i18n/de/warnings.js";
 import { counted, plain } from "../../app/lib/warnings.js";
 
 const SOURCES = [
+  "estimation/src/result/checks.rs",
   "estimation/src/result/warning.rs",
   "formats/src/table/fault.rs",
   "gear/src/evaluation/warning/mod.rs",

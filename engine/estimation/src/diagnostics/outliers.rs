@@ -231,7 +231,7 @@ impl Test<'_> {
 
     /// Returns the leverage of counted node `k` in the fit of the nodes left.
     fn leverage(&self, k: usize, deleted: &[Deleted]) -> f64 {
-        if let (NodeRows::Axes(Axes { u, v }), []) = (&self.rows, deleted) {
+        if let (NodeRows::Axes(Axes { u, v, .. }), []) = (&self.rows, deleted) {
             let positions = v.leverages.len();
             return u.leverages[k / positions] * v.leverages[k % positions];
         }
@@ -245,7 +245,7 @@ impl Test<'_> {
         let mut row = match &self.rows {
             NodeRows::All(rows) => rows[k * n..][..n].to_vec(),
             NodeRows::Each(rows) => rows.at(k).0,
-            NodeRows::Axes(Axes { u, v }) => {
+            NodeRows::Axes(Axes { u, v, .. }) => {
                 let positions = v.leverages.len();
                 let (along_u, along_v) = (u.row(k / positions), v.row(k % positions));
                 along_u.iter().flat_map(|a| along_v.iter().map(move |b| a * b)).collect()

@@ -12,7 +12,6 @@ pub(super) mod positions;
 pub(super) mod process;
 pub(super) mod restricted;
 pub(super) mod sandwich;
-pub(super) mod serial;
 pub(super) mod spread;
 pub(super) mod unequal;
 pub(super) mod variance_spread;

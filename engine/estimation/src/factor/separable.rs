@@ -11,6 +11,7 @@ use rayon::prelude::*;
 
 use super::residual_pass::Precision;
 use crate::{
+    checks::OfGrid,
     data::Grid,
     design::{Axis, Basis, Design},
 };
@@ -34,6 +35,8 @@ const FEW: usize = 256;
 pub(crate) struct Axes {
     pub u: AxisFactor,
     pub v: AxisFactor,
+    /// Parts of the residual checks, made once.
+    pub checks: OfGrid,
 }
 
 /// The factors of a full grid.
@@ -45,8 +48,8 @@ pub(crate) struct Separable {
     pub max_abs: f64,
     /// `Σ |r|`.
     pub sum_abs: f64,
-    /// `Σ r r′` over neighbours along u and along v.
-    pub neighbours: [f64; 2],
+    /// Residuals, row by row.
+    pub residuals: Vec<f64>,
     pub relative_error: f64,
 }
 
@@ -126,7 +129,8 @@ impl Axes {
     /// Factors the axes of a grid; `None` where one of them leaves its functions undetermined.
     pub(crate) fn new(design: &Design, grid: &Grid) -> Option<Self> {
         let Basis::Product { u, v } = &design.basis else { return None };
-        Some(Axes { u: AxisFactor::new(u, &grid.u)?, v: AxisFactor::new(v, &grid.v)? })
+        let (u, v) = (AxisFactor::new(u, &grid.u)?, AxisFactor::new(v, &grid.v)?);
+        Some(Axes { u, v, checks: OfGrid::default() })
     }
 
     /// `R = R_u ⊗ R_v`.
@@ -140,38 +144,30 @@ impl Separable {
     pub(crate) fn new(axes: Arc<Axes>, grid: &Grid) -> Self {
         let qty = contract(&axes.u.q, &axes.v.q, &grid.z);
         let mut separable =
-            Separable { axes, qty, rss: 0.0, max_abs: 0.0, sum_abs: 0.0, neighbours: [0.0; 2], relative_error: 1e-28 };
+            Separable { axes, qty, rss: 0.0, max_abs: 0.0, sum_abs: 0.0, residuals: Vec::new(), relative_error: 1e-28 };
         let fitted: f64 = separable.qty.iter().map(|b| b.to_f64() * b.to_f64()).sum();
-        let pass = |precision| separable.pass(grid, &separable.qty, precision, Output::Neighbours);
+        let pass = |precision| separable.pass(grid, &separable.qty, precision, true);
         let large = (grid.z.len() > FEW).then(|| pass(Precision::Double));
         let found = large
             .filter(|found| found.rss.to_f64() > SMALL * SMALL * fitted)
             .unwrap_or_else(|| pass(Precision::DoubleDouble));
         (separable.rss, separable.max_abs, separable.sum_abs) = (found.rss.to_f64(), found.max_abs, found.sum_abs);
-        separable.neighbours = found.neighbours;
+        separable.residuals = found.values;
         separable
     }
 
     /// `Σ r²`, `max |r|` and, if requested, the residuals `Z − Q_u B Q_vᵀ` of `b` (row by row).
     pub(crate) fn residuals(&self, grid: &Grid, b: &[Dd], precision: Precision, keep: bool) -> (f64, f64, Vec<f64>) {
-        let pass = self.pass(grid, b, precision, if keep { Output::Values } else { Output::Sums });
+        let pass = self.pass(grid, b, precision, keep);
         (pass.rss.to_f64(), pass.max_abs, pass.values)
     }
 
-    fn pass(&self, grid: &Grid, b: &[Dd], precision: Precision, output: Output) -> Pass {
+    fn pass(&self, grid: &Grid, b: &[Dd], precision: Precision, keep: bool) -> Pass {
         match precision {
-            Precision::Double => residuals::<F64x4>(&self.axes.u.q, &self.axes.v.q, b, grid, output),
-            Precision::DoubleDouble => residuals::<Ddx4>(&self.axes.u.q, &self.axes.v.q, b, grid, output),
+            Precision::Double => residuals::<F64x4>(&self.axes.u.q, &self.axes.v.q, b, grid, keep),
+            Precision::DoubleDouble => residuals::<Ddx4>(&self.axes.u.q, &self.axes.v.q, b, grid, keep),
         }
     }
-}
-
-/// Results of residuals in addition to `Σ r²` and `max |r|`.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Output {
-    Sums,
-    Values,
-    Neighbours,
 }
 
 /// Residuals of some rows of a grid, or of all.
@@ -180,23 +176,6 @@ struct Pass {
     max_abs: f64,
     sum_abs: f64,
     values: Vec<f64>,
-    neighbours: [f64; 2],
-    /// The first row, where others are before it, and the last.
-    ends: [Vec<f64>; 2],
-}
-
-/// `Σ aᵢbᵢ`, four sums side by side.
-#[inline(always)]
-fn products(a: &[f64], b: &[f64]) -> f64 {
-    let ((a4, a_rest), (b4, b_rest)) = (a.as_chunks::<LANES>(), b.as_chunks::<LANES>());
-    let mut sums = [0.0; LANES];
-    for (x, y) in a4.iter().zip(b4) {
-        for k in 0..LANES {
-            sums[k] += x[k] * y[k];
-        }
-    }
-    let rest: f64 = a_rest.iter().zip(b_rest).map(|(x, y)| x * y).sum();
-    (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
 }
 
 /// The Kronecker product of two upper triangular matrices.
@@ -266,10 +245,10 @@ fn contract(qu: &DMatrix<Dd>, qv: &DMatrix<Dd>, z: &[f64]) -> Vec<Dd> {
     total
 }
 
-fn residuals<L: Lanes>(qu: &DMatrix<Dd>, qv: &DMatrix<Dd>, b: &[Dd], grid: &Grid, output: Output) -> Pass {
+fn residuals<L: Lanes>(qu: &DMatrix<Dd>, qv: &DMatrix<Dd>, b: &[Dd], grid: &Grid, keep: bool) -> Pass {
     let columns: Vec<Vec<L>> = lanes_of(qv);
     let z = &grid.z;
-    let parts = over_rows(qu.nrows(), z.len(), |rows| residual_rows(qu, &columns, b, z, rows, output));
+    let parts = over_rows(qu.nrows(), z.len(), |rows| residual_rows(qu, &columns, b, z, rows, keep));
     let mut parts = parts.into_iter();
     let Some(mut whole) = parts.next() else { unreachable!("a grid has rows") };
     for part in parts {
@@ -277,9 +256,6 @@ fn residuals<L: Lanes>(qu: &DMatrix<Dd>, qv: &DMatrix<Dd>, b: &[Dd], grid: &Grid
         whole.max_abs = whole.max_abs.max(part.max_abs);
         whole.sum_abs += part.sum_abs;
         whole.values.extend(part.values);
-        whole.neighbours[0] += part.neighbours[0] + products(&whole.ends[1], &part.ends[0]);
-        whole.neighbours[1] += part.neighbours[1];
-        whole.ends[1] = part.ends[1].clone();
     }
     whole
 }
@@ -312,21 +288,13 @@ with_fma! {
         b: &[Dd],
         z: &[f64],
         rows: Range<usize>,
-        output: Output,
+        keep: bool,
     ) -> Pass {
         let (p, q, nv) = (qu.ncols(), columns.len(), z.len() / qu.nrows());
         let (mut rss, mut max_abs, mut sum_abs) = (L::ZERO, F64x4::ZERO, F64x4::ZERO);
-        let mut values = Vec::new();
-        let (mut neighbours, mut first, mut before) = ([0.0; 2], Vec::new(), Vec::new());
-        let start = rows.start;
-        let room = if output == Output::Sums { 0 } else { nv };
+        let mut values = Vec::with_capacity(if keep { rows.len() * nv } else { 0 });
         let mut weights: Vec<L> = Vec::with_capacity(q);
         for k in rows.asking(4 * (p + nv) * q) {
-            if output == Output::Neighbours {
-                std::mem::swap(&mut before, &mut values);
-                values.clear();
-            }
-            values.reserve(room);
             weights.clear();
             weights.extend((0..q).map(|j| {
                 let mut sum = Dd::ZERO;
@@ -347,22 +315,13 @@ with_fma! {
                 let plain = residual.to_doubles();
                 max_abs = plain.abs().larger(max_abs);
                 sum_abs = sum_abs + plain.abs();
-                if output != Output::Sums {
+                if keep {
                     values.extend_from_slice(&plain.to_array()[..(nv - g * LANES).min(LANES)]);
-                }
-            }
-            if output == Output::Neighbours {
-                neighbours[1] += products(&values[1..], &values[..nv - 1]);
-                if k > start {
-                    neighbours[0] += products(&values, &before);
-                } else if k > 0 {
-                    first = values.clone();
                 }
             }
         }
         let sum_abs = sum_abs.to_array().into_iter().sum();
         let max_abs = max_abs.to_array().into_iter().fold(0.0, f64::max);
-        let last = if output == Output::Neighbours { std::mem::take(&mut values) } else { Vec::new() };
-        Pass { rss: rss.sum_of_pairs().to_dd(), max_abs, sum_abs, values, neighbours, ends: [first, last] }
+        Pass { rss: rss.sum_of_pairs().to_dd(), max_abs, sum_abs, values }
     }
 }

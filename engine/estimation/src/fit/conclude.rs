@@ -38,7 +38,7 @@ pub(super) fn conclude_robust(
     let weight = reweighted.as_ref().map_or(heights.weight, |sample| Heights::new(sample).weight);
     let evidence = Evidence::Posted { sample: reweighted.as_ref().unwrap_or(sample), nodes };
     let frame = Frame::new(linear.design, &robust.factor, spec, weight)?;
-    let robust = RobustSolution { estimate: robust, plain, posted: sample, weight };
+    let robust = RobustSolution { estimate: robust, plain, posted: sample, problem: linear, weight };
     conclude(
         &LinearProblem { factor: &robust.estimate.factor, evidence, ..*linear },
         heights,
@@ -81,7 +81,7 @@ pub(super) fn conclude_with(
     let mut warnings = robust.map_or_else(Vec::new, |robust| robust.estimate.warnings.clone());
     let solved = Solved { errors, ..Solved::new(linear, heights, spec, frame, robust, &mut warnings)? };
     warnings.extend(solved.outliers());
-    warnings.extend(solved.correlated_residuals());
+    warnings.extend(solved.residual_checks());
     let mut applied = solved.regularized(&mut warnings)?;
     solved.norm_limit(&mut applied, &mut warnings);
     if spec.include.predicted_mse && applied.regularization.predicted_mse_corrected.is_none() {

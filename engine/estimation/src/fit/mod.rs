@@ -1,5 +1,6 @@
 //! The way of a fit: nodes → design → factor → scaled columns → spectrum → λ* → estimate → report.
 
+mod checks;
 mod conclude;
 mod cost;
 mod error_checks;
@@ -14,7 +15,6 @@ mod plan;
 mod position_errors;
 mod predict;
 mod run;
-mod serial_correlation;
 mod shape;
 mod sums;
 

@@ -1,6 +1,7 @@
 //! The result of a fit. A value that does not exist is `None`.
 
 mod accuracy;
+mod checks;
 mod collinearity;
 mod constraints;
 mod enclosure;
@@ -29,6 +30,7 @@ mod words;
 
 pub use crate::spec::regularization::RegularizationKind;
 pub use accuracy::{Arithmetic, Numerics, PerturbationBounds, PerturbationReport};
+pub use checks::{LargerErrors, MissingShape, ResidualWarning};
 pub use collinearity::{Cause, CollinearityReport, ColumnCollinearity, NearDependency, OrthonormalBasis};
 pub use constraints::{ActivePlace, ConstraintReport, ConstraintsReport};
 pub use enclosure::{Enclosure, NotEnclosed};

@@ -1,12 +1,12 @@
 //! Warnings about an answer.
 
 use super::{
+    checks::ResidualWarning,
     enclosure::NotEnclosed,
     outliers::Outliers,
     positions::HOLDING,
     words::{Probability, Times},
 };
-use crate::spec::Along;
 use flankfit_numerics::{
     warnings,
     words::{Shown, Size, counted, listed, rounded},
@@ -432,22 +432,12 @@ pub enum Warning {
         counted(*.count, "place lies", "places lie")
     )]
     "outside_domain" => OutsideDomain { count: usize },
-    /// Residuals that are correlated with their neighbours.
-    #[error(
-        "the residuals are correlated along {}: {correlation:.2} between neighbours, which independent errors have \
-         with a probability of {}. Either the model is incomplete, or the errors are correlated; standard errors \
-         that assume independence are too small by a factor of about {factor:.1}",
-        .along.name(), Probability(*.p)
-    )]
-    "correlated_residuals" => CorrelatedResiduals {
-        /// Direction of the scan lines.
-        along: Along,
-        /// `Σ rᵢrᵢ₊₁ / Σ r²` over neighbours.
-        correlation: f64,
-        /// The probability that residuals of independent errors are so correlated.
-        p: f64,
-        /// Factor by which the standard errors are too small.
-        factor: f64,
+    /// Residuals that contradict the assumptions.
+    #[error("{warning}")]
+    in warning => Residuals {
+        /// The warning.
+        #[cfg_attr(feature = "contract", serde(flatten))]
+        warning: ResidualWarning,
     },
     /// Nodes that are suspected of gross errors.
     #[error("{0}")]

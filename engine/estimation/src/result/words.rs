@@ -32,14 +32,18 @@ impl fmt::Display for Probability {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{result::Warning, spec::Along};
+    use crate::{
+        result::{ResidualWarning, Warning},
+        spec::Along,
+    };
 
     #[test]
     fn no_probability_is_said_to_be_0() {
         let none = "less than 1e-300";
         for (p, said) in [(0.0, none), (1e-310, none), (2.34e-9, "2.3e-9"), (0.01, "1.0e-2")] {
             assert_eq!(Probability(p).to_string(), said);
-            let residuals = Warning::CorrelatedResiduals { along: Along::U, correlation: 0.9, p, factor: 4.0 };
+            let (along, correlation, factor) = (Along::U, 0.9, 4.0);
+            let residuals = ResidualWarning::CorrelatedResiduals { along, correlation, p, factor }.into();
             let prior = Warning::PriorConflict { statistic: 9.5, p };
             for warning in [residuals, prior] {
                 assert!(warning.to_string().contains(&format!("a probability of {said}")), "{warning}");

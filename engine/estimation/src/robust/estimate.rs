@@ -12,6 +12,7 @@ use crate::{
     error::FitError,
     estimate::PlainEstimate,
     factor::Factor,
+    problem::LinearProblem,
     result::{RobustReport, Warning},
     spec::Estimator,
 };
@@ -24,6 +25,7 @@ pub(crate) struct RobustSolution<'a> {
     /// The nodes as posted: the linear problem of the fit has the weights of the problem that was
     /// solved.
     pub posted: &'a Sample<'a>,
+    pub problem: &'a LinearProblem<'a>,
     /// Σ of those weights.
     pub weight: f64,
 }

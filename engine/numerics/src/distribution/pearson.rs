@@ -16,6 +16,38 @@ pub struct Moments {
     pub kurtosis: f64,
 }
 
+impl Moments {
+    /// Moments of `eᵀMAMe / eᵀMe` for independent normal e and a projection M of rank `freedom`, by
+    /// the traces of the first four powers of MA: the ratio is independent of its denominator, so
+    /// its moments about 0 are those of `eᵀMAMe` over those of χ². `None` where it does not vary.
+    ///
+    /// ```
+    /// use flankfit_numerics::distribution::pearson::Moments;
+    ///
+    /// // One of two squares over both is uniform in its angle: mean ½, variance ⅛.
+    /// let ratio = Moments::of_ratio([1.0; 4], 2.0).expect("it varies");
+    /// assert!((ratio.mean - 0.5).abs() < 1e-12 && (ratio.variance - 0.125).abs() < 1e-12);
+    /// ```
+    pub fn of_ratio([t1, t2, t3, t4]: [f64; 4], freedom: f64) -> Option<Self> {
+        let (k1, k2, k3, k4) = (t1, 2.0 * t2, 8.0 * t3, 48.0 * t4);
+        let below = |j: i32| (0..j).map(|i| freedom + 2.0 * f64::from(i)).product::<f64>();
+        let mean = k1 / below(1);
+        let second = (k2 + k1 * k1) / below(2);
+        let third = (k3 + 3.0 * k2 * k1 + k1.powi(3)) / below(3);
+        let fourth = (k4 + 4.0 * k3 * k1 + 3.0 * k2 * k2 + 6.0 * k2 * k1 * k1 + k1.powi(4)) / below(4);
+        let variance = 2.0 * (t2 - t1 * mean) / below(2);
+        if !(freedom >= 1.0 && variance > 1e-12 * second) {
+            return None;
+        }
+        let about_mean = (
+            third - 3.0 * mean * second + 2.0 * mean.powi(3),
+            fourth - 4.0 * mean * third + 6.0 * mean * mean * second - 3.0 * mean.powi(4),
+        );
+        let skewness = about_mean.0 / variance.powf(1.5);
+        Some(Moments { mean, variance, skewness, kurtosis: about_mean.1 / (variance * variance) })
+    }
+}
+
 /// P(X > x) of Pearson's distribution with these moments.
 ///
 /// ```

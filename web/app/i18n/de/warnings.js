@@ -10,6 +10,8 @@ export default {
   condition_unknown: "Die äußersten Eigenwerte sind noch nicht sicher bestimmt; die Kondition ist offen.",
   constraints_active:
     "Nebenbedingungen halten die Funktion fest: Standardabweichungen gelten mit ihnen, Intervalle ohne sie.",
+  clustered_low_weights:
+    "Knoten mit geringem Gewicht liegen beieinander: Dort folgt der Fit der Fläche nicht, und kein Intervall enthält den Abstand.",
   correlated_residuals:
     "Benachbarte Residuen hängen zusammen: Dem Modell fehlt etwas, oder die Standardabweichungen sind zu klein.",
   correlation_at_bound:
@@ -34,6 +36,8 @@ export default {
     "Durch einzelne Knoten geht der Fit in jedem Fall; ohne sie bestimmen die übrigen die Koeffizienten nicht.",
   group_variance_uncertain:
     "Die Varianz einer Gruppe beruht auf sehr wenigen Freiheitsgraden; Intervalle werden breit.",
+  lack_of_fit:
+    "Die Residuen haben eine Form, die dem Modell fehlt: Intervalle und Bänder enthalten sie nicht. Einen höheren Grad wählen.",
   nodes_not_kept: "Die laufende Schätzung hält nur Summen; einzelne Residuen gibt es nach dem Abschluss.",
   no_corrected_error: "Für diesen Fit gibt es keinen korrigierten vorhergesagten Fehler.",
   no_degrees_of_freedom: "So viele Koeffizienten wie Knoten: Das Rauschen und Standardabweichungen sind unbekannt.",
@@ -80,6 +84,8 @@ export default {
   target_of_constant_unused: "Die Konstante wird nicht gedämpft; ihr Zielwert bleibt ohne Wirkung.",
   uncertainty_contradicted:
     "Die Residuen passen nicht zu den angegebenen Unsicherheiten von Positionen und Höhen; Einheiten prüfen.",
+  uneven_variance:
+    "Die Streuung hängt vom Ort ab: Intervalle sind dort zu schmal, wo sie größer ist. Mit variance „hc3“ fitten.",
   vif_infinite: "Einzelne Spalten hängen genau von anderen ab; einen VIF haben sie nicht.",
   worse_than_least_squares:
     "Diese Wahl lässt einen größeren Fehler erwarten als die kleinsten Quadrate; siehe die anderen Kriterien.",

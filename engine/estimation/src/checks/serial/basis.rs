@@ -116,20 +116,8 @@ impl LineBasis {
                 * (4.0 * (b.dot(&d) - twice.norm_squared() - squared.dot(&c))
                     + 2.0 * c.norm_squared()
                     + squared.norm_squared());
-        let (mean, variance) = self.variance_of(t1, t2)?;
-        // cumulants of the quadratic form, then moments about 0
-        let (k1, k2, k3, k4) = (t1, 2.0 * t2, 8.0 * t3, 48.0 * t4);
-        let freedom = self.freedom();
-        let below = |j: i32| (0..j).map(|i| freedom + 2.0 * f64::from(i)).product::<f64>();
-        let second = (k2 + k1 * k1) / below(2);
-        let third = (k3 + 3.0 * k2 * k1 + k1.powi(3)) / below(3);
-        let fourth = (k4 + 4.0 * k3 * k1 + 3.0 * k2 * k2 + 6.0 * k2 * k1 * k1 + k1.powi(4)) / below(4);
-        let about_mean = (
-            third - 3.0 * mean * second + 2.0 * mean.powi(3),
-            fourth - 4.0 * mean * third + 6.0 * mean * mean * second - 3.0 * mean.powi(4),
-        );
-        let skewness = about_mean.0 / variance.powf(1.5);
-        Some(Moments { mean, variance, skewness, kurtosis: about_mean.1 / (variance * variance) })
+        self.variance_of(t1, t2)?;
+        Moments::of_ratio([t1, t2, t3, t4], self.freedom())
     }
 
     /// Tr A⁴: closed walks of four steps, each worth 1/16. A pair has two of its own, two pairs
@@ -143,7 +131,7 @@ impl LineBasis {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::error_model::serial::Strength;
+    use crate::checks::serial::Strength;
     use flankfit_numerics::distribution::pearson;
 
     /// Orthonormal powers at equal steps, a column for each node.

@@ -1,0 +1,141 @@
+//! Warnings of the checks of residuals.
+
+use super::{Warning, words::Probability};
+use crate::spec::Along;
+use flankfit_numerics::{
+    warnings,
+    words::{Size, listed, rounded},
+};
+
+warnings! {
+/// Assumption that the residuals contradict.
+pub enum ResidualWarning {
+    /// Residuals that are correlated with their neighbours.
+    #[error(
+        "the residuals are correlated along {}: {correlation:.2} between neighbours, which independent errors have \
+         with a probability of {}. Either the model lacks something that the nodes show, or the errors are correlated, \
+         and standard errors that take them for independent are too small by a factor of about {factor:.1}; raise the \
+         degree, or request `errors` along {}",
+        .along.name(), Probability(*.p), .along.name()
+    )]
+    "correlated_residuals" => CorrelatedResiduals {
+        /// Direction of the scan lines.
+        along: Along,
+        /// `Σ rᵢrᵢ₊₁ / Σ r²` over neighbours.
+        correlation: f64,
+        /// The probability that residuals of independent errors are so correlated.
+        p: f64,
+        /// Factor by which the standard errors are too small.
+        factor: f64,
+    },
+    /// A variance of the errors that depends on the place.
+    #[error(
+        "the residuals are larger {} than elsewhere, which errors of one variance are with a probability of {}: \
+         intervals and bands where they are larger are too narrow by a factor of up to about {factor:.1}, elsewhere \
+         too wide; request `variance`, `hc3` or a power of the coordinate",
+        larger.along(*.along), Probability(*.p)
+    )]
+    "uneven_variance" => UnevenVariance {
+        /// The axis along which the variance changes.
+        along: Along,
+        /// Part of the axis with the larger errors.
+        larger: LargerErrors,
+        /// The probability that errors of one variance seem so uneven.
+        p: f64,
+        /// Factor by which standard errors of heights are too small at the worst place.
+        factor: f64,
+    },
+    /// A shape of the residuals that the model lacks.
+    #[error(
+        "the residuals have a shape that the model lacks ({}), with an rms of about {} at the nodes, which noise has \
+         with a probability of {}: no interval or band includes it, and those of heights are too narrow by a factor \
+         of about {factor:.1}; raise the degree, add terms or take splines",
+        .shape.words(), Size(*.rms), Probability(*.p)
+    )]
+    "lack_of_fit" => LackOfFit {
+        /// Shape of the residuals.
+        shape: MissingShape,
+        /// Root mean square of the shape at the nodes, in heights of weight 1.
+        rms: f64,
+        /// The probability that noise has such a shape.
+        p: f64,
+        /// Factor by which standard errors of heights are too small at the nodes on average.
+        factor: f64,
+    },
+    /// Nodes of low weight that lie together.
+    #[error(
+        "{count} nodes ({:.0} %) have less than half their weight, and they lie together near {}: {pairs} pairs \
+         of neighbours, where as many nodes at random have {expected_pairs:.1}. The fit does not follow the surface \
+         there: intervals and bands do not include its distance from these nodes, {} on average; look for a region \
+         that was measured wrongly, or a shape that the model lacks",
+        100.0 * .share, listed(.place.iter().map(|x| rounded(*x, 4))), Size(*.residual)
+    )]
+    "clustered_low_weights" => ClusteredLowWeights {
+        /// Nodes with less than half their weight.
+        count: usize,
+        /// Their share of the counted nodes.
+        share: f64,
+        /// Pairs of neighbours among them.
+        pairs: usize,
+        /// The number of pairs that is expected of as many nodes at random.
+        expected_pairs: f64,
+        /// The probability of so many pairs at random.
+        p: f64,
+        /// Mean place of those with such a neighbour: u and v, or x of a curve.
+        place: Vec<f64>,
+        /// Their mean residual.
+        residual: f64,
+    },
+}
+}
+
+impl From<ResidualWarning> for Warning {
+    fn from(warning: ResidualWarning) -> Self {
+        Warning::Residuals { warning }
+    }
+}
+
+/// Place along an axis where errors are larger.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize), serde(rename_all = "snake_case"))]
+pub enum LargerErrors {
+    /// Towards both ends.
+    Ends,
+    /// In the middle.
+    Middle,
+    /// Towards the upper end.
+    High,
+    /// Towards the lower end.
+    Low,
+}
+
+impl LargerErrors {
+    pub(super) fn along(self, along: Along) -> String {
+        let name = if along == Along::Order { "x" } else { along.name() };
+        match self {
+            LargerErrors::Ends => format!("at both ends of {name}"),
+            LargerErrors::Middle => format!("in the middle of {name}"),
+            LargerErrors::High => format!("towards large {name}"),
+            LargerErrors::Low => format!("towards small {name}"),
+        }
+    }
+}
+
+/// MissingShape that a model lacks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize), serde(rename_all = "snake_case"))]
+pub enum MissingShape {
+    /// Terms of the next order.
+    NextOrder,
+    /// A smooth function that is not a sum of those.
+    Smooth,
+}
+
+impl MissingShape {
+    pub(super) fn words(self) -> &'static str {
+        match self {
+            MissingShape::NextOrder => "terms of the next degree",
+            MissingShape::Smooth => "smooth, of higher degree",
+        }
+    }
+}
