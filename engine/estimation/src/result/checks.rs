@@ -13,9 +13,9 @@ pub enum ResidualWarning {
     /// Residuals that are correlated with their neighbours.
     #[error(
         "the residuals are correlated along {}: {correlation:.2} between neighbours, which independent errors have \
-         with a probability of {}. Either the model lacks something that the nodes show, or the errors are correlated, \
-         and standard errors that take them for independent are too small by a factor of about {factor:.1}; raise the \
-         degree, or request `errors` along {}",
+         with a probability of {}. Either the model is incomplete, or the errors are correlated, and standard errors \
+         that assume independence are too small by a factor of about {factor:.1}; raise the degree, or request \
+         `errors` along {}",
         .along.name(), Probability(*.p), .along.name()
     )]
     "correlated_residuals" => CorrelatedResiduals {
@@ -121,7 +121,7 @@ impl LargerErrors {
     }
 }
 
-/// MissingShape that a model lacks.
+/// Shape that a model lacks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "contract", derive(serde::Serialize), serde(rename_all = "snake_case"))]
 pub enum MissingShape {
