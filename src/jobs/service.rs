@@ -246,8 +246,9 @@ impl Jobs {
         }
     }
 
-    /// Returns a job that a fit is computed for: as it is now where this process alone uses the
-    /// store, otherwise as the store has it. (The write checks it again.)
+    /// Returns a job that a fit is computed for. Where this server alone changes jobs it may be one
+    /// that was read before: its gear and requirements are current, its status and version need not
+    /// be. (The write checks the job again.)
     pub async fn known_job(&self, id: Uuid) -> Result<Arc<Job>, RepositoryError> {
         let (known, owned) = (&self.service.known, self.owned(id));
         let changes = match known.get(&owned) {

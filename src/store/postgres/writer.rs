@@ -176,7 +176,7 @@ async fn transact(
     }
     session.lock(group.iter().map(|write| write.request()).collect()).await?;
     run_group(session, group).await?;
-    earlier.proof = session.finish(None).await?;
+    earlier.proof = session.finish().await?;
     earlier.undecided = true;
     let committed = session.db.run("COMMIT", &[]).await.map(|_| ());
     earlier.undecided = committed.as_ref().is_err_and(|error| !matches!(class(error), Class::Again | Class::Refused));

@@ -168,6 +168,7 @@ pub fn insertion<'a>(
     let last = entries.len().saturating_sub(1);
     if let Some(table) = Table::named(table) {
         let places = table.places(columns);
+        debug_assert!(entries.len() == 1 || entries.len() == rows.len());
         for (k, row) in rows.iter().enumerate() {
             entries[k.min(last)].note_row(table, &table.pick(&places, row));
         }

@@ -106,6 +106,9 @@ impl Pool {
 /// A statement with its values.
 pub type Ready<'a> = (String, Vec<Value<'a>>);
 
+/// Values of statements that are executed together: those of one iteration with its fit.
+const FEW_VALUES: usize = 64;
+
 /// Rows of one statement: their values are far fewer than either database takes.
 const MOST_ROWS: usize = 64;
 
@@ -234,16 +237,20 @@ impl Db {
         }
     }
 
-    /// Executes statements of which none needs the rows of another, in one go where the database
-    /// takes several at once.
+    /// Executes statements of which none needs the rows of another and none names its values. SQLite
+    /// takes a few short ones in one text, which saves the way to its thread and back; of longer
+    /// ones there would be too many different texts to keep prepared.
     pub async fn run_together(&mut self, statements: Vec<Ready<'_>>) -> Result<(), sqlx::Error> {
-        if self.is_postgres() {
-            for (sql, args) in statements {
-                self.run(AssertSqlSafe(sql), &args).await?;
+        let values: usize = statements.iter().map(|(_, args)| args.len()).sum();
+        let statements = match self {
+            Db::Sqlite(_) if !statements.is_empty() && values <= FEW_VALUES => {
+                let (texts, args): (Vec<_>, Vec<_>) = statements.into_iter().unzip();
+                vec![(texts.join(";"), args.into_iter().flatten().collect())]
             }
-        } else if !statements.is_empty() {
-            let (texts, args): (Vec<_>, Vec<_>) = statements.into_iter().unzip();
-            self.run(AssertSqlSafe(texts.join(";")), &args.concat()).await?;
+            _ => statements,
+        };
+        for (sql, args) in statements {
+            self.run(AssertSqlSafe(sql), &args).await?;
         }
         Ok(())
     }

@@ -21,7 +21,6 @@ use super::{
 use crate::{
     jobs::{
         audit::{ListedEntry, Seal},
-        completion::to_completion,
         *,
     },
     key_operations, repository_operations, telemetry,
@@ -57,8 +56,8 @@ impl Handle {
         Handle { database, caller, party }
     }
 
-    /// Runs a read. It holds its turn until its connection is free, even if nobody waits for it any
-    /// more.
+    /// Runs a read in its own task, so that it holds its turn until its connection is free even if
+    /// nobody waits for it any more.
     fn read<T: Send + 'static>(
         &self,
         name: &'static str,
@@ -94,7 +93,13 @@ impl Handle {
                 database.read_seconds.record(begun.elapsed());
                 found
             };
-            traced(to_completion(READING.scope(watch, read)).await)
+            match tokio::spawn(READING.scope(watch, read).in_current_span()).await {
+                Ok(found) => traced(found),
+                Err(error) => match error.try_into_panic() {
+                    Ok(panic) => std::panic::resume_unwind(panic),
+                    Err(error) => traced(Err(RepositoryError::Failed(error.to_string()))),
+                },
+            }
         };
         Box::pin(reading.instrument(span))
     }

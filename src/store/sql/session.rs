@@ -57,13 +57,12 @@ impl Session {
     }
 
     /// Stores the responses and entries of the transaction; returns the proof that it was
-    /// committed, once it was. `last` is a last statement, if there is one.
-    pub async fn finish(&mut self, last: Option<&str>) -> Result<Option<Proof>, sqlx::Error> {
+    /// committed, once it was.
+    pub async fn finish(&mut self) -> Result<Option<Proof>, sqlx::Error> {
         let keys = std::mem::take(&mut self.keys);
         let mut all = keys.writing(&self.db);
         let entries: Vec<_> = self.entries.drain(..).map(Draft::end).collect();
         all.extend(audit::storing(&self.db, &entries));
-        all.extend(last.map(|sql| (sql.to_owned(), Vec::new())));
         self.db.run_together(all).await?;
         Ok(entries.last().map(|entry| Proof(entry.id)))
     }

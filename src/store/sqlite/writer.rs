@@ -195,5 +195,6 @@ async fn run(session: &mut Session, group: &mut [Box<dyn Queued>]) -> Result<(),
     session.db.run("BEGIN IMMEDIATE", &[]).await?;
     session.lock(group.iter().map(|write| write.request()).collect()).await?;
     run_group(session, group).await?;
-    session.finish(Some("COMMIT")).await.map(drop)
+    session.finish().await?;
+    session.db.run("COMMIT", &[]).await.map(drop)
 }
