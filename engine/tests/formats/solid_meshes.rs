@@ -180,7 +180,7 @@ fn what_cannot_be_meshed_is_said() {
     assert_eq!(refused, "elements: at least one element along every direction");
     let many = Elements { width: usize::MAX, ..Elements::default() };
     let refused = of(external(), SolidSpec { elements: many, ..plain.clone() });
-    assert!(refused.starts_with("elements: more nodes than can be counted are asked for"), "{refused}");
+    assert!(refused.starts_with("elements: more nodes than can be counted are requested"), "{refused}");
     let pointed = GearData { profile_shift: 1.2, teeth: 9, ..external() };
     let refused = of(pointed, plain);
     assert!(refused.starts_with("gear.profile_shift_coefficient: "), "{refused}");

@@ -194,7 +194,7 @@ fn starved_cells_are_named_or_smoothed() {
     let plain = spec(model([3, 3], [12, 12]), Regularization::None);
     let Err(FitError::Invalid(faults)) = surface(&points, &plain, ALL) else { panic!("undetermined") };
     assert!(faults.list().iter().all(|fault| {
-        let open = fault.message.ends_with("or `tikhonov`");
+        let open = fault.message.ends_with("use `tikhonov`");
         fault.path == "model" && open
     }));
     assert!(faults.list()[0].message.contains("B0(u)*B0(v)"), "{}", faults.list()[0].message);

@@ -261,7 +261,7 @@ fn what_takes_positions_as_exact_says_so() {
     assert!(warned(&nodes, &robust(None)) && warned(&nodes, &uncertain(0.1, 0.0, None)));
     assert!(!warned(&nodes, &uncertain(0.0, 1.0, None)));
     refused(&nodes, &robust(kind), "a model of the errors needs least squares");
-    refused(&nodes, &uncertain(0.1, 0.0, kind), "where the surface is level");
+    refused(&nodes, &uncertain(0.1, 0.0, kind), "positions have no effect where the surface is level");
     // a cubic at three places
     let x: Vec<f64> = (0..9).map(|k| f64::from(k / 3)).collect();
     let three = Nodes::curve(x.clone(), x.iter().map(|x| x + 1.0).collect(), None).unwrap();

@@ -30,8 +30,7 @@ pub(crate) struct Lack {
     pub p: f64,
     /// Its root mean square at the nodes, in heights of weight 1.
     pub rms: f64,
-    /// Root mean square of error and shape over that of the error alone, of fitted heights at the
-    /// nodes.
+    /// Root mean square of error and shape over the standard error, of fitted heights at the nodes.
     pub factor: f64,
 }
 
@@ -45,7 +44,9 @@ impl Lack {
     fn new(shape: MissingShape, p: f64, squares: f64, variance: f64, (sites, seen): (&Sites, &Seen)) -> Self {
         let squares = squares.max(0.0);
         let columns = sites.q.len() as f64;
-        Lack { shape, p, rms: (squares / seen.nodes).sqrt(), factor: (1.0 + squares / (columns * variance)).sqrt() }
+        let assumed = seen.variance(columns);
+        let factor = ((columns * variance + squares) / (columns * assumed)).sqrt();
+        Lack { shape, p, rms: (squares / seen.nodes).sqrt(), factor }
     }
 }
 

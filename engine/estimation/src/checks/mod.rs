@@ -1,7 +1,7 @@
 //! Checks of the residuals: whether the errors are independent and of one variance, and the model
 //! complete.
 //!
-//! Every check has false alarms at [`LEVEL`] if they are, whatever the places of the nodes:
+//! Each test has false alarms at [`LEVEL`] if they are, whatever the places of the nodes:
 //! * correlation along u and along v: the locally best invariant statistic with its exact moments
 //!   ([`lines`]);
 //! * variance that depends on the place: Koenker's studentised test ([`variance`]);

@@ -26,6 +26,8 @@ const CELLS: [usize; 2] = [12, 96];
 const ORDER: usize = 5;
 /// Length of the smooth process on [-1, 1].
 const LENGTH: f64 = 0.5;
+/// Columns of a model whose sites are looked at: the time grows with the cube of their number.
+const MOST_COLUMNS: usize = 100;
 /// A column is dependent if less than this share of its length is left.
 const DEPENDENT: f64 = 1e-6;
 /// 1 − h below which a residual says nothing about the variance.
@@ -78,9 +80,20 @@ pub(crate) struct Seen {
     pub nodes: f64,
 }
 
+impl Seen {
+    /// Returns the variance that standard errors of so many coefficients are by.
+    pub(crate) fn variance(&self, columns: f64) -> f64 {
+        self.squares.iter().sum::<f64>() / (self.nodes - columns)
+    }
+}
+
 impl Sites {
-    /// Makes the sites of a problem; `None` without places, or with too few nodes to check.
+    /// Makes the sites of a problem; `None` without places, with too few nodes to check, or with so
+    /// many columns that it takes longer than the fit.
     pub(crate) fn new(problem: &LinearProblem, sample: &Sample, nodes: &Nodes) -> Option<Self> {
+        if problem.design.size() > MOST_COLUMNS {
+            return None;
+        }
         let Basis::Product { u, v } = &problem.design.basis else { return None };
         let surface = !matches!(nodes, Nodes::Curve(_));
         let (box_u, box_v) = bounding_box(sample);

@@ -133,11 +133,12 @@ fn the_variance_is_a_slope_of_studentised_squares() {
         let ratio = mean(&|k| d(k) * residuals[k].powi(2)) / mean(&|k| residuals[k].powi(2));
         let tail = normal::upper_tail(t).max(pearson::upper_tail(ratio, &moments));
         assert!((found.p / (2.0 * tail / 0.4) - 1.0).abs() < 1e-7, "{}", found.p);
-        // of the worst place, by the dense sandwich
+        // of the worst place, by the dense sandwich of variances on the regressor
         let hat = DMatrix::identity(residuals.len(), residuals.len()) - &left;
         let sigma = residuals.iter().map(|r| r * r).sum::<f64>() / (count - 6.0);
         let ratio = |j: usize| {
-            let sum = |k: usize| (hat[(j, k)] * residuals[k] / left[(k, k)]).powi(2);
+            let variance = |k: usize| (size + both / x * (places[k][0].powi(2) - level)).max(0.05 * size);
+            let sum = |k: usize| hat[(j, k)].powi(2) * variance(k);
             (0..residuals.len()).map(sum).sum::<f64>() / (sigma * hat[(j, j)])
         };
         let worst = (0..residuals.len()).map(ratio).fold(0.0, f64::max).sqrt();

@@ -28,12 +28,16 @@ const LEAST_OF_SCORES: f64 = 3.5;
 /// Greatest studentised slope that no share makes significant.
 const SMALL: f64 = 2.4;
 
+/// Share of the mean variance that a place has at least.
+const LEAST_VARIANCE: f64 = 0.05;
+
 /// A variance that depends on the place.
 pub(crate) struct Uneven {
     pub along: Along,
     pub larger: LargerErrors,
     pub p: f64,
-    /// Factor by which standard errors of heights are too small at the worst site, by HC3.
+    /// Factor by which standard errors of heights are too small at the worst site, if the variance
+    /// follows the regressor.
     pub factor: f64,
 }
 
@@ -65,7 +69,10 @@ pub(crate) fn uneven(sites: &Sites, seen: &Seen, scores: bool) -> Option<Uneven>
         (false, true) => LargerErrors::High,
         (false, false) => LargerErrors::Low,
     };
-    Some(Uneven { along: one.along, larger, p, factor: factor(sites, seen) })
+    let slope = t * spread / one.length;
+    let mean = sum / count;
+    let variances = one.centred.iter().map(|x| (mean + slope * x).max(LEAST_VARIANCE * mean)).collect();
+    Some(Uneven { along: one.along, larger, p, factor: factor(sites, variances, seen.variance(columns)) })
 }
 
 /// The tail of `Σ dr²/Σ r²` for normal errors, d a power of the coordinate over 1 − h, towards one
@@ -95,19 +102,17 @@ fn normal_tail(sites: &Sites, seen: &Seen, one: &Regressor, side: f64) -> Option
     Some(pearson::upper_tail(ratio, &moments))
 }
 
-/// Greatest ratio of the standard errors of heights by HC3 to those of one variance.
-fn factor(sites: &Sites, seen: &Seen) -> f64 {
-    let variance = seen.squares.iter().sum::<f64>() / (seen.nodes - sites.q.len() as f64);
-    let each: Vec<f64> =
-        (0..sites.count.len()).map(|k| seen.squares[k] / sites.count[k] * sites.share[k].powi(2) / variance).collect();
+/// Greatest ratio of the standard errors of heights by the variance of each site to those by one
+/// variance.
+fn factor(sites: &Sites, variances: Vec<f64>, one: f64) -> f64 {
     let row = |site: usize| sites.q.iter().map(move |q| q[site]);
     let ratio = |site: usize| {
-        let sum: f64 = each
+        let sum: f64 = variances
             .iter()
             .enumerate()
             .map(|(k, v)| v * row(site).zip(row(k)).map(|(a, b)| a * b).sum::<f64>().powi(2))
             .sum();
-        sum / row(site).map(|x| x * x).sum::<f64>()
+        sum / (one * row(site).map(|x| x * x).sum::<f64>())
     };
     (0..sites.count.len()).map(ratio).fold(0.0, f64::max).sqrt()
 }

@@ -27,7 +27,7 @@ use super::{
     error::FitError,
     fit::{Plans, fit_remembering as fit_nodes},
     prior::with_earlier,
-    result::{Coefficient, FilterCollinearity, FitResult, MovedCoefficient, Warning},
+    result::{Coefficient, FilterCollinearity, FitResult, MovedCoefficient, ResidualWarning, Warning},
     select::choose,
     spec::{Estimator, Filter, FitSpec, Include, Regularization},
 };
@@ -120,11 +120,11 @@ fn finds_peaks(filter: &Filter) -> bool {
     matches!(filter, Filter::Hampel(_))
 }
 
-/// Returns the nodes suspected of gross errors in a fit of the heights before smoothing: a low-pass
+/// Returns the warnings of a fit of the heights before smoothing that smoothing misleads: a low-pass
 /// filter spreads a gross error over its neighbours and leaves their noise correlated.
-fn outliers_before_smoothing(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<Option<Warning>, FitError> {
+fn checks_before_smoothing(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<Vec<Warning>, FitError> {
     if spec.estimator != Estimator::LeastSquares {
-        return Ok(None);
+        return Ok(Vec::new());
     }
     let peaks: Vec<Filter> = spec.filters.iter().copied().filter(finds_peaks).collect();
     let plain = FitSpec {
@@ -134,7 +134,16 @@ fn outliers_before_smoothing(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Re
         ..FitSpec::new(spec.model.clone())
     };
     let found = fit_nodes(&steps::apply(nodes, &peaks)?.nodes, &plain, plans)?;
-    Ok(found.warnings.into_iter().find(|warning| matches!(warning, Warning::OutliersSuspected(_))))
+    Ok(found.warnings.into_iter().filter(is_misled).collect())
+}
+
+/// Returns whether smoothing makes a warning appear or disappear.
+fn is_misled(warning: &Warning) -> bool {
+    match warning {
+        Warning::OutliersSuspected(_) => true,
+        Warning::Residuals { warning } => !matches!(warning, ResidualWarning::CorrelatedResiduals { .. }),
+        _ => false,
+    }
 }
 
 /// Pairs a coefficient with that of the same term in another fit.
@@ -171,8 +180,8 @@ fn fit_model(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<FitResult, 
         fitted::telling(&applied.nodes, spec_of_filtered, true, |spec| fit_nodes(&applied.nodes, spec, plans))?;
     if spec.filters.iter().any(|filter| !finds_peaks(filter)) {
         applied.warnings.push(Warning::FilteredNoise);
-        result.warnings.retain(|warning| !matches!(warning, Warning::OutliersSuspected(_)));
-        result.warnings.extend(outliers_before_smoothing(nodes, spec, plans)?);
+        result.warnings.retain(|warning| !is_misled(warning));
+        result.warnings.extend(checks_before_smoothing(nodes, spec, plans)?);
     }
     let [before, after] = columns::compare(nodes, &applied.nodes, &applied.steps, spec, &mut applied.warnings)?;
     let columns = FilterCollinearity { before, after };

@@ -32,7 +32,7 @@ pub enum ResidualWarning {
     #[error(
         "the residuals are larger {} than elsewhere, which errors of one variance are with a probability of {}: \
          intervals and bands where they are larger are too narrow by a factor of up to about {factor:.1}, elsewhere \
-         too wide; request `variance`, `hc3` or a power of the coordinate",
+         too wide; request `variance` `hc3` or `power_of` the coordinate",
         larger.along(*.along), Probability(*.p)
     )]
     "uneven_variance" => UnevenVariance {
