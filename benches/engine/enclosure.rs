@@ -21,9 +21,9 @@ const CASES: [&str; 7] = [
 /// Raw powers of u and v as posted columns.
 fn matrix() -> Nodes {
     let Nodes::Grid(grid) = grid((5, 9)) else { unreachable!("a grid") };
-    let places = grid.u.iter().flat_map(|&u| grid.v.iter().map(move |&v| [u, v]));
+    let places = grid.u().iter().flat_map(|&u| grid.v().iter().map(move |&v| [u, v]));
     let x = places.flat_map(|[u, v]| (0..9).map(move |k| u.powi(k / 3) * v.powi(k % 3))).collect();
-    Nodes::matrix(x, 9, grid.z.to_vec(), None, None).expect("rows of nine columns")
+    Nodes::matrix(x, 9, grid.z().to_vec(), None, None).expect("rows of nine columns")
 }
 
 fn run(bencher: Bencher, case: &str, enclosure: bool) {

@@ -360,7 +360,7 @@ async fn residuals_that_contradict_the_assumptions_are_reported() {
     let lack = find(&bent, "lack_of_fit");
     assert_eq!(lack["params"]["shape"], "next_order");
     assert!(number(&lack["params"]["rms"]) > 0.1 && number(&lack["params"]["factor"]) > 1.5, "{lack}");
-    let rough = warned(&app, plain(), |u, _, noise| noise * if u < 1.0 || u > 7.0 { 12.0 } else { 1.0 }).await;
+    let rough = warned(&app, plain(), |u, _, noise| noise * if (1.0..=7.0).contains(&u) { 1.0 } else { 12.0 }).await;
     let uneven = find(&rough, "uneven_variance");
     assert_eq!((&uneven["params"]["along"], &uneven["params"]["larger"]), (&json!("u"), &json!("ends")));
     assert!(uneven["message"].as_str().unwrap().contains("`hc3`"), "{uneven}");

@@ -99,7 +99,7 @@ impl Rounding {
             Basis::Columns { scale } => {
                 let n = scale.len() as f64;
                 // columns are divided by the power of 2 below their largest entry
-                scale.iter().all(|&scale| in_range(scale)).then(|| Rounding {
+                scale.iter().all(|&scale| in_range(scale)).then_some(Rounding {
                     largest: 2.0,
                     entry: 0.0,
                     residual: UNIT * (8.0 * n + 16.0),
