@@ -9,8 +9,8 @@ use std::{
 use tokio::runtime::Handle;
 use tracing::Instrument as _;
 
-/// A future that runs where it is awaited. If it is dropped before its end, a task runs the rest; it
-/// is polled until then or dropped, since nothing else makes it go on.
+/// A future that runs where it is awaited. If it is dropped before its end, a task runs the rest;
+/// it is polled until then or dropped, since nothing else makes it go on.
 pub struct ToCompletion<F>(Option<Pin<Box<F>>>)
 where
     F: Future<Output: Send> + Send + 'static;

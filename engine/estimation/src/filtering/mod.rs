@@ -120,8 +120,8 @@ fn finds_peaks(filter: &Filter) -> bool {
     matches!(filter, Filter::Hampel(_))
 }
 
-/// Returns the warnings of a fit of the heights before smoothing that smoothing misleads: a low-pass
-/// filter spreads a gross error over its neighbours and leaves their noise correlated.
+/// Returns the warnings of a fit of the heights before smoothing that smoothing misleads: a
+/// low-pass filter spreads a gross error over its neighbours and leaves their noise correlated.
 fn checks_before_smoothing(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<Vec<Warning>, FitError> {
     if spec.estimator != Estimator::LeastSquares {
         return Ok(Vec::new());
