@@ -237,9 +237,9 @@ impl Db {
         }
     }
 
-    /// Executes statements of which none needs the rows of another and none names its values. SQLite
-    /// takes a few short ones in one text, which saves the way to its thread and back; of longer
-    /// ones there would be too many different texts to keep prepared.
+    /// Executes statements of which none needs the rows of another and none names its values.
+    /// SQLite takes a few short ones in one text, which saves the way to its thread and back; of
+    /// longer ones there would be too many different texts to keep prepared.
     pub async fn run_together(&mut self, statements: Vec<Ready<'_>>) -> Result<(), sqlx::Error> {
         let values: usize = statements.iter().map(|(_, args)| args.len()).sum();
         let statements = match self {
