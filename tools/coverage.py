@@ -212,7 +212,7 @@ def pitches(server, rng, draws):
                 "pitch_limits": {"single_pitch_um": [-1000, 6]},
                 "standard_uncertainty_um": {"single_pitch": 1},
             }
-            made[server.post("/v1/gears/pitch", body)["left"]["single_pitch_conformity"]["outcome"]] += 1
+            made[server.post("/v1/gears/pitch", body)["left"]["single_pitch_conformity"]["verdict"]] += 1
         print(f"| {count} | {made['conforms'] / draws:.3f} | {made['does_not_conform'] / draws:.3f} |", flush=True)
 
 

@@ -68,7 +68,7 @@ mod tests {
     fn a_value_that_is_no_number_is_left_out() {
         assert_eq!(fields(&Warning::NoDegreesOfFreedom), None);
         assert_eq!(fields(&Warning::WorseThanLeastSquares { factor: f64::INFINITY }), None);
-        let found = Warning::NormLimitBelowEstimate { limit: 2.5, norm: f64::INFINITY };
-        assert_eq!(fields(&found).map(Value::from), Some(json!({"limit": 2.5})));
+        let found = Warning::NormLimitContradicted { limit: 2.5, norm: f64::INFINITY, p: 0.001 };
+        assert_eq!(fields(&found).map(Value::from), Some(json!({"limit": 2.5, "p": 0.001})));
     }
 }

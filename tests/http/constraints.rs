@@ -41,9 +41,12 @@ async fn a_flank_rises_and_bends_as_told() {
     let body = app.fit(&limited.to_string()).await.json();
     assert_eq!(body["coefficients"][0]["interval_kind"], "bias_aware", "{body}");
     let warnings = body["warnings"].as_array().unwrap();
-    let below = warnings.iter().find(|w| w["code"] == "norm_limit_below_estimate").unwrap();
+    let below = warnings.iter().find(|w| w["code"] == "norm_limit_contradicted").unwrap();
     let message = below["message"].as_str().unwrap();
-    assert!(message.starts_with("coefficient_norm_limit 1e-300 is below") && message.len() < 300, "{message}");
+    assert!(
+        message.starts_with("the nodes contradict coefficient_norm_limit 1e-300: ") && message.len() < 300,
+        "{message}"
+    );
     assert!(message.contains("bias-aware intervals and bands do not hold"), "{message}");
 
     // the returned surface meets the constraints everywhere

@@ -212,7 +212,7 @@ async fn figures_of_flanks_take_them_and_shapes_do_not() {
         assert_eq!(answer.status, 422, "{}", answer.text);
         assert_eq!(answer.json()["errors"][0]["pointer"], pointer, "{}", answer.text);
     };
-    flank["errors"] = json!({"type": "ar1"});
+    flank["errors"] = json!({"type": "matern", "along": "both"});
     refused("/v1/gears/flank-surface", &flank, "/errors/along").await;
     flank.as_object_mut().unwrap().remove("errors");
     flank["variance"] = json!({"power_of": "u"});

@@ -17,12 +17,12 @@ use oracle::{checked::Checked, random::Random};
 
 type Draw<'a> = &'a dyn Fn(&Checked, &mut Random) -> Result<Nodes, FitError>;
 
-/// Share of fits with each warning, and with any.
+/// Share of fits with each warning, with any, and with doubtful intervals.
 fn rates(design: &Checked, spec: &FitSpec, draws: usize, draw: Draw) -> Result<String, FitError> {
     let codes =
         ["correlated_residuals", "uneven_variance", "lack_of_fit", "clustered_low_weights", "outliers_suspected"];
     let (plans, mut random) = (Plans::default(), Random::new(20_261));
-    let (mut any, mut each) = (0, BTreeMap::new());
+    let (mut any, mut doubtful, mut each) = (0, 0, BTreeMap::new());
     for _ in 0..draws {
         let found = fit_remembering(&draw(design, &mut random)?, spec, &plans)?;
         let mut warned: Vec<&str> = found.warnings.iter().map(|warning| warning.code()).collect();
@@ -30,13 +30,14 @@ fn rates(design: &Checked, spec: &FitSpec, draws: usize, draw: Draw) -> Result<S
         warned.sort_unstable();
         warned.dedup();
         any += usize::from(!warned.is_empty());
+        doubtful += usize::from(!found.doubts().is_empty());
         for code in warned {
             *each.entry(code).or_insert(0) += 1;
         }
     }
     let share = |count: usize| format!("{:.3}", count as f64 / draws as f64);
     let each = codes.map(|code| share(each.get(code).copied().unwrap_or(0)));
-    Ok(format!("**{}** | {}", share(any), each.join(" | ")))
+    Ok(format!("**{}** | {} | {}", share(any), share(doubtful), each.join(" | ")))
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -49,8 +50,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
         Ok::<(), FitError>(())
     };
-    println!("| design | fit | any | correlated | uneven | lack | clustered | gross |");
-    println!("|---|---|---|---|---|---|---|---|");
+    println!("| design | fit | any | doubtful | correlated | uneven | lack | clustered | gross |");
+    println!("|---|---|---|---|---|---|---|---|---|");
     let m = |loss| Estimator::M(MEstimator::new(loss));
     let estimators = [
         ("least squares", Estimator::LeastSquares),

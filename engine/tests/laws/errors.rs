@@ -207,11 +207,12 @@ fn what_does_not_go_together_is_refused() {
         assert!(faults.to_string().starts_with(told), "{faults}");
     };
     let ar1 = Correlation::Ar1 { rho: Some(0.5) };
-    refused(
-        &grid,
-        &correlated(ar1, Along::Order),
-        "errors.along: the nodes of a grid lie on lines along u and along v",
-    );
+    let matern = Correlation::Matern { parameters: None };
+    refused(&grid, &correlated(matern, Along::Both), "errors.along: errors along both axes are autoregressions");
+    let mut z = random.normals(20);
+    z[3] = f64::NAN;
+    let holed = Nodes::grid(axis(4), axis(5), z, None, None).unwrap();
+    refused(&holed, &correlated(ar1, Along::Both), "errors.along: errors along both axes need every node");
     refused(&curve, &correlated(ar1, Along::V), "errors.along: only nodes of a grid lie on lines along v");
     let walk = Correlation::Ar1 { rho: Some(1.0) };
     refused(&curve, &correlated(walk, Along::Order), "errors.parameters.rho: 1 is not a correlation");

@@ -3,7 +3,7 @@
 use flankfit_engine::{
     estimation::{
         FitError, FitSpec,
-        inference::ConformityOutcome,
+        inference::ConformityVerdict,
         spec::{Along, Correlation, Errors, Model, Regularization, Variance},
     },
     gear::{
@@ -84,7 +84,7 @@ fn figures_and_decisions_take_the_model_of_the_errors() {
                 *hits += usize::from(low <= 0.0 && 0.0 <= high);
             }
             let slope = found.helix_slope.inference.and_then(|one| one.conformity).expect("there is a limit");
-            conforming += usize::from(slope.outcome == ConformityOutcome::Conforms);
+            conforming += usize::from(slope.verdict == ConformityVerdict::Conforms);
         }
         let share = |count: usize| count as f64 / draws as f64;
         (hits.map(share), share(conforming))

@@ -269,7 +269,7 @@ fn bounds_are_of_the_size_of_settings_and_the_default_does_not_warn_against_itse
         let codes = |s: &Solution| {
             s.fit.warnings.iter().map(|w| w.code()).chain(s.warnings.iter().map(|w| w.code())).collect::<Vec<_>>()
         };
-        for code in ["worse_than_least_squares", "norm_limit_below_estimate"] {
+        for code in ["worse_than_least_squares", "norm_limit_contradicted"] {
             assert!(!codes(&own).contains(&code), "{seed}: {:?}", codes(&own));
         }
         // limits of all settings say how far they may have to go

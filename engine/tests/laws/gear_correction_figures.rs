@@ -3,7 +3,7 @@
 use flankfit_engine::{
     estimation::{
         FitSpec,
-        inference::{ConformityOutcome, Inferred},
+        inference::{ConformityVerdict, Inferred},
         spec::Model,
     },
     gear::{
@@ -105,7 +105,7 @@ fn intervals_of_figures_and_of_their_changes_hold() {
 
 /// A figure of a fit whose interval is about another estimate, as of a regularised one.
 fn of_fit(value: f64, about: f64) -> EstimatedFigure {
-    let about = Inferred { value: about, std_error: 0.1, bias_bound: 0.0, student: Student::NORMAL };
+    let about = Inferred { value: about, std_error: 0.1, ..Inferred::default() };
     EstimatedFigure {
         value,
         std_error: Some(0.2),
@@ -132,8 +132,8 @@ fn a_held_figure_is_that_of_the_fit_and_moves_from_there() {
     assert_eq!((one.measured, one.target), (of_fit(0.33, 0.36), 0.0));
     assert!((one.after(&[0.1]) - 0.13).abs() < 1e-15);
     // (0.5 − 0.36)/0.1 = 1.4 standard errors are too few, (0.5 − 0.16)/0.1 = 3.4 are enough
-    let decided = |value: f64| one.conformity(value).unwrap().outcome;
-    assert_eq!((decided(0.33), decided(0.13)), (ConformityOutcome::CannotBeTold, ConformityOutcome::Conforms));
+    let decided = |value: f64| one.conformity(value).unwrap().verdict;
+    assert_eq!((decided(0.33), decided(0.13)), (ConformityVerdict::CannotBeTold, ConformityVerdict::Conforms));
     // of several teeth their mean, with the error of the mean over the nodes
     let mean = held.clone().by_fits(&[of_fit(0.3, 0.3), of_fit(0.4, 0.4)]);
     assert!((mean.measured.value - 0.35).abs() < 1e-15 && mean.measured.std_error == held.measured.std_error);

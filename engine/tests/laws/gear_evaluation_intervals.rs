@@ -3,7 +3,7 @@
 use flankfit_engine::{
     estimation::{
         FitSpec,
-        inference::ConformityOutcome,
+        inference::ConformityVerdict,
         result::IntervalKind,
         spec::{Model, Regularization},
     },
@@ -146,7 +146,7 @@ fn decisions(slope: f64, limits: ToleranceLimits) -> [f64; 3] {
         let found = evaluated(&noisy(&clean, 1.0, &mut random), &asked).traces.remove(0);
         let conformity = found.slope_conformity.unwrap();
         assert_eq!(conformity.probability[0], conformity.probability[1]);
-        made[conformity.outcome as usize] += 1;
+        made[conformity.verdict as usize] += 1;
     }
     made.map(|made| made as f64 / RUNS as f64)
 }
@@ -155,7 +155,7 @@ fn decisions(slope: f64, limits: ToleranceLimits) -> [f64; 3] {
 #[test]
 fn a_part_at_its_limit_is_rarely_told_to_conform() {
     let told = ToleranceLimits { helix_slope_um: Some([-50.0, 6.0]), ..ToleranceLimits::default() };
-    let order = [ConformityOutcome::Conforms, ConformityOutcome::DoesNotConform, ConformityOutcome::CannotBeTold];
+    let order = [ConformityVerdict::Conforms, ConformityVerdict::DoesNotConform, ConformityVerdict::CannotBeTold];
     assert_eq!(order.map(|outcome| outcome as usize), [0, 1, 2]);
     let [conforms, not, open] = decisions(6.0, told);
     assert!((0.02..=0.071).contains(&conforms) && (0.02..=0.071).contains(&not), "{conforms} {not} {open}");
@@ -249,7 +249,7 @@ fn decisions_on_biased_figures_are_no_bolder() {
         let found = fitted(&measured, &asked).twist.inference.unwrap().conformity.unwrap();
         assert!(found.probability[0] <= found.probability[1]);
         apart += usize::from(found.probability[0] < found.probability[1]);
-        conforms += usize::from(found.outcome == ConformityOutcome::Conforms);
+        conforms += usize::from(found.verdict == ConformityVerdict::Conforms);
     }
     assert!(apart > RUNS / 2 && conforms as f64 <= 0.07 * RUNS as f64, "{apart} {conforms}");
 }

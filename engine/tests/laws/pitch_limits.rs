@@ -1,7 +1,7 @@
 //! Limits of pitch deviations and run-out, by hand.
 
 use flankfit_engine::{
-    estimation::inference::ConformityOutcome,
+    estimation::inference::ConformityVerdict,
     gear::{
         Gear, GearData, Side,
         evaluation::{
@@ -77,14 +77,14 @@ fn decisions_take_the_uncertainty_that_is_told() {
     let told = |high: f64| PitchLimits { single_pitch_um: Some([-100.0, high]), ..PitchLimits::default() };
     let decided = |high: f64| single(told(high), &measured(pair()), Some(1.0)).conformity.unwrap();
     assert!((decided(8.0).probability[0] - 0.841_344_746).abs() < 1e-8);
-    assert_eq!(decided(8.0).outcome, ConformityOutcome::CannotBeTold);
-    assert_eq!(decided(9.0).outcome, ConformityOutcome::Conforms);
-    assert_eq!(decided(5.0).outcome, ConformityOutcome::DoesNotConform);
+    assert_eq!(decided(8.0).verdict, ConformityVerdict::CannotBeTold);
+    assert_eq!(decided(9.0).verdict, ConformityVerdict::Conforms);
+    assert_eq!(decided(5.0).verdict, ConformityVerdict::DoesNotConform);
     // a range near 0 is not thought to lie below it
     let tiny = PitchLimits { cumulative_pitch_um: Some([0.0, 20.0]), ..PitchLimits::default() };
     let found = tiny.cumulative_pitch(&measured(vec![0.0; 50]), None, Rounding::Unrounded, Some(2.0)).unwrap();
     let conformity = found.conformity.unwrap();
-    assert_eq!((conformity.outcome, conformity.limits), (ConformityOutcome::Conforms, [0.0, 20.0]));
+    assert_eq!((conformity.verdict, conformity.limits), (ConformityVerdict::Conforms, [0.0, 20.0]));
     assert!(conformity.probability[0] > 0.999_999);
 }
 

@@ -5,7 +5,7 @@ use crate::{
     problems::fit,
 };
 use flankfit_engine::estimation::{
-    FitSpec, Nodes, Plans, fit_remembering,
+    FitResult, FitSpec, Nodes, Plans, fit_remembering,
     result::{LargerErrors, MissingShape, ResidualWarning, Warning},
     spec::{
         Along, Correlation, Degree, Errors, Estimator, Loss, MEstimator, Model, PolynomialBasis, Regularization, Terms,
@@ -235,5 +235,69 @@ fn the_checks_are_those_of_least_squares() {
     let plans = Plans::default();
     for _ in 0..2 {
         assert_eq!(fit_remembering(&nodes, &b.spec, &plans).unwrap(), fit(&nodes, &b.spec));
+    }
+}
+
+/// Codes of the reasons to doubt the intervals of a fit, from the first coefficient.
+fn doubts(found: &FitResult) -> Vec<&'static str> {
+    found.coefficients[0].interval.unwrap().about.doubts.codes().collect()
+}
+
+/// One check below 0.001, or two below 0.01: of 1,000 clean fits of each design 6 are expected,
+/// more than 16 in one of 3,000 runs.
+#[test]
+fn clean_fits_are_seldom_doubtful() {
+    for design in Checked::all() {
+        let plans = Plans::default();
+        let doubted = count(1_000, 41, |random| {
+            !doubts(&fit_remembering(&design.white(random).unwrap(), &design.spec, &plans).unwrap()).is_empty()
+        });
+        assert!(doubted <= 16, "{}: {doubted}", design.name);
+    }
+}
+
+#[test]
+fn contradicted_assumptions_are_reasons_to_doubt() {
+    let [a, b, c, _] = Checked::all();
+    let relief = |random: &mut Random| doubts(&fit(&c.relieved(random, 15.0, 10.0).unwrap(), &c.spec));
+    assert!(count(100, 42, |random| relief(random).contains(&"lack_of_fit")) >= 99);
+    let rough = |random: &mut Random| doubts(&fit(&b.rough_borders(random, 3.5).unwrap(), &b.spec));
+    assert!(count(100, 43, |random| rough(random).contains(&"uneven_variance")) >= 90);
+    // a single check between 0.001 and 0.01 warns, but is no reason
+    let mut random = Random::new(44);
+    let alone = (0..4_000).find_map(|_| {
+        let found = fit(&a.white(&mut random).unwrap(), &a.spec);
+        let warned = found.warnings.len() == 1 && matches!(found.warnings[0], Warning::Residuals { .. });
+        (warned && found.warnings[0].code() == "correlated_residuals" && doubts(&found).is_empty()).then_some(())
+    });
+    assert!(alone.is_some());
+}
+
+/// A model of the errors that the residuals bear out leaves no doubt.
+#[test]
+fn a_direction_that_is_left_out_is_found() {
+    let [_, b, ..] = Checked::all();
+    let errors = Some(Errors { correlation: Correlation::Ar1 { rho: None }, along: Along::Order, lines: None });
+    let spec = FitSpec { errors, ..b.spec.clone() };
+    let mut random = Random::new(45);
+    type Draw<'a> = &'a dyn Fn(&mut Random) -> Nodes;
+    let cases: [(Along, Draw); 3] = [
+        (Along::U, &|random| b.correlated(random, 0.6, true).unwrap()),
+        (Along::V, &|random| b.correlated(random, 0.6, false).unwrap()),
+        (Along::Both, &|random| b.correlated_both(random, [0.5, 0.5]).unwrap()),
+    ];
+    for (along, draw) in cases {
+        let (mut chosen, mut held, mut all) = (0, 0, 0);
+        for _ in 0..60 {
+            let found = fit(&draw(&mut random), &spec);
+            chosen += usize::from(found.errors.as_ref().unwrap().along == along);
+            for coefficient in &found.coefficients {
+                let [low, high] = coefficient.interval.unwrap().ends;
+                held += usize::from(low <= 0.0 && 0.0 <= high);
+                all += 1;
+            }
+        }
+        let coverage = held as f64 / all as f64;
+        assert!(chosen >= 55 && coverage > 0.91, "{along:?}: {chosen} of 60, {coverage}");
     }
 }

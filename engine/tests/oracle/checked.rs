@@ -62,6 +62,18 @@ impl Checked {
         self.nodes(|i, j| if along_u { errors[j][i] } else { errors[i][j] })
     }
 
+    /// ρ between neighbours along u and another along v.
+    pub fn correlated_both(&self, random: &mut Random, [along_u, along_v]: [f64; 2]) -> Result<Nodes, FitError> {
+        let rows: Vec<Vec<f64>> = (0..self.u.len()).map(|_| random.autoregression(self.v.len(), along_v)).collect();
+        let mut errors = rows.clone();
+        for i in 1..rows.len() {
+            for (j, own) in rows[i].iter().enumerate() {
+                errors[i][j] = along_u * errors[i - 1][j] + (1.0 - along_u * along_u).sqrt() * own;
+            }
+        }
+        self.nodes(|i, j| errors[i][j])
+    }
+
     /// σ times `factor` on the first and last row.
     pub fn rough_borders(&self, random: &mut Random, factor: f64) -> Result<Nodes, FitError> {
         let last = self.u.len() - 1;

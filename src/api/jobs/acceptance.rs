@@ -14,7 +14,7 @@ use crate::{
     },
     jobs::{Job, Measurand},
 };
-use flankfit_engine::estimation::inference::ConformityOutcome;
+use flankfit_engine::estimation::inference::ConformityVerdict;
 
 /// Code of the warning of a fit with suspected gross errors.
 const OUTLIERS_SUSPECTED: &str = "outliers_suspected";
@@ -72,7 +72,7 @@ pub fn objections(kept: Kept<'_>) -> Result<Vec<String>, serde_json::Error> {
                 continue;
             };
             let (value, conformity) = conformity;
-            if conformity.outcome == ConformityOutcome::DoesNotConform {
+            if conformity.verdict == ConformityVerdict::DoesNotConform {
                 let [low, high] = conformity.limits;
                 let outside = (low - value).max(value - high);
                 all.push(format!("{name}_um is outside its limits {low:.2} … {high:.2} µm by {outside:.2} µm"));
@@ -86,7 +86,7 @@ pub fn objections(kept: Kept<'_>) -> Result<Vec<String>, serde_json::Error> {
     if result.warnings.iter().any(|warning| warning.code == OUTLIERS_SUSPECTED) {
         all.push("some of its nodes are suspected of gross errors".to_owned());
     }
-    let told = serde_json::to_string(&ConformityOutcome::DoesNotConform)?;
+    let told = serde_json::to_string(&ConformityVerdict::DoesNotConform)?;
     for (what, result) in [("evaluation", kept.evaluation), ("pitches", kept.pitch)] {
         if result.is_some_and(|result| result.contains(&told)) {
             all.push(format!("a figure of its {what} does not conform"));

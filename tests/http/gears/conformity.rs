@@ -34,9 +34,9 @@ async fn figures_of_a_surface_have_intervals_and_conform() {
     });
     let told = taken(&app, "/v1/gears/flank-surface", &request).await;
     let slope = &told["profile_slope_um"]["conformity"];
-    assert_eq!(slope["outcome"], "conforms");
+    assert_eq!(slope["verdict"], "conforms");
     assert!(number(&slope["probability"][0]) > 0.999);
-    assert_eq!(told["twist_um"]["conformity"]["outcome"], "does_not_conform");
+    assert_eq!(told["twist_um"]["conformity"]["verdict"], "does_not_conform");
     // f_HβT of class 5
     let helix = &told["helix_slope_um"]["conformity"]["limits_um"];
     assert!(number(&helix[0]) == -number(&helix[1]) && number(&helix[1]) > 1.0);
@@ -56,7 +56,7 @@ async fn a_limit_may_have_one_side() {
         request["tolerance_limits"] = json!({"profile_slope_um": limits});
         let found = taken(&app, "/v1/gears/flank-surface", &request).await;
         let conformity = &found["profile_slope_um"]["conformity"];
-        assert_eq!(conformity["outcome"], decision, "{conformity}");
+        assert_eq!(conformity["verdict"], decision, "{conformity}");
         assert!((0.0..=1.0).contains(&number(&conformity["probability"][0])), "{conformity}");
     }
 }
@@ -78,8 +78,8 @@ async fn what_lies_in_the_middle_of_narrow_limits_is_not_refused() {
     let found = decided(0.0).await;
     assert_eq!(found["within"], true);
     assert!(number(&found["conformity"]["probability"][1]) < 0.01, "{found}");
-    assert_eq!(found["conformity"]["outcome"], "cannot_be_told");
-    assert_eq!(decided(2e4 * half).await["conformity"]["outcome"], "does_not_conform");
+    assert_eq!(found["conformity"]["verdict"], "cannot_be_told");
+    assert_eq!(decided(2e4 * half).await["conformity"]["verdict"], "does_not_conform");
 }
 
 /// If few nodes cover the range inside the border, nothing conforms.
@@ -100,7 +100,7 @@ async fn a_range_that_the_nodes_do_not_cover_is_told() {
         assert!(cut[name].get("conformity").is_none() && cut[name].get("within").is_none(), "{cut}");
     }
     // along z nothing is cut off
-    assert_eq!(cut["helix_slope_um"]["conformity"]["outcome"], "conforms");
+    assert_eq!(cut["helix_slope_um"]["conformity"]["verdict"], "conforms");
 }
 
 #[tokio::test]
@@ -129,7 +129,7 @@ async fn figures_of_traces_have_intervals_and_conform() {
             let slope = number(&trace["slope_um"]);
             assert!(number(&interval[0]) < slope && slope < number(&interval[1]));
         }
-        decided += usize::from(trace.get("slope_conformity").is_some_and(|c| c["outcome"] == "conforms"));
+        decided += usize::from(trace.get("slope_conformity").is_some_and(|c| c["verdict"] == "conforms"));
         // the greatest of many deviations has no interval
         assert!(trace.get("form_interval_um").is_none());
     }

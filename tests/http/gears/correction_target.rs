@@ -88,14 +88,17 @@ async fn what_is_within_its_limits_stays() {
         assert!(["within_limits", "not_distinguishable"].contains(&of["left"].as_str().unwrap()), "{of}");
         let of = figure(&made, figure_name);
         close(of["predicted"].as_f64().unwrap(), value, 0.3);
-        assert_eq!((&of["conformity_before"], &of["conformity_predicted"]), (&json!("conforms"), &json!("conforms")));
+        assert_eq!(
+            (&of["conformity_before"]["verdict"], &of["conformity_predicted"]["verdict"]),
+            (&json!("conforms"), &json!("conforms"))
+        );
     }
     close(figure(&made, "profile_crowning_um")["target"].as_f64().unwrap(), 4.0, 1e-9);
     for (name, figure_name) in [("profile_angle", "profile_slope_um"), ("helix_angle", "helix_slope_um")] {
         assert!(setting(&made, name)["change"].as_f64().unwrap() != 0.0 && setting(&made, name).get("left").is_none());
         let of = figure(&made, figure_name);
-        assert_eq!(of["conformity_before"], "does_not_conform", "{of}");
-        assert_eq!(of["conformity_predicted"], "conforms", "{of}");
+        assert_eq!(of["conformity_before"]["verdict"], "does_not_conform", "{of}");
+        assert_eq!(of["conformity_predicted"]["verdict"], "conforms", "{of}");
         assert!(of["std_error"].as_f64().unwrap() > 0.0 && of["predicted"].as_f64().unwrap().abs() < 0.5, "{of}");
     }
     assert!(!warned(&made, "predicted_outside_limits") && !warned(&made, "target_removes_crowning"));

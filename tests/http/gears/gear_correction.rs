@@ -118,7 +118,7 @@ async fn both_flanks_are_corrected_by_the_mean_over_their_teeth() {
     for side in ["left", "right"] {
         let figure = &correction["figures"][side]["helix_slope_um"];
         assert_eq!(figure["limits"], json!([-8.0, 8.0]));
-        assert!(figure["conformity_before"].is_string() && figure["conformity_predicted"].is_string(), "{figure}");
+        assert!(figure["conformity_before"].is_object() && figure["conformity_predicted"].is_object(), "{figure}");
         assert!(number(&figure["predicted"]).abs() < 1.0 && number(&figure["before"]).abs() > 15.0, "{figure}");
     }
 
@@ -416,15 +416,18 @@ async fn a_correction_of_one_flank_says_what_it_does_to_the_other() {
     let other = &both["other_flank"];
     assert_eq!((&other["iteration"], other.get("not_predicted")), (&json!(2), None));
     let figure = &other["figures"]["helix_slope_um"];
-    assert_eq!((&figure["limits"], &figure["conformity_before"]), (&json!([-8.0, 8.0]), &json!("does_not_conform")));
+    assert_eq!(
+        (&figure["limits"], &figure["conformity_before"]["verdict"]),
+        (&json!([-8.0, 8.0]), &json!("does_not_conform"))
+    );
     // the helix angle acts on both, and the right flank has the same error
-    assert_eq!(figure["conformity_predicted"], "conforms", "{figure}");
+    assert_eq!(figure["conformity_predicted"]["verdict"], "conforms", "{figure}");
     // a helix error that only the right flank has
     measure(&app, &job, "right", "1", &|u, v| 0.3 * (u + v).sin()).await;
     let worse = corrected(&app, &path, &asked()).await;
     let figure = &worse["other_flank"]["figures"]["helix_slope_um"];
     assert_eq!(
-        (&worse["other_flank"]["iteration"], &figure["conformity_predicted"]),
+        (&worse["other_flank"]["iteration"], &figure["conformity_predicted"]["verdict"]),
         (&json!(3), &json!("does_not_conform"))
     );
     app.stop().await;

@@ -128,7 +128,7 @@ async fn figures_wait_for_the_gear() {
     assert_eq!(patched(&app, &place, &json!({"decision": "accepted"})).await.pointers(), ["/decision"]);
     ok(&app, &job, &json!({"gear": spur()})).await;
     let told = ok(&app, &place, &json!({"decision": "accepted"})).await;
-    assert_eq!(chosen(&told)["figures"]["profile_slope_um"]["conformity"]["outcome"], "conforms");
+    assert_eq!(chosen(&told)["figures"]["profile_slope_um"]["conformity"]["verdict"], "conforms");
     app.stop().await;
 }
 
@@ -155,7 +155,7 @@ async fn implausible_units_are_settled_before_anything_conforms() {
     // correcting the unit resolves it
     let mended = ok(&app, &place, &json!({"axes": {"z": {"quantity": "deviation", "unit": "mm"}}})).await;
     assert_eq!(codes(&chosen(&mended)["figures"]), Vec::<&str>::new());
-    assert_eq!(chosen(&mended)["figures"]["profile_slope_um"]["conformity"]["outcome"], "conforms");
+    assert_eq!(chosen(&mended)["figures"]["profile_slope_um"]["conformity"]["verdict"], "conforms");
     assert_eq!(send(app.post(&format!("{place}/correction"), correction.clone())).await.status, 201);
 
     // so does confirming the unit, later or with the iteration

@@ -65,7 +65,7 @@ async fn a_correction_has_the_figures_of_the_chosen_fit() {
         let (figure, of_page) = (&made["figures"]["left"][&name], &shown[&name]);
         assert_eq!(figure["before"], of_page["value"], "{name}");
         assert_eq!(figure["std_error"], of_page["std_error"], "{name}");
-        assert_eq!(figure.get("conformity_before"), of_page["conformity"].get("outcome"), "{name}");
+        assert_eq!(figure.get("conformity_before"), of_page.get("conformity"), "{name}");
         let change = |figure: &Value| number(&figure["predicted"]) - number(&figure["before"]);
         assert!((change(figure) - change(&linear["figures"]["left"][&name])).abs() < 1e-9, "{name}: {figure}");
     }
@@ -183,7 +183,7 @@ async fn figures_are_the_same_over_diameters_and_roll_lengths() {
                 let [a, b] = [other, &found[0]].map(|figures| number(&figures[&name][part]));
                 assert!((a - b).abs() < 1e-6, "{name} {part}: {a} {b}");
             }
-            let conformity = |figures: &Value| figures[&name]["conformity"]["outcome"].clone();
+            let conformity = |figures: &Value| figures[&name]["conformity"]["verdict"].clone();
             assert_eq!(conformity(other), conformity(&found[0]), "{name}");
         }
         assert_eq!(other["warnings"], json!([]));
@@ -234,7 +234,7 @@ async fn ranges_that_are_not_covered_are_named() {
     }
     // 15 / 5.2 times the interval over the nodes
     let extended = &figures["helix_slope_um"];
-    assert!(extended["conformity"]["outcome"].is_string(), "{figures}");
+    assert!(extended["conformity"]["verdict"].is_string(), "{figures}");
     let [low, high] = [0, 1].map(|end| number(&extended["interval"][end]));
     assert!(high - low > 15.0 / 5.2 * 0.3, "{extended}");
 

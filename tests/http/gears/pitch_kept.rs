@@ -119,7 +119,7 @@ async fn the_example_with_limits_is_decided() {
     let left = kept.json()["result"]["left"].clone();
     assert_eq!(left["single_pitch_limits_um"], json!([-1.5, 1.5]));
     for figure in ["single_pitch", "cumulative_pitch"] {
-        assert_eq!(left[format!("{figure}_conformity")]["outcome"], json!("conforms"), "{left}");
+        assert_eq!(left[format!("{figure}_conformity")]["verdict"], json!("conforms"), "{left}");
     }
     app.stop().await;
 }
@@ -355,8 +355,8 @@ async fn pitches_are_held_against_what_the_job_requires_and_keep_it() {
     own["pitch_limits"] = json!({"runout_um": [0.0, 8.5], "single_pitch_um": [-50.0, 50.0]});
     own["standard_uncertainty_um"] = json!({"runout": 0.8, "single_pitch": 0.5});
     let result = kept(&app, &job, &own).await.json()["result"].clone();
-    assert_eq!(result["runout"]["conformity"]["outcome"], "cannot_be_told", "{}", result["runout"]);
-    assert_eq!(result["left"]["single_pitch_conformity"]["outcome"], "conforms");
+    assert_eq!(result["runout"]["conformity"]["verdict"], "cannot_be_told", "{}", result["runout"]);
+    assert_eq!(result["left"]["single_pitch_conformity"]["verdict"], "conforms");
     assert_eq!(result["left"].get("cumulative_pitch_within"), None);
     let cleared = json!({"clear": ["requirements"]});
     assert_eq!(send(app.client.patch(app.url(&job)).json(&cleared)).await.status, 200);

@@ -59,8 +59,8 @@ async fn evaluations_are_held_against_what_the_job_requires_and_keep_it() {
     let [left, right] = [&result["traces"][0], &result["traces"][1]];
     assert!((number(&left["slope_um"]) - 4.0).abs() < 0.1 && (number(&right["slope_um"]) + 4.0).abs() < 0.1);
     assert_eq!((&left["slope_within"], &right["slope_within"]), (&json!(true), &json!(false)));
-    assert_eq!(left["slope_conformity"]["outcome"], "conforms");
-    assert_eq!(right["slope_conformity"]["outcome"], "does_not_conform");
+    assert_eq!(left["slope_conformity"]["verdict"], "conforms");
+    assert_eq!(right["slope_conformity"]["verdict"], "does_not_conform");
     assert_eq!((&left["crowning_within"], &left["form_within"]), (&json!(true), &json!(false)));
     // the total deviation has that of the class
     let tolerances = taken(&app, "/v1/gears/tolerances", &json!({"gear": spur(), "class": 5})).await;

@@ -301,8 +301,8 @@ export function outsideOf({ figures }) {
   return outside.map(([, symbol]) => symbol.replace("_", ""));
 }
 
-/** A value with its conformity outcome. @param {Children} value @param {TargetFigure["conformity_before"]} outcome */
-const decided = (value, outcome) => html`${value} ${h(Decided, { outcome })}`;
+/** A value with its conformity. @param {Children} value @param {TargetFigure["conformity_before"]} conformity */
+const decided = (value, conformity) => html`${value} ${h(Decided, { conformity })}`;
 
 /** @param {{ kept: Correction, csvName?: string | undefined, of?: string }} props `of`: the flank, where there are several */
 export function Figures({ kept, csvName, of }) {

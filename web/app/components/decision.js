@@ -123,8 +123,8 @@ function Ask({ asked, iteration, etag, put, reload, onClose }) {
 function objectionsOf(iteration) {
   const figures = iteration.fits.find(({ chosen }) => chosen)?.figures;
   const outside = toldFigures(figures).flatMap(({ symbol, figure }) => {
-    const { outcome, limits_um: [low = 0, high = 0] = [] } = figure.conformity ?? {};
-    if (outcome !== "does_not_conform") return [];
+    const { verdict, limits_um: [low = 0, high = 0] = [] } = figure.conformity ?? {};
+    if (verdict !== "does_not_conform") return [];
     const by = fmt.value.um(Math.max(low - figure.value, figure.value - high));
     return [t.outside(symbol.replace("_", "\u202f"), by)];
   });

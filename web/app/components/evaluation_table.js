@@ -5,8 +5,8 @@ import { fmt } from "../i18n/i18n.js";
 import { ABSENT } from "../lib/format.js";
 import { h, html } from "../../vendor/ui.js";
 import { WithError } from "./figure.js";
-import { Conforms, limitText } from "./flank_figures.js";
-import { Decided, Within } from "./within.js";
+import { limitText } from "./flank_figures.js";
+import { Conforms, Decided, verdictText, Within } from "./within.js";
 import { GearSymbol } from "./symbol.js";
 import { table } from "./table.js";
 
@@ -116,17 +116,14 @@ export function EvaluationTable({ kind, evaluation, tolerances, csvName, brief =
           ? ABSENT
           : told.map(
               ([key, conformity]) =>
-                html`<span key=${key} class="conformity">${h(GearSymbol, { name: symbols[key] })} ${h(brief ? Decided : Conforms, { outcome: conformity?.outcome })}</span>`,
+                html`<span key=${key} class="conformity">${h(GearSymbol, { name: symbols[key] })} ${h(brief ? Decided : Conforms, { conformity })}</span>`,
             );
       },
     },
     ...ESTIMATED.map((key) => ({
       key: `${key}-conformity`,
       header: t.conformityOf(symbols[key].replace("_", " ")),
-      csv: (/** @type {Row} */ { trace }) => {
-        const outcome = trace?.[`${key}_conformity`]?.outcome;
-        return outcome && t[outcome];
-      },
+      csv: (/** @type {Row} */ { trace }) => verdictText(trace?.[`${key}_conformity`]),
     })),
     {
       key: "band",

@@ -5,9 +5,7 @@ import { t } from "../i18n/requirements.js";
 import { h, html } from "../../vendor/ui.js";
 import { limitText, toldFigures } from "./flank_figures.js";
 import { GearSymbol } from "./symbol.js";
-import { Within } from "./within.js";
-
-const KINDS = /** @type {const} */ ({ conforms: "good", does_not_conform: "bad", cannot_be_told: "warn" });
+import { Decided, VERDICTS, verdictOf, Within } from "./within.js";
 
 /** @param {{ figures: import("../api/client.js").Schema<"FitFigures"> | undefined }} props */
 export function FigureTiles({ figures }) {
@@ -15,11 +13,11 @@ export function FigureTiles({ figures }) {
   if (rows.length === 0) return null;
   return html`<ul class="figure-tiles" aria-label=${t.figuresOfFit}>
     ${rows.map(({ name, symbol, figure: { value, std_error, within, conformity } }) => {
-      const kind = conformity ? KINDS[conformity.outcome] : within === false ? "bad" : "";
+      const kind = conformity ? VERDICTS[verdictOf(conformity).key].kind : within === false ? "bad" : "";
       return html`<li key=${name} class=${`figure-tile ${kind}`}>
         <span class="tile-name">${h(GearSymbol, { name: symbol })} <span>${t[name]}</span></span>
         <span class="tile-value"><b translate="no">${fmt.value.deviation(value, "µm", std_error)}</b>${" "}
-          <span translate="no">µm</span> ${h(Within, { within })}</span>
+          <span translate="no">µm</span> ${conformity ? h(Decided, { conformity }) : h(Within, { within })}</span>
         <span class="tile-limits">${conformity ? html`<span translate="no">${limitText(conformity.limits_um)}</span>` : t.noLimits}</span>
       </li>`;
     })}

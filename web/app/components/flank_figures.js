@@ -7,15 +7,14 @@ import { ABSENT } from "../lib/format.js";
 import { SURFACE_FIGURES } from "../lib/requirements.js";
 import { estimateOf, stripDomain } from "../lib/strip.js";
 import { h, html } from "../../vendor/ui.js";
-import { Badge, WithError } from "./figure.js";
+import { WithError } from "./figure.js";
 import { GearSymbol } from "./symbol.js";
 import { table } from "./table.js";
 import { WarningList } from "./warnings.js";
-import { Within } from "./within.js";
+import { Conforms, verdictText, Within } from "./within.js";
 
 /** @typedef {import("../api/client.js").Schema<"FitFigures">} Figures */
 /** @typedef {import("../api/client.js").Schema<"FlankFigure">} FlankFigure */
-/** @typedef {import("../api/client.js").Schema<"Conformity">} Conformity */
 /** @typedef {(typeof SURFACE_FIGURES)[number] & { figure: FlankFigure }} Row */
 
 /** @typedef {(typeof SURFACE_FIGURES)[number]["name"]} Name */
@@ -31,13 +30,6 @@ export function toldFigures(figures) {
     const figure = figureOf(figures, name);
     return figure ? [{ name, symbol, figure }] : [];
   });
-}
-
-/** @param {{ outcome: Conformity["outcome"] | undefined }} props */
-export function Conforms({ outcome }) {
-  if (!outcome) return ABSENT;
-  const kinds = /** @type {const} */ ({ conforms: "good", does_not_conform: "bad", cannot_be_told: "warn" });
-  return h(Badge, { kind: kinds[outcome], children: t[outcome] });
 }
 
 /** Limits as they were asked for. @param {readonly number[] | undefined} limits */
@@ -119,7 +111,7 @@ function columns(percent, limited) {
       cell: limited
         ? ({ figure: { conformity } }) =>
             conformity
-              ? html`${data(limitText(conformity.limits_um))}<span class="conformity">${h(Conforms, { outcome: conformity?.outcome })}</span>`
+              ? html`${data(limitText(conformity.limits_um))}<span class="conformity">${h(Conforms, { conformity })}</span>`
               : ABSENT
         : undefined,
       csv: ({ figure }) => figure.conformity?.limits_um,
@@ -133,7 +125,7 @@ function columns(percent, limited) {
     {
       key: "conformity",
       header: t.conformity,
-      csv: ({ figure: { conformity } }) => conformity && t[conformity.outcome],
+      csv: ({ figure: { conformity } }) => verdictText(conformity),
     },
   ];
 }

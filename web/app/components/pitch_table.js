@@ -5,7 +5,7 @@ import { fmt } from "../i18n/i18n.js";
 import { t as requirementText } from "../i18n/requirements.js";
 import { ABSENT } from "../lib/format.js";
 import { h, html } from "../../vendor/ui.js";
-import { Conforms, limitText } from "./flank_figures.js";
+import { limitText } from "./flank_figures.js";
 import { GearSymbol } from "./symbol.js";
 import { table } from "./table.js";
 import { Within } from "./within.js";
@@ -108,9 +108,9 @@ export function PitchTable({ pitch, tolerances, csvName, of: whose }) {
         key: "conformity",
         header: requirementText.conformity,
         cell: rows.some(({ conformity }) => conformity)
-          ? ({ conformity }) => h(Conforms, { outcome: conformity?.outcome })
+          ? ({ conformity }) => h(Conforms, { conformity })
           : undefined,
-        csv: ({ conformity }) => conformity && requirementText[conformity.outcome],
+        csv: ({ conformity }) => verdictText(conformity),
       },
     ]),
   })}${missing > 0 && html`<p class="note">${t.missing(missing)}</p>`}`;

@@ -1,7 +1,9 @@
-// Whether a value lies within its limits.
+// Whether a value lies within its limits, and whether it conforms.
 
 import { t } from "../i18n/requirements.js";
-import { html } from "../../vendor/ui.js";
+import { ABSENT } from "../lib/format.js";
+import { h, html } from "../../vendor/ui.js";
+import { Badge } from "./figure.js";
 
 /** By a sign and in words; nothing where it has none. @param {{ within: boolean | null | undefined }} props */
 export function Within({ within }) {
@@ -10,12 +12,40 @@ export function Within({ within }) {
     class="visually-hidden">${within ? t.within : t.outside}</span></b>`;
 }
 
-/** The signs of conformity decisions. */
-export const SIGNS = /** @type {const} */ ({ conforms: "✓", does_not_conform: "✗", cannot_be_told: "?" });
+/** @typedef {import("../api/client.js").Schema<"Conformity">} Conformity */
 
-/** A conformity outcome by its sign, where there is no room for words. @param {{ outcome: keyof typeof SIGNS | null | undefined }} props */
-export function Decided({ outcome }) {
-  if (!outcome) return null;
-  return html`<b class=${outcome === "does_not_conform" ? "within not" : "within"}><span aria-hidden="true" translate="no">${SIGNS[outcome]}</span><span
-    class="visually-hidden">${t[outcome]}</span></b>`;
+/** Verdicts by sign and colour; one whose assumptions are doubtful has no ✓. */
+export const VERDICTS = /** @type {const} */ ({
+  conforms: { sign: "✓", kind: "good" },
+  does_not_conform: { sign: "✗", kind: "bad" },
+  cannot_be_told: { sign: "?", kind: "warn" },
+  doubtful: { sign: "?", kind: "warn" },
+});
+
+/** The key of a verdict, and the reasons to doubt it in words. @param {Conformity} conformity */
+export function verdictOf({ verdict, assumptions, reasons }) {
+  const key = verdict === "conforms" && assumptions === "doubtful" ? "doubtful" : verdict;
+  return { key, why: reasons.map(t.because).join(", ") };
+}
+
+/** @param {Conformity | undefined} conformity */
+export function verdictText(conformity) {
+  if (!conformity) return undefined;
+  const { key, why } = verdictOf(conformity);
+  return why ? `${t[key]} (${why})` : t[key];
+}
+
+/** A verdict by its sign, where there is no room for words. @param {{ conformity: Conformity | undefined }} props */
+export function Decided({ conformity }) {
+  if (!conformity) return null;
+  const { key } = verdictOf(conformity);
+  return html`<b class=${key === "does_not_conform" ? "within not" : "within"} title=${verdictText(conformity)}><span aria-hidden="true" translate="no">${VERDICTS[key].sign}</span><span
+    class="visually-hidden">${verdictText(conformity)}</span></b>`;
+}
+
+/** A verdict in words, with the reasons to doubt it. @param {{ conformity: Conformity | undefined }} props */
+export function Conforms({ conformity }) {
+  if (!conformity) return ABSENT;
+  const { key, why } = verdictOf(conformity);
+  return html`${h(Badge, { kind: VERDICTS[key].kind, children: t[key] })}${why && html` <span class="quiet">${why}</span>`}`;
 }

@@ -2,7 +2,7 @@
 
 import { Strip, StripLegend } from "../charts/strip.js";
 import { GearSymbol } from "../components/symbol.js";
-import { Decided, SIGNS } from "../components/within.js";
+import { Decided, VERDICTS, verdictOf } from "../components/within.js";
 import { t as common } from "../i18n/common.js";
 import { fmt } from "../i18n/i18n.js";
 import { t } from "../i18n/report.js";
@@ -30,7 +30,7 @@ export function CoverFigures({ told }) {
   const whyClass = unmeasured.length > 0 ? notes.mark(t.whyClass(numbers(unmeasured))) : null;
   const listed = [...(without.length === told.length ? [] : flank), ...traces];
   const whyLimits = listed.some(({ limits }) => !limits) ? notes.mark(t.whyLimits) : null;
-  const decided = listed.some(({ cells }) => cells.at(-1)?.outcome);
+  const decided = listed.some(({ cells }) => cells.at(-1)?.conformity);
   const dense = listed.length > 9 ? " dense" : "";
   const drawn = listed.some(({ cells }) => cells.some((cell) => cell?.error));
   const changes = isPair(told) && flank.some(({ change }) => change);
@@ -39,7 +39,7 @@ export function CoverFigures({ told }) {
     ${one.cells.map((cell, i) => html`<td key=${i} class="numeric">${figure(cell, why)}</td>`)}
     ${changes && html`<td class="numeric">${one.change ? data(fmt.value.withError(one.change.value_um, one.change.std_error_um)) : ""}</td>`}
     ${drawn && html`<td>${h(Strip, { estimates: drawnOf(one), limits: one.limits && [one.limits.low, one.limits.high], unit: "µm", paper: true })}</td>`}
-    <td class="numeric">${one.limits ? limitsOf(one.limits, one.cells) : absent(whyLimits)}</td>
+    <td class="numeric">${one.limits ? limitsOf(one.limits, one.cells, notes.mark) : absent(whyLimits)}</td>
     <td class="numeric">${classesOf(one.cells)}</td>
   </tr>`;
   const fact = (/** @type {string} */ name, /** @type {(one: Told) => Children} */ of) => html`<tr key=${name}>
@@ -89,7 +89,7 @@ export function CoverFigures({ told }) {
         })}</p>`
       }
       <p>${without.length < told.length && html`${{ fits: t.ofFits, nodes: t.ofNodes, traces: t.ofTraces }[source]} `}${t.errors}${changes && html` ${t.changeAbout}`}
-        ${decided && OUTCOMES.map((one) => html` <span key=${one} class="sign"><b aria-hidden="true">${SIGNS[one]}</b> ${t[one]}</span>`)}</p>
+        ${decided && OUTCOMES.map((one) => html` <span key=${one} class="sign"><b aria-hidden="true">${VERDICTS[one].sign}</b> ${t[one]}</span>`)}</p>
     </div>
   </div>`;
 }
@@ -133,10 +133,14 @@ function figure(cell, why) {
 
 const OUTCOMES = /** @type {const} */ (["conforms", "does_not_conform", "cannot_be_told"]);
 
-/** Limits, and whether the last figure conforms. @param {import("./figures.js").Limits} limits @param {readonly (Cell | undefined)[]} cells */
-function limitsOf({ low, high }, cells) {
-  const outcome = cells.at(-1)?.outcome;
-  return html`${data(fmt.value.interval([low, high], 1))} ${h(Decided, { outcome })}`;
+/**
+ * Limits, and whether the last figure conforms.
+ * @param {import("./figures.js").Limits} limits @param {readonly (Cell | undefined)[]} cells @param {(text: string) => Children} mark
+ */
+function limitsOf({ low, high }, cells, mark) {
+  const conformity = cells.at(-1)?.conformity;
+  const { why = "" } = conformity ? verdictOf(conformity) : {};
+  return html`${data(fmt.value.interval([low, high], 1))} ${h(Decided, { conformity })}${why && mark(t.whyDoubtful(why))}`;
 }
 
 /** The classes before and after. @param {readonly (Cell | undefined)[]} cells */

@@ -3,13 +3,12 @@
 import { Strip, StripLegend } from "../charts/strip.js";
 import { EvaluationSheet } from "../components/evaluation_sheet.js";
 import { EvaluationTable, symbolsOf } from "../components/evaluation_table.js";
-import { Badge } from "../components/figure.js";
 import { GearSymbol } from "../components/symbol.js";
+import { Conforms } from "../components/within.js";
 import { t as common } from "../i18n/common.js";
 import { fmt } from "../i18n/i18n.js";
 import { t as words } from "../i18n/evaluation.js";
 import { t } from "../i18n/report.js";
-import { ABSENT } from "../lib/format.js";
 import { estimateOf } from "../lib/strip.js";
 import { Fragment, h, html } from "../../vendor/ui.js";
 
@@ -92,7 +91,6 @@ function Surfaces({ result, number }) {
     }),
   );
   if (rows.length === 0) return null;
-  const kinds = /** @type {const} */ ({ conforms: "good", does_not_conform: "bad", cannot_be_told: "warn" });
   return html`<div>
     <h4>${t.surfaces}</h4>
     <table class="report-table long">
@@ -116,7 +114,7 @@ function Surfaces({ result, number }) {
           <td class="numeric" translate="no">${value.significant(bias_bound, 2)}</td>
           <td>${h(Strip, { estimates: [estimateOf(figure)], limits: conformity?.limits_um, unit: "µm", paper: true })}</td>
           <td class="numeric" translate="no">${value.interval(conformity?.limits_um, 1)}</td>
-          <td>${conformity ? h(Badge, { kind: kinds[conformity.outcome], children: t[conformity.outcome] }) : ABSENT}</td>
+          <td>${h(Conforms, { conformity })}</td>
         </tr>`,
       )}</tbody>
     </table>

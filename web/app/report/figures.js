@@ -1,5 +1,6 @@
 // The figures of a report's first page: what the interface answers of each iteration, and nothing else. Pure.
 
+import { verdictOf } from "../components/within.js";
 import { extremesOf } from "../flank/surface.js";
 
 /** @typedef {import("./data.js").Told} Told */
@@ -8,7 +9,6 @@ import { extremesOf } from "../flank/surface.js";
 /** @typedef {import("../api/client.js").Schema<"Conformity">} Conformity */
 /** @typedef {"profile_slope" | "helix_slope" | "profile_crowning" | "helix_crowning" | "twist"} FlankFigureName */
 /** @typedef {{ low: number, high: number }} Limits */
-/** @typedef {"conforms" | "does_not_conform" | "cannot_be_told"} Outcome */
 /**
  * @typedef {object} Cell
  * @property {number} value µm
@@ -16,7 +16,7 @@ import { extremesOf } from "../flank/surface.js";
  * @property {readonly number[] | undefined} [interval]
  * @property {number | undefined} [bias] the most that it can be
  * @property {number | undefined} [class] the coarsest of its traces
- * @property {Outcome | undefined} [outcome]
+ * @property {Conformity | undefined} [conformity]
  */
 /**
  * @typedef {object} Row
@@ -69,7 +69,7 @@ export function flankRows(told) {
   // a change goes with the figures that it is the difference of
   const all = whole?.answer ? [nodes, fits, traces] : [fits, nodes, traces];
   const score = (/** @type {{ rows: readonly Row[] }} */ { rows: own }) =>
-    2 * covered(own) + (own.some(({ cells }) => cells.some((cell) => cell?.outcome)) ? 1 : 0);
+    2 * covered(own) + (own.some(({ cells }) => cells.some((cell) => cell?.conformity)) ? 1 : 0);
   return all.reduce((best, one) => (score(one) > score(best) ? one : best));
 }
 
@@ -85,7 +85,7 @@ const cellOf = ({ value, std_error, interval, bias_bound, conformity }) => ({
   error: std_error,
   interval,
   bias: bias_bound,
-  outcome: conformity?.outcome,
+  conformity,
 });
 
 /** @param {Told} told @param {FlankFigureName} name */
@@ -171,16 +171,17 @@ function traceCell(told, kind, flank, what) {
     // the answer tells errors of single traces, not of their mean
     error: what === "slope" ? (alone?.slope_std_error_um ?? undefined) : undefined,
     class: classes.length > 0 ? Math.max(...classes) : undefined,
-    outcome: what === "slope" ? worst(traces) : undefined,
+    conformity: what === "slope" ? worst(traces) : undefined,
   };
 }
 
-const WORST = /** @type {const} */ (["does_not_conform", "cannot_be_told", "conforms"]);
+const WORST = /** @type {const} */ (["does_not_conform", "cannot_be_told", "doubtful", "conforms"]);
 
-/** What holds of all traces. @param {readonly EvaluatedTrace[]} traces @returns {Outcome | undefined} */
+/** The conformity of the worst trace. @param {readonly EvaluatedTrace[]} traces @returns {Conformity | undefined} */
 function worst(traces) {
-  const found = traces.flatMap(({ slope_conformity: one }) => (one ? [one.outcome] : []));
-  return WORST.find((outcome) => found.includes(outcome));
+  const found = traces.flatMap(({ slope_conformity: one }) => one ?? []);
+  const rank = (/** @type {Conformity} */ one) => WORST.indexOf(verdictOf(one).key);
+  return found.sort((a, b) => rank(a) - rank(b))[0];
 }
 
 /** @param {readonly EvaluatedTrace[]} traces */

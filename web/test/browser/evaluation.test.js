@@ -74,7 +74,7 @@ browserTest("other ranges and a class to conform to make another evaluation", { 
   assert.equal(items.length, 2);
   const last = await call("GET", `/v1/jobs/${id}/iterations/1/records/${items[1].id}`);
   assert.deepEqual(last.request.evaluation.helix_range_mm, [1.5, 14.25]);
-  const outcome = last.result.traces[0].slope_conformity.outcome;
+  const outcome = last.result.traces[0].slope_conformity.verdict;
   const words = { conforms: "conforms", does_not_conform: "does not conform", cannot_be_told: "cannot be told" };
   const cell = page.getByRole("table", { name: "Profiles" }).locator("tbody tr").first().locator(".badge");
   assert.equal((await cell.textContent())?.trim(), words[/** @type {"conforms"} */ (outcome)]);
@@ -227,10 +227,10 @@ browserTest("pitches and run-out are held against their limits, one by one", {},
     const cells = await rows.nth(at).locator("td .cell").allTextContents();
     assert.ok(cells[1]?.endsWith(within ? "within the limits" : "outside the limits"), cells[1]);
     assert.equal(cells[5], limits.join(" … ").replaceAll("-", "−"));
-    assert.equal(cells[6]?.trim(), conformity ? words[/** @type {"conforms"} */ (conformity.outcome)] : "–");
+    assert.equal(cells[6]?.trim(), conformity ? words[/** @type {"conforms"} */ (conformity.verdict)] : "–");
   }
   assert.deepEqual(
-    [left.single_pitch_conformity.outcome, left.cumulative_pitch_conformity.outcome, runout.conformity],
+    [left.single_pitch_conformity.verdict, left.cumulative_pitch_conformity.verdict, runout.conformity],
     ["does_not_conform", "cannot_be_told", undefined],
   );
   // what has no limits says nothing of them

@@ -57,8 +57,8 @@ browserTest("settings for both flanks are computed from the mean over their teet
       agrees(await predicted.textContent(), told.predicted);
       const sign = (/** @type {string | undefined} */ decision) =>
         decision ? SIGNS[/** @type {"conforms"} */ (decision)] : "";
-      assert.ok(before?.includes(sign(told.conformity_before)), `${key}: ${before}`);
-      assert.ok((await predicted.textContent())?.includes(sign(told.conformity_predicted)), key);
+      assert.ok(before?.includes(sign(told.conformity_before.verdict)), `${key}: ${before}`);
+      assert.ok((await predicted.textContent())?.includes(sign(told.conformity_predicted.verdict)), key);
     }
     // f_Hα is outside class 6, and the change brings it into its limits
     const slope = figures.locator("tbody tr").first().locator("td .cell");

@@ -185,7 +185,7 @@ browserTest("limits that an evaluation names stand beside its figures, with what
     holds(pages[0] ?? "", [f.withError(value, std_error)]);
   }
   holds(pages[0] ?? "", ["of the surface through the evaluated traces", "1.0 … 6.0", "−4.5 … 4.5 ✗"]);
-  assert.equal(record.result.traces[0].slope_conformity.outcome, "does_not_conform");
+  assert.equal(record.result.traces[0].slope_conformity.verdict, "does_not_conform");
   await page.getByText("K-band: F α").waitFor();
 });
 

@@ -158,7 +158,7 @@ browserTest(
       agrees(cells[1], interval[0], interval[1]);
       agrees(cells[2], bias_bound);
       const limits = conformity.limits_um.join(" … ").replaceAll("-", "−");
-      assert.equal(cells[3]?.trim(), limits + words[/** @type {"conforms"} */ (conformity.outcome)]);
+      assert.equal(cells[3]?.trim(), limits + words[/** @type {"conforms"} */ (conformity.verdict)]);
     }
 
     await open(`/jobs/${id}/trace`);

@@ -117,9 +117,7 @@ fn of_axes(axes: &Axes, along: Along, residuals: &[f64], rss: f64) -> Option<(f6
     let width = axes.v.shape().0;
     let sum: f64 = match along {
         Along::U => matvec::dot(&residuals[width..], &residuals[..residuals.len() - width]),
-        Along::V | Along::Order => {
-            residuals.chunks_exact(width).map(|row| matvec::dot(&row[1..], &row[..width - 1])).sum()
-        }
+        _ => residuals.chunks_exact(width).map(|row| matvec::dot(&row[1..], &row[..width - 1])).sum(),
     };
     let moments = axes.checks.moments.get_or_init(|| {
         [Along::U, Along::V].map(|along| {

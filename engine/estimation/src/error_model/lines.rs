@@ -16,12 +16,15 @@ pub(crate) enum Measure {
 }
 
 /// Counted nodes line after line.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Lines {
     /// Numbers among the counted nodes.
     pub nodes: Vec<usize>,
     /// From the node before on the same line; infinite where a line begins.
     pub steps: Vec<f64>,
+    /// Lines along u of the same nodes, where these are along v and errors are correlated along
+    /// both.
+    pub across: Option<Box<Lines>>,
 }
 
 impl Lines {
@@ -81,7 +84,13 @@ impl Lines {
                 }
             }
         }
-        Lines { nodes: order, steps }
+        Lines { nodes: order, steps, across: None }
+    }
+
+    /// The lines along both axes of a full grid.
+    pub(crate) fn both(nodes: &Nodes, sample: &Sample) -> Self {
+        let [u, v] = [Along::U, Along::V].map(|along| Lines::new(nodes, sample, along, None, Measure::Steps));
+        Lines { across: Some(Box::new(u)), ..v }
     }
 
     /// Pairs of neighbours on one line.

@@ -23,6 +23,8 @@ use flankfit_numerics::{cancel::Asking, distribution::Student, length, root::roo
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Family {
     Ar1,
+    /// Of first order along u and v.
+    Product,
     Ar2,
     /// Lengths between these.
     Matern {
@@ -48,7 +50,7 @@ impl Family {
     /// The correlation of neighbours, where it is what the grid is laid over.
     fn neighbours(&self, [a, _]: [f64; 2]) -> Option<f64> {
         match self {
-            Family::Ar1 | Family::Ar2 => Some(libm::sin(a)),
+            Family::Ar1 | Family::Product | Family::Ar2 => Some(libm::sin(a)),
             Family::Matern { .. } => None,
         }
     }
@@ -56,14 +58,14 @@ impl Family {
     pub(crate) fn points(&self) -> usize {
         match self {
             Family::Ar1 => POINTS,
-            Family::Ar2 | Family::Matern { .. } => POINTS_OF_TWO[0] * POINTS_OF_TWO[1],
+            Family::Product | Family::Ar2 | Family::Matern { .. } => POINTS_OF_TWO[0] * POINTS_OF_TWO[1],
         }
     }
 
     fn shape(&self) -> [usize; 2] {
         match self {
             Family::Ar1 => [POINTS, 1],
-            Family::Ar2 | Family::Matern { .. } => POINTS_OF_TWO,
+            Family::Product | Family::Ar2 | Family::Matern { .. } => POINTS_OF_TWO,
         }
     }
 
@@ -71,6 +73,7 @@ impl Family {
         let angle = |low: f64, high: f64| [libm::asin(low), libm::asin(high)];
         match *self {
             Family::Ar1 => [angle(LEAST, MOST), [0.0; 2]],
+            Family::Product => [angle(LEAST, MOST); 2],
             Family::Ar2 => [angle(LEAST, MOST), angle(-0.9, 0.9)],
             Family::Matern { shortest, longest } => [[libm::log(shortest), libm::log(longest)], [0.0, 0.9]],
         }
@@ -79,6 +82,7 @@ impl Family {
     fn at(&self, [a, b]: [f64; 2]) -> Process {
         match self {
             Family::Ar1 => Process::Ar1(libm::sin(a)),
+            Family::Product => Process::Product([libm::sin(a), libm::sin(b)]),
             Family::Ar2 => {
                 let (first, second) = (libm::sin(a), libm::sin(b));
                 Process::Ar2([first * (1.0 - second), second])
@@ -93,7 +97,7 @@ impl Process {
     pub(crate) fn parameters(&self) -> Vec<f64> {
         match *self {
             Process::Ar1(rho) => vec![rho],
-            Process::Ar2(phi) => phi.to_vec(),
+            Process::Product(pair) | Process::Ar2(pair) => pair.to_vec(),
             Process::Matern { length, nugget } => vec![length, nugget],
         }
     }
@@ -101,6 +105,7 @@ impl Process {
     fn with(&self, values: &[f64]) -> Self {
         match self {
             Process::Ar1(_) => Process::Ar1(values[0]),
+            Process::Product(_) => Process::Product([values[0], values[1]]),
             Process::Ar2(_) => Process::Ar2([values[0], values[1]]),
             Process::Matern { .. } => Process::Matern { length: values[0], nugget: values[1] },
         }
@@ -117,6 +122,8 @@ pub(crate) struct Mixture {
     pub step: Vec<f64>,
     /// The likeliest correlation of neighbours, where it is an end of what is searched.
     pub at_end: Option<f64>,
+    /// The greatest restricted likelihood.
+    pub log_likelihood: f64,
     student: Student,
 }
 
@@ -188,7 +195,7 @@ impl Mixture {
         let std_errors = squares.map(f64::sqrt);
         let parts = found.into_iter().zip(&weights).map(|((.., here), weight)| (weight / whole, here)).collect();
         let student = if sigma.is_some() { Student::NORMAL } else { Student::new(freedom) };
-        Mixture { parts, process, std_errors, step, at_end: None, student }
+        Mixture { parts, process, std_errors, step, at_end: None, log_likelihood: greatest, student }
     }
 
     /// A square root G of the covariance, `C = GGᵀ`: within the parts and between them.

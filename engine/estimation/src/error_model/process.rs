@@ -14,6 +14,8 @@ use flankfit_numerics::{Real, cancel::Asking};
 pub(crate) enum Process {
     /// Autoregression of first order: ρ.
     Ar1(f64),
+    /// First order along u and v of a grid: their ρ.
+    Product([f64; 2]),
     /// Second order: φ₁, φ₂.
     Ar2([f64; 2]),
     /// Matérn's process with smoothness 3/2, correlation `(1 + λd) exp(−λd)` with λ = √3/length,
@@ -40,16 +42,24 @@ impl Process {
     /// Returns the process in the form of a spec.
     pub(crate) fn correlation(&self) -> Correlation {
         match *self {
-            Process::Ar1(rho) => Correlation::Ar1 { rho: Some(rho) },
+            Process::Ar1(rho) | Process::Product([rho, _]) => Correlation::Ar1 { rho: Some(rho) },
             Process::Ar2(phi) => Correlation::Ar2 { phi: Some(phi) },
             Process::Matern { length, nugget } => Correlation::Matern { parameters: Some(Matern { length, nugget }) },
+        }
+    }
+
+    /// The correlation of neighbours along v, where they are correlated along both axes.
+    pub(crate) fn along_v(&self) -> Option<f64> {
+        match *self {
+            Process::Product([_, rho]) => Some(rho),
+            _ => None,
         }
     }
 
     /// Covariance of the state.
     fn stationary(&self) -> Symmetric {
         match *self {
-            Process::Ar1(_) => [1.0, 0.0, 0.0],
+            Process::Ar1(_) | Process::Product(_) => [1.0, 0.0, 0.0],
             Process::Ar2([a, b]) => [1.0, a / (1.0 - b), 1.0],
             // the second of the state is the derivative over λ, so that no length leaves doubles
             Process::Matern { nugget, .. } => [1.0 - nugget, 0.0, 1.0 - nugget],
@@ -62,7 +72,7 @@ impl Process {
             return [[0.0; 2]; 2];
         }
         match *self {
-            Process::Ar1(rho) => [[libm::pow(rho, step), 0.0], [0.0, 0.0]],
+            Process::Ar1(rho) | Process::Product([_, rho]) => [[libm::pow(rho, step), 0.0], [0.0, 0.0]],
             Process::Ar2([a, b]) => power([[a, b], [1.0, 0.0]], step as u64),
             Process::Matern { length, .. } => {
                 let x = 3f64.sqrt() * (step / length);
@@ -110,6 +120,9 @@ fn carried(f: Matrix, p: Symmetric) -> Symmetric {
 /// The filter of a process over the nodes of lines.
 pub(crate) struct Whitening {
     gains: Vec<Gain>,
+    /// Of errors along both axes the filter along u, which comes after that along v, and for each
+    /// node in its order the place in that along v.
+    across: Option<(Box<Whitening>, Vec<usize>)>,
     /// `½ ln det V`.
     pub half_log_determinant: f64,
 }
@@ -138,7 +151,18 @@ impl Whitening {
             sum += 0.5 * libm::log(variance);
             gains.push(Gain { transition: f, gain, deviation: variance.sqrt() });
         }
-        Some(Whitening { gains, half_log_determinant: sum })
+        let across = match (process, &lines.across) {
+            (&Process::Product([rho, _]), Some(across)) => {
+                let mut place = vec![0; lines.nodes.len()];
+                lines.nodes.iter().enumerate().for_each(|(i, &k)| place[k] = i);
+                let order = across.nodes.iter().map(|&k| place[k]).collect();
+                let filter = Whitening::new(&Process::Ar1(rho), across)?;
+                sum += filter.half_log_determinant;
+                Some((Box::new(filter), order))
+            }
+            _ => None,
+        };
+        Some(Whitening { gains, across, half_log_determinant: sum })
     }
 
     /// Makes rows of `width` numbers, in the order of the lines, white.
@@ -154,10 +178,22 @@ impl Whitening {
                 }
             }
         }
+        self.across(rows, width, |filter, rows| filter.whiten(rows, width));
+    }
+
+    /// Lets `change` change the rows in the order along u.
+    fn across<T: Real>(&self, rows: &mut [T], width: usize, change: impl Fn(&Whitening, &mut [T])) {
+        let Some((filter, order)) = &self.across else { return };
+        let mut along: Vec<T> = order.iter().flat_map(|&k| &rows[k * width..][..width]).copied().collect();
+        change(filter, &mut along);
+        for (row, &k) in along.chunks_exact(width).zip(order) {
+            rows[k * width..][..width].copy_from_slice(row);
+        }
     }
 
     /// The heights, in the order of the lines, that are made white to `innovations`.
     pub(crate) fn colour(&self, innovations: &mut [f64]) {
+        self.across(innovations, 1, |filter, rows| filter.colour(rows));
         let mut state = [0.0; 2];
         for (gain, y) in self.gains.iter().zip(innovations) {
             state = gain.ahead(state);
@@ -190,13 +226,13 @@ mod tests {
     const START: f64 = f64::INFINITY;
 
     fn lines(steps: &[f64]) -> Lines {
-        Lines { nodes: (0..steps.len()).collect(), steps: steps.to_vec() }
+        Lines { nodes: (0..steps.len()).collect(), steps: steps.to_vec(), across: None }
     }
 
     /// Correlation at a distance, from the textbook formula.
     fn correlation(process: &Process, d: f64) -> f64 {
         match *process {
-            Process::Ar1(rho) => rho.powi(d as i32),
+            Process::Ar1(rho) | Process::Product([_, rho]) => rho.powi(d as i32),
             Process::Ar2([a, b]) => {
                 let mut r = vec![1.0, a / (1.0 - b)];
                 while r.len() <= d as usize {
@@ -249,6 +285,25 @@ mod tests {
             whitening.colour(&mut back);
             assert!(back.iter().zip(rows.chunks(2)).all(|(a, row)| (a - row[1]).abs() < 1e-12), "{process:?}");
         }
+    }
+
+    /// A grid of 3 × 4 against the Kronecker product of the correlations.
+    #[test]
+    fn both_axes_are_a_kronecker_product() {
+        let nodes =
+            crate::Nodes::grid(vec![0.0, 1.0, 2.0], vec![0.0, 1.0, 2.0, 3.0], vec![0.0; 12], None, None).unwrap();
+        let both = Lines::both(&nodes, &crate::data::Sample::new(&nodes));
+        let whitening = Whitening::new(&Process::Product([0.5, -0.3]), &both).unwrap();
+        let ar = |n: usize, rho: f64| DMatrix::from_fn(n, n, |i, j| rho.powi(i.abs_diff(j) as i32));
+        let v = ar(3, 0.5).kronecker(&ar(4, -0.3));
+        let mut inverse_root: Vec<f64> = DMatrix::<f64>::identity(12, 12).as_slice().to_vec();
+        whitening.whiten(&mut inverse_root, 12);
+        let w = DMatrix::from_row_slice(12, 12, &inverse_root);
+        assert!((&w * &v * w.transpose() - DMatrix::identity(12, 12)).amax() < 1e-13);
+        assert!((whitening.half_log_determinant - 0.5 * v.determinant().ln()).abs() < 1e-12);
+        let mut back: Vec<f64> = w.column(5).iter().copied().collect();
+        whitening.colour(&mut back);
+        assert!(back.iter().enumerate().all(|(k, x)| (x - f64::from(u8::from(k == 5))).abs() < 1e-13), "{back:?}");
     }
 
     /// However short a length of correlation is: over steps of so many of them nothing is left.

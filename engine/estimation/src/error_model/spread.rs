@@ -101,6 +101,6 @@ impl ErrorSpread {
             Some([low, high]) => (0.5 * (low + high), 0.5 * (high - low) / student.upper_quantile(tail)),
             None => (value, self.of_row(form)),
         };
-        Inferred { value, std_error, bias_bound: 0.0, student }
+        Inferred { value, std_error, student, ..Inferred::default() }
     }
 }

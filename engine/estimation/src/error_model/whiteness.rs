@@ -68,7 +68,7 @@ mod tests {
     #[test]
     fn figures_are_those_of_statsmodels() {
         let r = [0.3, 0.5, -0.2, -0.6, -0.1, 0.4, 0.2, -0.5, -0.3, 0.3];
-        let lines = Lines { nodes: (0..10).collect(), steps: [&[f64::INFINITY][..], &[1.0; 9]].concat() };
+        let lines = Lines { nodes: (0..10).collect(), steps: [&[f64::INFINITY][..], &[1.0; 9]].concat(), across: None };
         let found = Whiteness::of(&r, &lines, 2).unwrap();
         // over the nine pairs instead of the ten nodes
         assert!((found.durbin_watson - 1.53623188405797 * 10.0 / 9.0).abs() < 1e-12, "{found:?}");
@@ -82,7 +82,7 @@ mod tests {
 
     fn even(lines: usize, nodes: usize) -> Lines {
         let steps = (0..lines * nodes).map(|k| if k % nodes == 0 { f64::INFINITY } else { 1.0 }).collect();
-        Lines { nodes: (0..lines * nodes).collect(), steps }
+        Lines { nodes: (0..lines * nodes).collect(), steps, across: None }
     }
 
     #[test]
@@ -91,7 +91,7 @@ mod tests {
         assert_eq!([lags(1, 60), lags(1, 10), lags(1, 4), lags(1, 2)], [10, 2, 1, 1]);
         assert_eq!([lags(40, 2), lags(20, 5), lags(30, 1)], [1, 4, 0]);
         // one pair among thirty nodes
-        let few = Lines { nodes: (0..30).collect(), steps: [&[1.0][..], &[f64::INFINITY; 29]].concat() };
+        let few = Lines { nodes: (0..30).collect(), steps: [&[1.0][..], &[f64::INFINITY; 29]].concat(), across: None };
         let few = Lines { steps: few.steps.iter().rev().copied().collect(), ..few };
         assert_eq!((few.pairs(), Whiteness::lags(&few)), (1, 1));
         assert_eq!(Whiteness::of(&[1.0; 30], &even(30, 1), 0), None);

@@ -27,7 +27,7 @@ use super::{
     error::FitError,
     fit::{Plans, fit_remembering as fit_nodes},
     prior::with_earlier,
-    result::{Coefficient, FilterCollinearity, FitResult, MovedCoefficient, ResidualWarning, Warning},
+    result::{Coefficient, FilterCollinearity, FilterKind, FitResult, MovedCoefficient, ResidualWarning, Warning},
     select::choose,
     spec::{Estimator, Filter, FitSpec, Include, Regularization},
 };
@@ -92,10 +92,15 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn fit_remembering(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<FitResult, FitError> {
-    if spec.exclude.is_empty() {
-        return with_and_without(nodes, spec, plans);
-    }
-    with_and_without(&without(nodes, &spec.exclude)?, spec, plans)
+    let mut result = match spec.exclude.is_empty() {
+        true => with_and_without(nodes, spec, plans),
+        false => with_and_without(&without(nodes, &spec.exclude)?, spec, plans),
+    }?;
+    let doubts = result.doubts();
+    let intervals = result.coefficients.iter_mut().filter_map(|one| one.interval.as_mut());
+    let of_sums = result.sums.iter_mut().flatten().flatten().filter_map(|one| one.interval.as_mut());
+    intervals.chain(of_sums).for_each(|interval| interval.about.doubts = doubts);
+    Ok(result)
 }
 
 /// Returns the fit, and, if nodes are suspected of gross errors, the fit without them.
@@ -182,6 +187,11 @@ fn fit_model(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<FitResult, 
         applied.warnings.push(Warning::FilteredNoise);
         result.warnings.retain(|warning| !is_misled(warning));
         result.warnings.extend(checks_before_smoothing(nodes, spec, plans)?);
+    }
+    let peaks = applied.reports.iter().filter(|report| report.kind == FilterKind::Hampel);
+    let changed: usize = peaks.map(|report| report.changed).sum();
+    if changed > 0 {
+        applied.warnings.push(Warning::PeaksChanged { changed });
     }
     let [before, after] = columns::compare(nodes, &applied.nodes, &applied.steps, spec, &mut applied.warnings)?;
     let columns = FilterCollinearity { before, after };

@@ -15,7 +15,7 @@ use crate::{
     problem::{Evidence, LinearProblem},
     result::{ResidualWarning, Warning},
     robust::RobustSolution,
-    spec::Variance,
+    spec::{Along, Variance},
 };
 use flankfit_numerics::matvec;
 
@@ -76,6 +76,10 @@ impl Solved<'_> {
         let found = correlation(problem, posted, self.spec, residuals)?;
         Some(ResidualWarning::CorrelatedResiduals {
             along: found.along,
+            model: match &self.spec.errors {
+                Some(errors) if errors.along != found.along => Along::Both,
+                _ => found.along,
+            },
             correlation: found.c,
             p: found.p,
             factor: found.strength.factor,

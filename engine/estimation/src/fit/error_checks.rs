@@ -66,7 +66,7 @@ pub(super) fn check(nodes: &Nodes, spec: &FitSpec) -> Result<(), Faults> {
             _ => {}
         }
     }
-    let estimated = spec.errors.as_ref().is_some_and(|errors| given(errors.correlation).is_none());
+    let estimated = spec.errors.as_ref().is_some_and(|errors| given(errors.correlation, errors.along).is_none());
     match &spec.prior {
         Some(Prior::Iterations(_)) => faults.push("prior", CHAIN),
         Some(Prior::Given { .. }) if estimated || spec.variance == Variance::Hc3 => {
@@ -88,11 +88,9 @@ pub fn requested_models(spec: &FitSpec) -> impl Iterator<Item = &'static str> {
 
 fn check_lines(nodes: &Nodes, errors: &Errors, faults: &mut Faults) {
     match (nodes, errors.along) {
-        (Nodes::Grid(_), Along::Order) => faults.push(
-            "errors.along",
-            "the nodes of a grid lie on lines along u and along v: give the direction of the scan",
-        ),
-        (Nodes::Curve(_) | Nodes::Scattered(_) | Nodes::Matrix(_), along @ (Along::U | Along::V)) => {
+        (Nodes::Grid(_), Along::Both) if !matches!(errors.correlation, Correlation::Ar1 { .. }) => faults
+            .push("errors.along", "errors along both axes are autoregressions of first order: use `ar1`, or one axis"),
+        (Nodes::Curve(_) | Nodes::Scattered(_) | Nodes::Matrix(_), along @ (Along::U | Along::V | Along::Both)) => {
             faults.push(
                 "errors.along",
                 format_args!("only nodes of a grid lie on lines along {}: use `order`", along.name()),
@@ -143,9 +141,10 @@ fn check_parameters(correlation: &Correlation, faults: &mut Faults) {
     }
 }
 
-/// Returns the process if its parameters are given.
-pub(super) fn given(correlation: Correlation) -> Option<Process> {
+/// Returns the process along `along` if its parameters are given.
+pub(super) fn given(correlation: Correlation, along: Along) -> Option<Process> {
     Some(match correlation {
+        Correlation::Ar1 { rho } if along == Along::Both => Process::Product([rho?; 2]),
         Correlation::Ar1 { rho } => Process::Ar1(rho?),
         Correlation::Ar2 { phi } => Process::Ar2(phi?),
         Correlation::Matern { parameters } => {
@@ -158,6 +157,7 @@ pub(super) fn given(correlation: Correlation) -> Option<Process> {
 /// Returns the family to be searched; `None` if the parameters are given.
 pub(super) fn family(correlation: &Correlation, lines: &Lines) -> Option<Family> {
     match correlation {
+        Correlation::Ar1 { rho: None } if lines.across.is_some() => Some(Family::Product),
         Correlation::Ar1 { rho: None } => Some(Family::Ar1),
         Correlation::Ar2 { phi: None } => Some(Family::Ar2),
         Correlation::Matern { parameters: None } => {

@@ -15,7 +15,7 @@ use crate::{
     error_model::{
         lines::{Lines, Measure, few_neighbours, short_lines},
         mixture::{Family, Mixture},
-        process::Whitening,
+        process::{Process, Whitening},
         restricted::PlainRows,
         sandwich::Sandwich,
         spread::ErrorSpread,
@@ -44,6 +44,9 @@ const LEAST_FREEDOM: usize = 3;
 /// Pairs of neighbours that an estimate of their correlation takes at least, and nodes with two
 /// others before them on their line that a second parameter does.
 const LEAST_PAIRS: usize = 3;
+/// Gain of the logarithm of the likelihood from which on a second correlation counts: half the
+/// quantile 0.99 of χ² with one degree of freedom.
+const SIGNIFICANT: f64 = 3.317;
 /// Logarithms of a coordinate that differ by at most this are of one place: standard deviations of
 /// any searched power then differ by less than residuals can show.
 const LEVEL: f64 = 1e-9;
@@ -76,7 +79,7 @@ pub(super) fn fit_errors(nodes: &Nodes, sample: &Sample, spec: &FitSpec) -> Resu
 fn with_what_exists(spec: &FitSpec) -> (FitSpec, Vec<Warning>) {
     let (mut spec, mut warnings) = (spec.clone(), Vec::new());
     let correlated = spec.errors.as_ref();
-    let told = correlated.is_none_or(|errors| given(errors.correlation).is_some());
+    let told = correlated.is_none_or(|errors| given(errors.correlation, errors.along).is_some());
     let sandwich = spec.variance == Variance::Hc3;
     if spec.include.influence && (correlated.is_some() || sandwich) {
         spec.include.influence = false;
@@ -121,7 +124,7 @@ fn fit_checked(nodes: &Nodes, sample: &Sample, spec: &FitSpec) -> Result<FitResu
     }
     // a given model of the errors needs no residuals
     let told = match &spec.errors {
-        Some(errors) => given(errors.correlation).is_some(),
+        Some(errors) => given(errors.correlation, errors.along).is_some(),
         None => matches!(spec.variance, Variance::Power { exponent: Some(_), .. }),
     };
     let least = if told && spec.noise_sigma.is_some() { 0 } else { LEAST_FREEDOM };
@@ -191,7 +194,7 @@ impl Plain<'_> {
     /// Generalised least squares.
     fn correlated(&self, errors: &Errors) -> Result<FitResult, FitError> {
         let refused = || {
-            let told = given(errors.correlation).is_some();
+            let told = given(errors.correlation, errors.along).is_some();
             FitError::from(match told {
                 true => Faults::one(
                     "errors.parameters",
@@ -200,23 +203,8 @@ impl Plain<'_> {
                 false => undetermined(),
             })
         };
-        let measure = match errors.correlation {
-            Correlation::Matern { .. } => Measure::Distance,
-            Correlation::Ar1 { .. } | Correlation::Ar2 { .. } => Measure::Steps,
-        };
-        let lines = Lines::new(self.nodes, self.sample, errors.along, errors.lines.as_deref(), measure);
         let residuals = self.residuals();
-        let mixture = match family(&errors.correlation, &lines) {
-            None => None,
-            Some(family) => {
-                self.check_neighbours(&errors.correlation, &lines)?;
-                Some(self.searched(&family, &residuals, lines.clone())?)
-            }
-        };
-        let process = match (&mixture, errors.correlation) {
-            (Some(mixture), _) => mixture.process,
-            (None, correlation) => given(correlation).ok_or_else(refused)?,
-        };
+        let Course { along, lines, process, mixture } = self.course(errors, &residuals)?;
         let std_errors = mixture.as_ref().map(|mixture| mixture.std_errors);
         let at_end = mixture.as_ref().and_then(|mixture| mixture.at_end);
         let whitening = Whitening::new(&process, &lines).ok_or_else(refused)?;
@@ -237,7 +225,8 @@ impl Plain<'_> {
         };
         let evidence = Evidence::Posted { sample: &sample, nodes: self.nodes };
         let linear = LinearProblem { design: self.design, factor: &factor, heights: heights.about_zero, evidence };
-        let spec = FitSpec { include: Include { residuals: true, ..self.spec.include }, ..self.spec.clone() };
+        let errors = Some(Errors { along, ..errors.clone() });
+        let spec = FitSpec { include: Include { residuals: true, ..self.spec.include }, errors, ..self.spec.clone() };
         let frame = Frame::new(self.design, &factor, &spec, heights.weight)?;
         let mut result = conclude_with(&linear, &heights, &spec, &frame, None, spread.as_ref())?;
         result.warnings.extend(at_end.map(|correlation| Warning::CorrelationAtBound { correlation }));
@@ -248,7 +237,8 @@ impl Plain<'_> {
         let whiteness = |residuals: &[f64]| Whiteness::of(residuals, &lines, lags);
         result.errors = Some(ErrorsReport::new(
             process.correlation(),
-            errors.along,
+            along,
+            process.along_v(),
             std_errors,
             heights.weight * sample.count() as f64 / self.heights.weight,
             whiteness(&residuals).zip(whiteness(&left)).map(|(before, after)| [before, after]),
@@ -256,6 +246,62 @@ impl Plain<'_> {
         ));
         self.in_heights(&mut result, left, &lines, &whitening);
         Ok(result)
+    }
+
+    /// Lines and process in the given direction; of a grid without one, in that in which the
+    /// residuals are likelier, and in both where that is significantly likelier.
+    fn course(&self, errors: &Errors, residuals: &[f64]) -> Result<Course, FitError> {
+        let along = |along| self.course_along(errors, along, residuals);
+        if !matches!(self.nodes, Nodes::Grid(_)) || errors.along != Along::Order {
+            return along(errors.along);
+        }
+        let likelihood = |course: &Course| match &course.mixture {
+            Some(mixture) => mixture.log_likelihood,
+            None => {
+                let rows = PlainRows::new(&self.orthonormal(), residuals, course.lines.clone());
+                let found = rows.at(&course.process, self.spec.noise_sigma);
+                found.map_or(f64::NEG_INFINITY, |found| found.log_likelihood)
+            }
+        };
+        let one = match (along(Along::U), along(Along::V)) {
+            (Ok(u), Ok(v)) if likelihood(&u) >= likelihood(&v) => u,
+            (_, Ok(one)) | (Ok(one), Err(_)) => one,
+            (Err(refused), Err(_)) => return Err(refused),
+        };
+        let is_product = matches!(errors.correlation, Correlation::Ar1 { .. }) && self.is_full();
+        let both = is_product.then(|| along(Along::Both)).and_then(Result::ok);
+        Ok(both.filter(|both| likelihood(both) > likelihood(&one) + SIGNIFICANT).unwrap_or(one))
+    }
+
+    fn is_full(&self) -> bool {
+        self.sample.count() == self.nodes.posted()
+    }
+
+    fn course_along(&self, errors: &Errors, along: Along, residuals: &[f64]) -> Result<Course, FitError> {
+        let measure = match errors.correlation {
+            Correlation::Matern { .. } => Measure::Distance,
+            Correlation::Ar1 { .. } | Correlation::Ar2 { .. } => Measure::Steps,
+        };
+        let lines = match along {
+            Along::Both if !self.is_full() => {
+                return Err(Faults::one(
+                    "errors.along",
+                    "errors along both axes need every node of the grid: use one axis",
+                )
+                .into());
+            }
+            Along::Both => Lines::both(self.nodes, self.sample),
+            _ => Lines::new(self.nodes, self.sample, along, errors.lines.as_deref(), measure),
+        };
+        let Some(family) = family(&errors.correlation, &lines) else {
+            let process = given(errors.correlation, along).ok_or_else(undetermined)?;
+            return Ok(Course { along, lines, process, mixture: None });
+        };
+        for lines in [Some(&lines), lines.across.as_deref()].into_iter().flatten() {
+            self.check_neighbours(&errors.correlation, lines)?;
+        }
+        let mixture = self.searched(&family, residuals, lines.clone())?;
+        Ok(Course { along, lines, process: mixture.process, mixture: Some(mixture) })
     }
 
     /// Refuses lines that cannot determine the parameters: one parameter needs pairs of neighbours,
@@ -453,6 +499,15 @@ impl Plain<'_> {
         let spread = ErrorSpread::of_variances(found, sigma).ok_or_else(undetermined)?;
         Ok((conclude_with(&linear, &heights, self.spec, &frame, None, Some(&spread))?, few))
     }
+}
+
+/// A process along lines.
+struct Course {
+    along: Along,
+    lines: Lines,
+    process: Process,
+    /// The estimates over its parameters, if they are not given.
+    mixture: Option<Mixture>,
 }
 
 /// Estimated part of the weights, by counted node.

@@ -208,7 +208,7 @@ impl Forms<'_> {
     pub(super) fn inferred_posterior(&self, estimated: &Estimated) -> Option<Inferred> {
         let noise = self.noise.as_ref()?;
         let student = noise.student;
-        let known = |value, std_error| Some(Inferred { value, std_error, bias_bound: 0.0, student });
+        let known = |value, std_error| Some(Inferred { value, std_error, student, ..Inferred::default() });
         if self.posterior_intervals.is_none() {
             return known(estimated.value, estimated.conditional_error?);
         }

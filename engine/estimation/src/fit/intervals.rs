@@ -50,6 +50,7 @@ impl Intervals<'_> {
                     std_error,
                     bias_bound,
                     student: self.noise.student,
+                    ..Inferred::default()
                 };
                 let student = plain.zip(error).map(|(half, error)| (about(value[j], error, 0.0), half, self.unlimited));
                 let aware = self.norm_limit.map(|r| {

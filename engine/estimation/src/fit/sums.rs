@@ -52,7 +52,7 @@ impl Forms<'_> {
     fn interval_of(&self, one: &Estimated, unlimited: IntervalKind) -> Option<Interval> {
         let (ends, noise) = (self.interval(one, 0.0)?, self.noise_of(&one.form)?);
         let of = |kind, about| Some(Interval { ends, kind, about, least_squares: None, gain: None });
-        let plain = |value, std_error| Inferred { value, std_error, bias_bound: 0.0, student: noise.student };
+        let plain = |value, std_error| Inferred { value, std_error, student: noise.student, ..Inferred::default() };
         if self.posterior {
             return of(IntervalKind::Posterior, plain(one.value, one.conditional_error?));
         }

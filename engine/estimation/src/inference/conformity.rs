@@ -10,7 +10,7 @@
 //! within is measured in at most one of twenty, however close the limits are; for one limit alone
 //! the true value then lies outside with 0.95. In between there is no decision.
 
-use super::{noise::Noise, quantile::half_width};
+use super::{doubts::Doubts, noise::Noise, quantile::half_width};
 use flankfit_numerics::distribution::Student;
 
 /// The probability from which on a part is said to conform (ISO 14253-1); one less of it is the
@@ -28,16 +28,18 @@ pub struct Inferred {
     pub bias_bound: f64,
     /// The distribution of an error over the standard error.
     pub student: Student,
+    /// Warnings that the error may have another distribution.
+    pub doubts: Doubts,
 }
 
-/// Outcome at 0.95, whatever `level` is.
+/// Verdict at 0.95, whatever `level` is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(
     feature = "contract",
     derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
     serde(rename_all = "snake_case")
 )]
-pub enum ConformityOutcome {
+pub enum ConformityVerdict {
     /// The least probability is 0.95 at least.
     Conforms,
     /// The figure is so far outside a limit as that of a part within is measured with a probability
@@ -61,8 +63,29 @@ pub struct Conformity {
     /// Least and greatest probability that the true figure lies within the limits, by Student's
     /// distribution about the estimate; they differ if the estimate may be biased.
     pub probability: [f64; 2],
-    /// Outcome at 0.95.
-    pub outcome: ConformityOutcome,
+    /// Verdict at 0.95, which holds if the assumptions do.
+    pub verdict: ConformityVerdict,
+    /// `doubtful` if there are `reasons` against the assumptions about the errors.
+    pub assumptions: Assumptions,
+    /// Codes of the warnings that contradict the assumptions: checks that errors as assumed would
+    /// fail with a probability below 0.001, or two of them below 0.01, and others that intervals
+    /// may not hold.
+    #[cfg_attr(feature = "contract", schema(value_type = Vec<String>))]
+    pub reasons: Doubts,
+}
+
+/// State of the assumptions that a verdict follows from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "contract",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(rename_all = "snake_case")
+)]
+pub enum Assumptions {
+    /// Nothing contradicts them.
+    Ok,
+    /// The residuals or the request contradict them.
+    Doubtful,
 }
 
 impl Inferred {
@@ -73,7 +96,7 @@ impl Inferred {
             value: factor * self.value,
             std_error: size * self.std_error,
             bias_bound: size * self.bias_bound,
-            student: self.student,
+            ..self
         }
     }
 
@@ -87,15 +110,13 @@ impl Inferred {
     /// Against ascending limits.
     ///
     /// ```
-    /// use flankfit_estimation::inference::{ConformityOutcome, Inferred};
-    /// use flankfit_numerics::distribution::Student;
+    /// use flankfit_estimation::inference::{ConformityVerdict, Inferred};
     ///
     /// // 3 µm below the limit of 10 µm with a standard error of 2 µm: Φ(1.5) = 0.933
-    /// let slope =
-    ///     Inferred { value: 7.0, std_error: 2.0, bias_bound: 0.0, student: Student::NORMAL };
+    /// let slope = Inferred { value: 7.0, std_error: 2.0, ..Inferred::default() };
     /// let found = slope.conformity([-10.0, 10.0]);
     /// assert!((found.probability[0] - 0.933_192_8).abs() < 1e-7);
-    /// assert_eq!(found.outcome, ConformityOutcome::CannotBeTold);
+    /// assert_eq!(found.verdict, ConformityVerdict::CannotBeTold);
     /// ```
     pub fn conformity(&self, limits: [f64; 2]) -> Conformity {
         let [low, high] = limits;
@@ -118,14 +139,15 @@ impl Inferred {
         let most = within(centre.clamp(-self.bias_bound, self.bias_bound));
         // where both are nearly 1 the last digit may fall either way
         let probability = [within(farthest).min(most), most];
-        let outcome = if probability[0] >= CONFORMANCE_PROBABILITY {
-            ConformityOutcome::Conforms
+        let verdict = if probability[0] >= CONFORMANCE_PROBABILITY {
+            ConformityVerdict::Conforms
         } else if self.lies_beyond(limits) {
-            ConformityOutcome::DoesNotConform
+            ConformityVerdict::DoesNotConform
         } else {
-            ConformityOutcome::CannotBeTold
+            ConformityVerdict::CannotBeTold
         };
-        Conformity { limits, probability, outcome }
+        let assumptions = if self.doubts.is_empty() { Assumptions::Ok } else { Assumptions::Doubtful };
+        Conformity { limits, probability, verdict, assumptions, reasons: self.doubts }
     }
 
     /// True if a part within the limits would be measured as far outside them seldom enough. The
@@ -148,15 +170,15 @@ mod tests {
     use super::*;
 
     fn normal(value: f64, std_error: f64, bias_bound: f64) -> Inferred {
-        Inferred { value, std_error, bias_bound, student: Student::NORMAL }
+        Inferred { value, std_error, bias_bound, ..Inferred::default() }
     }
 
     #[test]
     fn without_error_the_limits_belong_to_what_conforms() {
-        for (value, outcome) in [(2.0, ConformityOutcome::Conforms), (2.1, ConformityOutcome::DoesNotConform)] {
-            assert_eq!(normal(value, 0.0, 0.0).conformity([-2.0, 2.0]).outcome, outcome);
+        for (value, outcome) in [(2.0, ConformityVerdict::Conforms), (2.1, ConformityVerdict::DoesNotConform)] {
+            assert_eq!(normal(value, 0.0, 0.0).conformity([-2.0, 2.0]).verdict, outcome);
         }
-        assert_eq!(normal(1.9, 0.0, 0.2).conformity([-2.0, 2.0]).outcome, ConformityOutcome::CannotBeTold);
+        assert_eq!(normal(1.9, 0.0, 0.2).conformity([-2.0, 2.0]).verdict, ConformityVerdict::CannotBeTold);
     }
 
     /// Limits that no figure reaches say that there is none on that side.
@@ -165,10 +187,10 @@ mod tests {
         for student in [Student::NORMAL, Student::new(1.0), Student::new(9.0), Student::new(400.0)] {
             for far in [1e155, 1e308, f64::MAX] {
                 for (value, bias_bound) in [(0.0, 0.0), (-5.0, 0.3), (3.0, 1.0)] {
-                    let slope = Inferred { value, std_error: 0.1, bias_bound, student };
+                    let slope = Inferred { value, std_error: 0.1, bias_bound, student, ..Inferred::default() };
                     let [none, upper, lower] =
                         [[-far, far], [-far, value], [value, far]].map(|limits| slope.conformity(limits));
-                    assert_eq!((none.probability, none.outcome), ([1.0, 1.0], ConformityOutcome::Conforms), "{far:e}");
+                    assert_eq!((none.probability, none.verdict), ([1.0, 1.0], ConformityVerdict::Conforms), "{far:e}");
                     assert!(upper.probability[1].min(lower.probability[1]) > 0.5 - 1e-9, "{upper:?} {lower:?}");
                     assert!(upper.probability[0].max(lower.probability[0]) < 0.5 + 1e-9, "{upper:?} {lower:?}");
                 }
@@ -180,22 +202,22 @@ mod tests {
     fn the_guard_band_is_that_of_one_tail() {
         // 1.6448536 standard errors inside and outside of one limit, the other far away
         for (value, outcome) in [
-            (-1.645, ConformityOutcome::Conforms),
-            (-1.644, ConformityOutcome::CannotBeTold),
-            (1.644, ConformityOutcome::CannotBeTold),
-            (1.645, ConformityOutcome::DoesNotConform),
+            (-1.645, ConformityVerdict::Conforms),
+            (-1.644, ConformityVerdict::CannotBeTold),
+            (1.644, ConformityVerdict::CannotBeTold),
+            (1.645, ConformityVerdict::DoesNotConform),
         ] {
-            assert_eq!(normal(value, 1.0, 0.0).conformity([-100.0, 0.0]).outcome, outcome, "{value}");
+            assert_eq!(normal(value, 1.0, 0.0).conformity([-100.0, 0.0]).verdict, outcome, "{value}");
         }
         // t(0.95; 4) = 2.131847
         let few = Inferred { student: Student::new(4.0), ..normal(-2.131, 1.0, 0.0) };
-        assert_eq!(few.conformity([-100.0, 0.0]).outcome, ConformityOutcome::CannotBeTold);
-        assert_eq!(Inferred { value: -2.132, ..few }.conformity([-100.0, 0.0]).outcome, ConformityOutcome::Conforms);
+        assert_eq!(few.conformity([-100.0, 0.0]).verdict, ConformityVerdict::CannotBeTold);
+        assert_eq!(Inferred { value: -2.132, ..few }.conformity([-100.0, 0.0]).verdict, ConformityVerdict::Conforms);
     }
 
     #[test]
     fn limits_closer_than_the_error_are_never_told_to_be_kept() {
-        assert_eq!(normal(0.0, 1.0, 0.0).conformity([-1.0, 1.0]).outcome, ConformityOutcome::CannotBeTold);
+        assert_eq!(normal(0.0, 1.0, 0.0).conformity([-1.0, 1.0]).verdict, ConformityVerdict::CannotBeTold);
     }
 
     /// The value that is refused solves 1 − Φ(x − 0.02 − b) + 1 − Φ(x + 0.02 + b) = 0.05.
@@ -203,17 +225,17 @@ mod tests {
     fn a_value_in_the_middle_of_narrow_limits_is_not_told_to_miss_them() {
         let narrow = normal(0.0, 1.0, 0.0).conformity([-0.02, 0.02]);
         assert!((narrow.probability[1] - 0.015_956_5).abs() < 1e-6, "{narrow:?}");
-        assert_eq!(narrow.outcome, ConformityOutcome::CannotBeTold);
+        assert_eq!(narrow.verdict, ConformityVerdict::CannotBeTold);
         for (value, bias_bound, outcome) in [
-            (1.960, 0.0, ConformityOutcome::CannotBeTold),
-            (1.961, 0.0, ConformityOutcome::DoesNotConform),
-            (-1.960, 0.0, ConformityOutcome::CannotBeTold),
-            (-1.961, 0.0, ConformityOutcome::DoesNotConform),
-            (1.973, 0.1, ConformityOutcome::CannotBeTold),
-            (1.975, 0.1, ConformityOutcome::DoesNotConform),
+            (1.960, 0.0, ConformityVerdict::CannotBeTold),
+            (1.961, 0.0, ConformityVerdict::DoesNotConform),
+            (-1.960, 0.0, ConformityVerdict::CannotBeTold),
+            (-1.961, 0.0, ConformityVerdict::DoesNotConform),
+            (1.973, 0.1, ConformityVerdict::CannotBeTold),
+            (1.975, 0.1, ConformityVerdict::DoesNotConform),
         ] {
             let found = normal(value, 1.0, bias_bound).conformity([-0.02, 0.02]);
-            assert_eq!(found.outcome, outcome, "{value} {bias_bound}");
+            assert_eq!(found.verdict, outcome, "{value} {bias_bound}");
         }
     }
 
@@ -223,7 +245,7 @@ mod tests {
         let decided = |error: f64| normal(truth + bias + std_error * error, std_error, bias_bound).conformity(limits);
         (-800..800)
             .map(|k| 0.01 * (f64::from(k) + 0.5))
-            .filter(|error| decided(*error).outcome == ConformityOutcome::DoesNotConform)
+            .filter(|error| decided(*error).verdict == ConformityVerdict::DoesNotConform)
             .map(|error| 0.01 * (-0.5 * error * error).exp() / (2.0 * std::f64::consts::PI).sqrt())
             .sum()
     }
@@ -252,12 +274,12 @@ mod tests {
             let limits = [low, low + width];
             let student = Student::new(freedom);
             let [least, most] =
-                Inferred { value, std_error, bias_bound: bound, student }.conformity(limits).probability;
+                Inferred { value, std_error, bias_bound: bound, student, ..Inferred::default() }.conformity(limits).probability;
             let (mut low, mut high) = (1.0f64, 0.0f64);
             for k in -200..=200 {
                 let moved = value + bound * f64::from(k) / 200.0;
                 let [p, same] =
-                    Inferred { value: moved, std_error, bias_bound: 0.0, student }.conformity(limits).probability;
+                    Inferred { value: moved, std_error, student, ..Inferred::default() }.conformity(limits).probability;
                 prop_assert_eq!(p, same);
                 prop_assert!(least <= p + 1e-12 && p <= most + 1e-12, "{} {} {}", least, p, most);
                 (low, high) = (low.min(p), high.max(p));

@@ -9,12 +9,14 @@
 
 mod bias_aware;
 mod conformity;
+mod doubts;
 mod noise;
 mod quantile;
 mod simultaneous;
 
 pub use bias_aware::{BiasAware, LinearForm, bias_aware};
-pub use conformity::{CONFORMANCE_PROBABILITY, Conformity, ConformityOutcome, Inferred};
+pub use conformity::{Assumptions, CONFORMANCE_PROBABILITY, Conformity, ConformityVerdict, Inferred};
+pub use doubts::Doubts;
 pub use noise::Noise;
 pub use quantile::{biased_quantile, half_width};
 pub use simultaneous::{

@@ -14,6 +14,13 @@ use crate::{
     spec::{ExpectedSize, FitSpec, Piece},
     spectrum::{ScaledColumns, Spectrum},
 };
+use flankfit_numerics::{
+    distribution::{chi_squared, fisher},
+    root::boundary,
+};
+
+/// Probability below which nodes contradict a limit of the norm.
+const CONTRADICTED: f64 = 0.01;
 
 /// Everything known of the fit before it is regularised.
 pub(crate) struct Context<'a> {
@@ -59,10 +66,30 @@ impl Context<'_> {
                 ExpectedSize::Within(limits) => self.norm_of(limits).max(regularized),
             };
         };
-        if r < norm {
-            warnings.push(Warning::NormLimitBelowEstimate { limit: r, norm });
+        if let Some(p) = self.contradiction(r).filter(|p| *p < CONTRADICTED) {
+            warnings.push(Warning::NormLimitContradicted { limit: r, norm, p });
         }
         r
+    }
+
+    /// Returns the greatest probability that least squares lies so far from all coefficients with a
+    /// norm of at most `r` if the true ones are among them: F of the distance to the nearest.
+    fn contradiction(&self, r: f64) -> Option<f64> {
+        let largest = self.spectrum.largest();
+        let known = || self.spectrum.lambda.iter().zip(&self.spectrum.a).filter(|(lambda, _)| **lambda > 0.0);
+        // the nearest are those of ridge with k = largest (1 − t)/t
+        let kept = |t: f64, lambda: f64| lambda * t / (lambda * t + largest * (1.0 - t));
+        let norm = |t: f64| known().map(|(l, a)| (kept(t, *l) * a).powi(2)).sum::<f64>().sqrt();
+        if norm(1.0) <= r {
+            return None;
+        }
+        let [t, _] = boundary([0.0, 1.0], 0.0, |t| norm(t) <= r);
+        let distance: f64 = known().map(|(l, a)| l * ((1.0 - kept(t, *l)) * a).powi(2)).sum::<f64>() / self.variance?;
+        let count = known().count() as f64;
+        Some(match self.spec.noise_sigma {
+            Some(_) => chi_squared::upper_tail(distance, count),
+            None => fisher::upper_tail(distance / count, count, self.degrees_of_freedom as f64),
+        })
     }
 
     /// √n τ with τ² = Σλᵢ aᵢ² / Σλᵢ; 0 where the columns reach nothing.

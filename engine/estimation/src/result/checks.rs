@@ -1,11 +1,14 @@
 //! Warnings of the checks of residuals.
 
-use super::{Warning, words::Probability};
-use crate::spec::Along;
+use super::{Warning, fit_result::FitResult, words::Probability};
+use crate::{inference::Doubts, spec::Along};
 use flankfit_numerics::{
     warnings,
     words::{Size, listed, rounded},
 };
+
+/// Probability below which one check alone casts doubt on intervals.
+const CERTAIN: f64 = 0.001;
 
 warnings! {
 /// Assumption that the residuals contradict.
@@ -16,11 +19,13 @@ pub enum ResidualWarning {
          with a probability of {}. Either the model is incomplete, or the errors are correlated, and standard errors \
          that assume independence are too small by a factor of about {factor:.1}; raise the degree, or request \
          `errors` along {}",
-        .along.name(), Probability(*.p), .along.name()
+        .along.name(), Probability(*.p), .model.name()
     )]
     "correlated_residuals" => CorrelatedResiduals {
         /// Direction of the scan lines.
         along: Along,
+        /// Direction of a model of the errors without this correlation.
+        model: Along,
         /// `Σ rᵢrᵢ₊₁ / Σ r²` over neighbours.
         correlation: f64,
         /// The probability that residuals of independent errors are so correlated.
@@ -87,6 +92,32 @@ pub enum ResidualWarning {
         residual: f64,
     },
 }
+}
+
+impl ResidualWarning {
+    /// The probability that errors as assumed fail the check so clearly.
+    fn p(&self) -> f64 {
+        match *self {
+            ResidualWarning::CorrelatedResiduals { p, .. }
+            | ResidualWarning::UnevenVariance { p, .. }
+            | ResidualWarning::LackOfFit { p, .. }
+            | ResidualWarning::ClusteredLowWeights { p, .. } => p,
+        }
+    }
+}
+
+impl FitResult {
+    /// Returns the warnings that intervals may not hold. A single check of the residuals counts
+    /// only if it is certain.
+    pub fn doubts(&self) -> Doubts {
+        let check = |warning: &Warning| match warning {
+            Warning::Residuals { warning } => Some(warning.p()),
+            _ => None,
+        };
+        let several = self.warnings.iter().filter_map(check).count() > 1;
+        let counts = |warning: &&Warning| several || check(warning).is_none_or(|p| p < CERTAIN);
+        self.warnings.iter().filter(counts).map(Warning::code).collect()
+    }
 }
 
 impl From<ResidualWarning> for Warning {

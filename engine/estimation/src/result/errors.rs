@@ -67,6 +67,8 @@ pub struct ErrorParameters {
     /// For `ar1`: the correlation of neighbours. At 0.95 over a line of 60 nodes, 95 % intervals
     /// have a coverage of 0.92 only, 0.88 for the worst coefficient (docs/explanation/errors.md).
     pub rho: Option<f64>,
+    /// Along `both` axes: the correlation of neighbours along v; `rho` is that along u.
+    pub rho_v: Option<f64>,
     /// For `ar2`: φ₁ and φ₂.
     #[cfg_attr(feature = "contract", schema(min_items = 2, max_items = 2))]
     pub phi: Option<[f64; 2]>,
@@ -76,6 +78,8 @@ pub struct ErrorParameters {
     pub nugget: Option<f64>,
     /// Standard error of `rho` or `length`, where it was estimated.
     pub std_error: Option<f64>,
+    /// Standard error of `rho_v`, where it was estimated.
+    pub rho_v_std_error: Option<f64>,
     /// Standard errors of `phi`, where they were estimated.
     #[cfg_attr(feature = "contract", schema(min_items = 2, max_items = 2))]
     pub phi_std_error: Option<[f64; 2]>,
@@ -134,6 +138,7 @@ impl ErrorsReport {
     pub(crate) fn new(
         correlation: Correlation,
         along: Along,
+        rho_v: Option<f64>,
         std_errors: Option<[f64; 2]>,
         effective_count: f64,
         whiteness: Option<[Whiteness; 2]>,
@@ -142,7 +147,10 @@ impl ErrorsReport {
         let std_error = std_errors.map(|[first, _]| first);
         let none = ErrorParameters::default();
         let (kind, parameters) = match correlation {
-            Correlation::Ar1 { rho } => (CorrelationKind::Ar1, ErrorParameters { rho, std_error, ..none }),
+            Correlation::Ar1 { rho } => {
+                let rho_v_std_error = rho_v.and(std_errors).map(|[_, second]| second);
+                (CorrelationKind::Ar1, ErrorParameters { rho, std_error, rho_v, rho_v_std_error, ..none })
+            }
             Correlation::Ar2 { phi } => {
                 (CorrelationKind::Ar2, ErrorParameters { phi, phi_std_error: std_errors, ..none })
             }
@@ -165,9 +173,9 @@ impl ErrorsReport {
     }
 
     pub(crate) fn is_finite(&self) -> bool {
-        let ErrorParameters { phi_std_error, std_error, nugget_std_error, .. } = &self.parameters;
+        let ErrorParameters { phi_std_error, std_error, rho_v_std_error, nugget_std_error, .. } = &self.parameters;
         let pairs = [phi_std_error, &self.durbin_watson, &self.ljung_box, &self.ljung_box_p];
-        let numbers = [std_error, nugget_std_error].into_iter().flatten();
+        let numbers = [std_error, rho_v_std_error, nugget_std_error].into_iter().flatten();
         numbers.chain(pairs.into_iter().flatten().flatten()).chain([&self.effective_count]).all(|x| x.is_finite())
     }
 }

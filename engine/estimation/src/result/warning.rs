@@ -45,13 +45,20 @@ pub enum Warning {
     /// A node uncertainty above the square bound.
     #[error("the node uncertainty times the condition number is 1 or more: there is no square bound")]
     "perturbation_unbounded" => PerturbationUnbounded,
-    /// A limit r below the norm ‖Â‖ of the estimate.
+    /// A limit r of the norm that the nodes contradict.
     #[error(
-        "coefficient_norm_limit {} is below ‖Â‖ = {} of this fit: if the true norm is above the limit too, bias-aware \
-         intervals and bands do not hold, and bias_bound and sharp_bound may be exceeded",
-        Shown(*.limit), rounded(*.norm, 6)
+        "the nodes contradict coefficient_norm_limit {}: ‖Â‖ is {}, and coefficients within the limit have heights so \
+         far from the fit with a probability of at most {}; bias-aware intervals and bands do not hold, and \
+         bias_bound and sharp_bound may be exceeded",
+        Shown(*.limit), rounded(*.norm, 6), Probability(*.p)
     )]
-    "norm_limit_below_estimate" => NormLimitBelowEstimate { limit: f64, norm: f64 },
+    "norm_limit_contradicted" => NormLimitContradicted {
+        limit: f64,
+        /// ‖Â‖.
+        norm: f64,
+        /// Greatest probability of such heights if the limit is true.
+        p: f64,
+    },
     /// r is the norm of an estimate that is not distinguishable from 0 where it matters most.
     #[error(
         "r = ‖Â‖ = {norm:.3e} is an estimate, and along the direction that the nodes determine worst it is not \
@@ -161,6 +168,13 @@ pub enum Warning {
          those of the filtered heights and assume independent noise"
     )]
     "filtered_noise" => FilteredNoise,
+    /// A filter of peaks before a fit.
+    #[error(
+        "the filter of peaks changed {}, some of which may be noise and no peaks: σ and standard errors take the \
+         others for all that was measured and are too small; compare a fit without the filter and with `m_estimator`",
+        counted(*.changed, "node", "nodes")
+    )]
+    "filtered_noise" => PeaksChanged { changed: usize },
     /// A robust filter that did not converge.
     #[error(
         "filters/{filter}: the robust filter did not converge within {rounds} rounds on {lines} line(s); the result \

@@ -4,7 +4,9 @@
 use super::form;
 
 /// Direction of scan lines: `u` (columns of a grid; profiles of a flank), `v` (rows; helices of a
-/// flank), or `order`: along the abscissae of a curve, and in the order posted for other nodes.
+/// flank), `both` (the correlation of two nodes of a full grid is the product of those along u and
+/// v), or `order`: along the abscissae of a curve, in the order posted for other nodes, and on a
+/// grid in the direction that the residuals show: u, v, or both if neither alone is enough.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(
     feature = "contract",
@@ -16,7 +18,9 @@ pub enum Along {
     U,
     /// Along v at each u: the rows of a grid.
     V,
-    /// Along the abscissae of a curve, or in the order posted.
+    /// Along both axes of a grid.
+    Both,
+    /// Along the abscissae of a curve, in the order posted, or as the residuals of a grid show.
     #[default]
     Order,
 }
@@ -27,6 +31,7 @@ impl Along {
         match self {
             Along::U => "u",
             Along::V => "v",
+            Along::Both => "both",
             Along::Order => "order",
         }
     }

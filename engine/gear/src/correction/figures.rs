@@ -8,7 +8,7 @@ use crate::{
     Side,
     evaluation::{flank_surface::EstimatedFigure, within},
 };
-use flankfit_estimation::inference::{Conformity, ConformityOutcome};
+use flankfit_estimation::inference::{Conformity, ConformityVerdict};
 
 /// A figure of a flank, held against its limits.
 #[derive(Clone, Debug, PartialEq)]
@@ -58,7 +58,7 @@ impl HeldFigure {
     /// degrees of freedom.
     pub(super) fn conforms(&self, value: f64, limits: [f64; 2]) -> bool {
         match self.measured.at(value).about {
-            Some(about) => about.conformity(limits).outcome == ConformityOutcome::Conforms,
+            Some(about) => about.conformity(limits).verdict == ConformityVerdict::Conforms,
             None => within(value, Some(limits)) == Some(true),
         }
     }

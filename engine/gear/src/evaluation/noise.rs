@@ -48,7 +48,8 @@ impl EstimatedVariance {
 
     /// An estimate whose variance this is.
     pub(crate) fn about(&self, value: f64) -> Inferred {
-        Inferred { value, std_error: self.value.sqrt(), bias_bound: 0.0, student: Student::new(self.freedom.max(1.0)) }
+        let student = Student::new(self.freedom.max(1.0));
+        Inferred { value, std_error: self.value.sqrt(), student, ..Inferred::default() }
     }
 }
 

@@ -15,7 +15,7 @@ use crate::{
     tolerance::{Characteristic, OutOfScope, Rounding, Tolerances},
 };
 use flankfit_estimation::inference::{Conformity, Inferred};
-use flankfit_numerics::{check::Faults, distribution::Student};
+use flankfit_numerics::check::Faults;
 
 /// Limits of pitch deviations and the run-out, `[low, high]` in µm. Each figure that has limits is
 /// returned with `within`, and with its conformity if `standard_uncertainty_um` gives its
@@ -239,5 +239,5 @@ fn range(value: f64, limits: [f64; 2], complete: bool, uncertainty: Option<f64>)
 }
 
 fn about(value: f64, std_error: f64) -> Inferred {
-    Inferred { value, std_error, bias_bound: 0.0, student: Student::NORMAL }
+    Inferred { value, std_error, ..Inferred::default() }
 }

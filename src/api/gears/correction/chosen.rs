@@ -60,6 +60,7 @@ impl ChosenFigures {
             std_error: 0.5 * (high - low) / quantile,
             bias_bound: 0.0,
             student,
+            doubts: inference.and_then(|one| one.conformity).map(|one| one.reasons).unwrap_or_default(),
         };
         EstimatedFigure { value, std_error, interval, about: interval.map(about) }
     }

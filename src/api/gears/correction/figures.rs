@@ -7,7 +7,7 @@ use utoipa::ToSchema;
 
 use crate::api::warning::WarningBody;
 use flankfit_engine::{
-    estimation::inference::ConformityOutcome,
+    estimation::inference::Conformity,
     gear::{
         Side,
         correction::{
@@ -74,23 +74,22 @@ pub struct TargetFigureBody {
     #[schema(min_items = 2, max_items = 2)]
     pub limits: Option<[f64; 2]>,
     /// Conformity with a guard band by the standard error.
-    pub conformity_before: Option<ConformityOutcome>,
+    pub conformity_before: Option<Conformity>,
     /// Likewise for the predicted figure.
-    pub conformity_predicted: Option<ConformityOutcome>,
+    pub conformity_predicted: Option<Conformity>,
 }
 
 impl TargetFigureBody {
     fn new(figure: &HeldFigure, change: &[f64]) -> Self {
         let (before, predicted) = (figure.measured.value, figure.after(change));
-        let conformity = |value| figure.conformity(value).map(|found| found.outcome);
         TargetFigureBody {
             before,
             target: figure.target,
             predicted,
             std_error: figure.measured.std_error,
             limits: figure.limits,
-            conformity_before: conformity(before),
-            conformity_predicted: conformity(predicted),
+            conformity_before: figure.conformity(before),
+            conformity_predicted: figure.conformity(predicted),
         }
     }
 

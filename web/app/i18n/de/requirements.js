@@ -94,8 +94,23 @@ export default {
   conforms: "konform",
   does_not_conform: "nicht konform",
   cannot_be_told: "nicht zu entscheiden",
+  doubtful: "konform, wenn die Annahmen gelten",
+  because: (code) =>
+    /** @type {Record<string, string>} */ ({
+      outliers_suspected: "Verdacht auf grobe Fehler",
+      correlated_residuals: "Residuen korreliert",
+      uneven_variance: "Streuung ungleich",
+      lack_of_fit: "dem Modell fehlt eine Form",
+      clustered_low_weights: "verworfene Punkte liegen beieinander",
+      uncertainty_contradicted: "angegebene Unsicherheit widerlegt",
+      filtered_noise: "vor der Anpassung geglättet",
+      post_selection: "Modell an denselben Punkten gewählt",
+      positions_uncertain: "Positionen unsicher",
+      power_uncertain: "Varianzen unsicher",
+      norm_limit_contradicted: "Grenze der Norm widerlegt",
+    })[code] ?? code,
   conformityHint:
-    "✓ und ✗ sagen, ob der Wert in seinen Grenzen liegt; die Konformität ist nach ISO 14253-1 entschieden, mit einem Sicherheitsband der Unsicherheit.",
+    "✓ und ✗ sagen, ob der Wert in seinen Grenzen liegt; die Konformität ist nach ISO 14253-1 entschieden, mit einem Sicherheitsband der Unsicherheit. Zweifelhaft ist sie, wo die Residuen den Annahmen widersprechen.",
   thumbnail: (figures, flank) =>
     `${flank ? { left: "Linke Flanke", right: "Rechte Flanke" }[flank] : "Flanke"} nach ihren Kenngrößen: ${figures}`,
 };

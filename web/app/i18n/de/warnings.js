@@ -59,8 +59,7 @@ export default {
   no_scale: "Zu wenige Knoten liegen neben der Fläche; Streuung und Standardabweichungen fehlen.",
   no_shape: "Zu diesem Modell gibt es keine Form als Kurve oder Fläche.",
   no_standard_errors: "Standardabweichungen so vieler Koeffizienten sind zu aufwendig und fehlen.",
-  norm_limit_below_estimate:
-    "Die Grenze der Norm liegt unter der Norm dieses Fits: Intervalle und Schranken gelten vielleicht nicht.",
+  norm_limit_contradicted: "Die Messpunkte widersprechen der Grenze der Norm: Intervalle und Schranken gelten nicht.",
   norm_limit_is_estimate:
     "Die Schranken der Verzerrung gelten nur für die geschätzte Norm der Koeffizienten; besser die Grenze angeben.",
   norm_limit_unused: "Die Grenze der Norm verkürzt die Intervalle dieses Fits nicht, nur die Schranken der Verzerrung.",

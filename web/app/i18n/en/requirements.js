@@ -95,8 +95,23 @@ export default {
   conforms: "conforms",
   does_not_conform: "does not conform",
   cannot_be_told: "cannot be told",
+  doubtful: "conforms if errors are as assumed",
+  because: (/** @type {string} */ code) =>
+    /** @type {Record<string, string>} */ ({
+      outliers_suspected: "gross errors suspected",
+      correlated_residuals: "correlated residuals",
+      uneven_variance: "uneven variance",
+      lack_of_fit: "the model lacks a shape",
+      clustered_low_weights: "rejected nodes lie together",
+      uncertainty_contradicted: "the given uncertainty is contradicted",
+      filtered_noise: "smoothed before the fit",
+      post_selection: "model selected by the same nodes",
+      positions_uncertain: "uncertain positions",
+      power_uncertain: "uncertain variances",
+      norm_limit_contradicted: "norm limit contradicted",
+    })[code] ?? code,
   conformityHint:
-    "✓ and ✗ say whether the value lies within its limits; conformity is decided by ISO 14253-1, with a guard band of the uncertainty.",
+    "✓ and ✗ say whether the value lies within its limits; conformity is decided by ISO 14253-1, with a guard band of the uncertainty. The verdict is doubtful where the residuals contradict the assumptions.",
   thumbnail: (/** @type {string} */ figures, /** @type {"left" | "right" | undefined} */ flank) =>
     `${flank ? { left: "Left flank", right: "Right flank" }[flank] : "Flank"} by its figures: ${figures}`,
 };

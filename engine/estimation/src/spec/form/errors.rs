@@ -23,7 +23,7 @@ pub(in crate::spec) enum Errors {
     /// whole line it is lower: with ρ = 0.95 it is 0.92 on average and 0.88 for the worst
     /// (docs/explanation/errors.md).
     Ar1 {
-        /// Direction of scan lines. Required for a grid.
+        /// Direction of scan lines.
         #[serde(default)]
         along: Along,
         /// The line of each node as posted, any whole number; of scattered nodes and rows of a
@@ -39,7 +39,7 @@ pub(in crate::spec) enum Errors {
     /// Autoregression of second order in steps of the line; missing nodes are steps. Estimating it
     /// needs three nodes with two predecessors on their line.
     Ar2 {
-        /// Direction of scan lines. Required for a grid.
+        /// Direction of scan lines.
         #[serde(default)]
         along: Along,
         /// The line of each node as posted, any whole number; of scattered nodes and rows of a
@@ -56,7 +56,7 @@ pub(in crate::spec) enum Errors {
     /// a share of white noise in the variance. Estimating it takes three nodes with two
     /// predecessors on their line, or neighbours at different distances.
     Matern {
-        /// Direction of scan lines. Required for a grid.
+        /// Direction of scan lines.
         #[serde(default)]
         along: Along,
         /// The line of each node as posted, any whole number; of scattered nodes and rows of a
@@ -75,7 +75,7 @@ pub(in crate::spec) enum Errors {
 #[derive(Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub(in crate::spec) struct Ar1Parameters {
-    /// The correlation of neighbours.
+    /// The correlation of neighbours, of `both` along u and along v.
     #[schema(exclusive_minimum = -1, exclusive_maximum = 1, example = 0.6)]
     rho: f64,
 }

@@ -77,7 +77,8 @@ pub(in crate::spec) enum Estimator {
         #[schema(minimum = 0, maximum = 9007199254740991i64, default = 0)]
         seed: u64,
     },
-    /// Least rank dispersion (Jaeckel), with Wilcoxon scores solved exactly; the constant is set by
+    /// Least rank dispersion (Jaeckel), with Wilcoxon scores by a simplex method (with many ties it
+    /// may stop before the minimum: `not_converged`); the constant is set by
     /// the median of the residuals.
     Rank {
         /// Default `wilcoxon`.

@@ -9,7 +9,7 @@ use super::{Figure, FlankNodes, Slopes, SurfaceSettings, Trimmed, flank_surface}
 use crate::Gear;
 use flankfit_estimation::{
     self, FitError, FitResult, FitSpec, Nodes,
-    inference::Inferred,
+    inference::{Doubts, Inferred},
     spec::{DEFAULT_CONDITION_LIMIT, Model, Regularization, Scaling, Variance},
 };
 use flankfit_numerics::distribution::{Student, fisher::student_two_sided};
@@ -160,8 +160,15 @@ impl EstimatedFigure {
             value,
             std_error,
             interval: half.map(|half| [value - half, value + half]),
-            about: std_error.map(|std_error| Inferred { value, std_error, bias_bound: 0.0, student }),
+            about: std_error.map(|std_error| Inferred { value, std_error, student, ..Inferred::default() }),
         }
+    }
+
+    /// Returns the figure with further doubts about its error.
+    #[must_use]
+    pub fn doubted(self, doubts: Doubts) -> Self {
+        let about = self.about.map(|about| Inferred { doubts: about.doubts.or(doubts), ..about });
+        EstimatedFigure { about, ..self }
     }
 
     /// Returns the figure moved to `value` by an exactly known change.
@@ -184,7 +191,11 @@ impl EstimatedFigure {
         match fits {
             [] => self,
             [one] => *one,
-            several => self.at(several.iter().map(|one| one.value).sum::<f64>() / several.len() as f64),
+            several => {
+                let mean = several.iter().map(|one| one.value).sum::<f64>() / several.len() as f64;
+                let doubts = several.iter().filter_map(|one| one.about).map(|about| about.doubts);
+                doubts.fold(self.at(mean), Self::doubted)
+            }
         }
     }
 }
@@ -212,8 +223,11 @@ pub fn estimated_figures(
     if let Ok(surface) = flank_surface(gear, nodes, &settings)
         && is_determined(&surface.result)
     {
-        let freedom = surface.result.residuals.degrees_of_freedom;
-        let figure = |figure: Figure| Some(EstimatedFigure::new(figure.value, figure.std_error, freedom, 1.0));
+        let result = &surface.result;
+        let freedom = result.residuals.degrees_of_freedom;
+        let figure = |figure: Figure| {
+            Some(EstimatedFigure::new(figure.value, figure.std_error, freedom, 1.0).doubted(result.doubts()))
+        };
         return Some(FlankFigures {
             profile_slope: figure(surface.profile_slope),
             helix_slope: figure(surface.helix_slope),
@@ -228,7 +242,7 @@ pub fn estimated_figures(
     let Slopes { factors, .. } = trimmed.slopes(gear, settings.terms);
     let figure = |column: usize, factor: f64| {
         let found = result.coefficients.get(column)?;
-        Some(EstimatedFigure::new(found.value, found.std_error, freedom, scale * factor))
+        Some(EstimatedFigure::new(found.value, found.std_error, freedom, scale * factor).doubted(result.doubts()))
     };
     let [profile, helix] = settings.signs();
     Some(FlankFigures {
