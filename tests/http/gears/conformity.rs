@@ -188,3 +188,33 @@ async fn records_keep_intervals_and_decisions() {
     assert!(kept.text.contains("\"conforms\"") && kept.text.contains("slope_interval_um"), "{}", kept.text);
     assert_eq!(send(app.get(kept.header("location"))).await.text, kept.text);
 }
+
+/// A tip relief in the nodes that a surface of second order cannot follow.
+#[tokio::test]
+async fn a_verdict_says_whether_its_assumptions_hold() {
+    let app = TestApp::start().await;
+    let mut request = examples("gear_flank_surface")[0].1.clone();
+    let profile: Vec<f64> = (0..11).map(|i| 6.0 + 0.6 * f64::from(i)).collect();
+    let z: Vec<f64> = (0..9).map(|j| 1.0 + 1.6 * f64::from(j)).collect();
+    (request["profile"], request["z_mm"]) = (json!(profile), json!(z));
+    request["tolerance_limits"] = json!({"profile_slope_um": [-60.0, 60.0]});
+    request["border_percent"] = json!({"root": 0, "tip": 0, "toe": 0, "heel": 0});
+    let mut conformity = async |relief: f64| {
+        let height = |i: usize, j: usize| {
+            let noise = 0.4 * f64::sin(12.9898 * i as f64 + 78.233 * j as f64 + 3.0 * (i * j) as f64);
+            noise - relief * f64::max(0.0, (i as f64 - 7.0) / 3.0).powi(2)
+        };
+        let rows = (0..11).map(|i| (0..9).map(|j| height(i, j)).collect::<Vec<f64>>());
+        request["deviation_um"] = json!(rows.collect::<Vec<_>>());
+        let found = taken(&app, "/v1/gears/flank-surface", &request).await;
+        (found["profile_slope_um"]["conformity"].clone(), found["warnings"].clone())
+    };
+    let (clean, _) = conformity(0.0).await;
+    assert_eq!((&clean["assumptions"], &clean["reasons"]), (&json!("ok"), &json!([])), "{clean}");
+    let (relieved, warnings) = conformity(12.0).await;
+    assert_eq!((&relieved["verdict"], &relieved["assumptions"]), (&json!("conforms"), &json!("doubtful")));
+    let reasons = relieved["reasons"].as_array().unwrap();
+    assert!(reasons.contains(&json!("lack_of_fit")), "{relieved}");
+    let codes: Vec<&Value> = warnings.as_array().unwrap().iter().map(|warning| &warning["code"]).collect();
+    assert!(reasons.iter().all(|reason| codes.contains(&reason)), "{reasons:?} {codes:?}");
+}

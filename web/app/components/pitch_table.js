@@ -8,7 +8,7 @@ import { h, html } from "../../vendor/ui.js";
 import { limitText } from "./flank_figures.js";
 import { GearSymbol } from "./symbol.js";
 import { table } from "./table.js";
-import { Within } from "./within.js";
+import { Conforms, verdictText, Within } from "./within.js";
 
 /** @typedef {import("../api/client.js").Schema<"PitchEvaluation">} PitchEvaluation */
 /** @typedef {import("../api/client.js").Schema<"FlankPitch">} FlankPitch */
@@ -107,9 +107,7 @@ export function PitchTable({ pitch, tolerances, csvName, of: whose }) {
       {
         key: "conformity",
         header: requirementText.conformity,
-        cell: rows.some(({ conformity }) => conformity)
-          ? ({ conformity }) => h(Conforms, { conformity })
-          : undefined,
+        cell: rows.some(({ conformity }) => conformity) ? ({ conformity }) => h(Conforms, { conformity }) : undefined,
         csv: ({ conformity }) => verdictText(conformity),
       },
     ]),

@@ -24,6 +24,7 @@ export const VERDICTS = /** @type {const} */ ({
 
 /** The key of a verdict, and the reasons to doubt it in words. @param {Conformity} conformity */
 export function verdictOf({ verdict, assumptions, reasons }) {
+  /** @type {keyof typeof VERDICTS} */
   const key = verdict === "conforms" && assumptions === "doubtful" ? "doubtful" : verdict;
   return { key, why: reasons.map(t.because).join(", ") };
 }

@@ -161,7 +161,10 @@ browserTest(
       const told = result.figures.left[`${name}_um`];
       const predicted = await figures.nth(i).locator("td .cell").nth(2).textContent();
       agrees(predicted, told.predicted);
-      assert.ok(predicted?.includes(words[/** @type {"conforms"} */ (told.conformity_predicted.verdict)]), predicted ?? "");
+      assert.ok(
+        predicted?.includes(words[/** @type {"conforms"} */ (told.conformity_predicted.verdict)]),
+        predicted ?? "",
+      );
     }
     // a setting at its limit: the file is saved only after confirmation
     await call("POST", `/v1/jobs/${id}/iterations/1/correction`, {
