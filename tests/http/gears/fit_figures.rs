@@ -76,7 +76,7 @@ fn alike(found: &Value, want: &Value) {
             assert!((number(&found["interval"][end]) - number(&want["interval"][end])).abs() < 1e-6, "{name}: {found}");
         }
         assert_eq!((&found["within"], &found["interval_kind"]), (&want["within"], &want["interval_kind"]), "{name}");
-        assert_eq!(found["conformity"]["verdict"], want["conformity"]["outcome"], "{name}: {found} {want}");
+        assert_eq!(found["conformity"]["verdict"], want["conformity"]["verdict"], "{name}: {found} {want}");
     }
 }
 
@@ -217,7 +217,7 @@ async fn figures_of_helical_gears_count_along_the_normal_or_transversely() {
     for name in ["profile_slope_um", "helix_slope_um"] {
         let most = |of: &Value| number(&of[name]["conformity"]["limits_um"][1]);
         assert!((most(&across) - scale * most(&along)).abs() < 1e-9, "{along} {across}");
-        assert_eq!(along[name]["conformity"]["verdict"], across[name]["conformity"]["outcome"]);
+        assert_eq!(along[name]["conformity"]["verdict"], across[name]["conformity"]["verdict"]);
     }
 }
 

@@ -11,7 +11,7 @@ import { WithError } from "./figure.js";
 import { GearSymbol } from "./symbol.js";
 import { table } from "./table.js";
 import { WarningList } from "./warnings.js";
-import { Conforms, verdictText, Within } from "./within.js";
+import { Conforms, verdictOf, verdictText, Within } from "./within.js";
 
 /** @typedef {import("../api/client.js").Schema<"FitFigures">} Figures */
 /** @typedef {import("../api/client.js").Schema<"FlankFigure">} FlankFigure */
@@ -45,6 +45,8 @@ export function FlankFigures({ figures, level }) {
   const rows = toldFigures(figures);
   const percent = fmt.value.input(Number((100 * level).toPrecision(12)));
   const limited = rows.some(({ figure }) => figure.conformity);
+  // all figures of a fit have the same reasons
+  const why = rows.flatMap(({ figure: { conformity } }) => (conformity ? [verdictOf(conformity).why] : []))[0];
   return html`<section class="panel figures-panel" aria-labelledby="flank-figures">
     <h2 id="flank-figures">${t.figuresOfFit}</h2>
     ${
@@ -58,7 +60,7 @@ export function FlankFigures({ figures, level }) {
             rows,
             rowKey: ({ name }) => name,
             columns: columns(percent, limited),
-            note: html`${t.figuresHint}${limited && ` ${t.conformityHint}`} ${h(StripLegend, { estimates: rows.map(({ figure }) => estimateOf(figure)), limited })}`,
+            note: html`${t.figuresHint}${limited && ` ${t.conformityHint}`}${why && html` <b>${t.whyDoubtful(why)}</b>`} ${h(StripLegend, { estimates: rows.map(({ figure }) => estimateOf(figure)), limited })}`,
           })}`
     }
     ${(figures?.warnings.length ?? 0) > 0 && h(WarningList, { warnings: figures?.warnings ?? [] })}
@@ -82,7 +84,7 @@ function columns(percent, limited) {
       unit: "µm",
       numeric: true,
       cell: ({ figure }) =>
-        html`${h(WithError, { value: figure.value, error: figure.std_error })} ${h(Within, { within: figure.within })}`,
+        html`${h(WithError, { value: figure.value, error: figure.std_error })} ${!figure.conformity && h(Within, { within: figure.within })}`,
       csv: ({ figure }) => figure.value,
     },
     { key: "error", header: `${t.value}: σ`, unit: "µm", csv: ({ figure }) => figure.std_error },
@@ -111,7 +113,7 @@ function columns(percent, limited) {
       cell: limited
         ? ({ figure: { conformity } }) =>
             conformity
-              ? html`${data(limitText(conformity.limits_um))}<span class="conformity">${h(Conforms, { conformity })}</span>`
+              ? html`${data(limitText(conformity.limits_um))}<span class="conformity">${h(Conforms, { conformity, brief: true })}</span>`
               : ABSENT
         : undefined,
       csv: ({ figure }) => figure.conformity?.limits_um,

@@ -8,7 +8,7 @@ import { Badge } from "./figure.js";
 /** By a sign and in words; nothing where it has none. @param {{ within: boolean | null | undefined }} props */
 export function Within({ within }) {
   if (typeof within !== "boolean") return null;
-  return html`<b class=${within ? "within" : "within not"}><span aria-hidden="true" translate="no">${within ? "✓" : "✗"}</span><span
+  return html`<b class=${within ? "within good" : "within bad"}><span aria-hidden="true" translate="no">${within ? "✓" : "✗"}</span><span
     class="visually-hidden">${within ? t.within : t.outside}</span></b>`;
 }
 
@@ -32,21 +32,21 @@ export function verdictOf({ verdict, assumptions, reasons }) {
 /** @param {Conformity | undefined} conformity */
 export function verdictText(conformity) {
   if (!conformity) return undefined;
-  const { key, why } = verdictOf(conformity);
-  return why ? `${t[key]} (${why})` : t[key];
+  const { why } = verdictOf(conformity);
+  return why ? `${t[conformity.verdict]}, ${t.doubtful}: ${why}` : t[conformity.verdict];
 }
 
 /** A verdict by its sign, where there is no room for words. @param {{ conformity: Conformity | undefined }} props */
 export function Decided({ conformity }) {
   if (!conformity) return null;
   const { key } = verdictOf(conformity);
-  return html`<b class=${key === "does_not_conform" ? "within not" : "within"} title=${verdictText(conformity)}><span aria-hidden="true" translate="no">${VERDICTS[key].sign}</span><span
+  return html`<b class=${`within ${VERDICTS[key].kind}`} title=${verdictText(conformity)}><span aria-hidden="true" translate="no">${VERDICTS[key].sign}</span><span
     class="visually-hidden">${verdictText(conformity)}</span></b>`;
 }
 
-/** A verdict in words, with the reasons to doubt it. @param {{ conformity: Conformity | undefined }} props */
-export function Conforms({ conformity }) {
+/** A verdict in words, with the reasons to doubt it unless they are elsewhere. @param {{ conformity: Conformity | undefined, brief?: boolean }} props */
+export function Conforms({ conformity, brief = false }) {
   if (!conformity) return ABSENT;
   const { key, why } = verdictOf(conformity);
-  return html`${h(Badge, { kind: VERDICTS[key].kind, children: t[key] })}${why && html` <span class="quiet">${why}</span>`}`;
+  return html`${h(Badge, { kind: VERDICTS[key].kind, children: t[key] })}${!brief && why && html`<span class="quiet why">${why}</span>`}`;
 }

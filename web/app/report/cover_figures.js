@@ -6,6 +6,7 @@ import { Decided, VERDICTS, verdictOf } from "../components/within.js";
 import { t as common } from "../i18n/common.js";
 import { fmt } from "../i18n/i18n.js";
 import { t } from "../i18n/report.js";
+import { t as words } from "../i18n/requirements.js";
 import { ABSENT } from "../lib/format.js";
 import { heightUnit } from "../lib/units.js";
 import { h, html } from "../../vendor/ui.js";
@@ -140,7 +141,7 @@ const OUTCOMES = /** @type {const} */ (["conforms", "does_not_conform", "cannot_
 function limitsOf({ low, high }, cells, mark) {
   const conformity = cells.at(-1)?.conformity;
   const { why = "" } = conformity ? verdictOf(conformity) : {};
-  return html`${data(fmt.value.interval([low, high], 1))} ${h(Decided, { conformity })}${why && mark(t.whyDoubtful(why))}`;
+  return html`${data(fmt.value.interval([low, high], 1))} ${h(Decided, { conformity })}${why && mark(words.whyDoubtful(why))}`;
 }
 
 /** The classes before and after. @param {readonly (Cell | undefined)[]} cells */

@@ -94,7 +94,8 @@ export default {
   conforms: "konform",
   does_not_conform: "nicht konform",
   cannot_be_told: "nicht zu entscheiden",
-  doubtful: "konform, wenn die Annahmen gelten",
+  doubtful: "zweifelhaft",
+  whyDoubtful: (why) => `Zweifelhaft, denn gegen die Annahmen spricht: ${why}.`,
   because: (code) =>
     /** @type {Record<string, string>} */ ({
       outliers_suspected: "Verdacht auf grobe Fehler",
@@ -110,7 +111,7 @@ export default {
       norm_limit_contradicted: "Grenze der Norm widerlegt",
     })[code] ?? code,
   conformityHint:
-    "✓ und ✗ sagen, ob der Wert in seinen Grenzen liegt; die Konformität ist nach ISO 14253-1 entschieden, mit einem Sicherheitsband der Unsicherheit. Zweifelhaft ist sie, wo die Residuen den Annahmen widersprechen.",
+    "Die Konformität ist nach ISO 14253-1 entschieden, mit einem Sicherheitsband der Unsicherheit. Zweifelhaft ist sie, wo die Residuen den Annahmen widersprechen.",
   thumbnail: (figures, flank) =>
     `${flank ? { left: "Linke Flanke", right: "Rechte Flanke" }[flank] : "Flanke"} nach ihren Kenngrößen: ${figures}`,
 };

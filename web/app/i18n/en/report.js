@@ -60,7 +60,6 @@ export default {
   conforms: "conforms",
   does_not_conform: "does not conform",
   cannot_be_told: "cannot be told",
-  whyDoubtful: (/** @type {string} */ why) => `Doubtful, because its assumptions are contradicted: ${why}.`,
   whyFigures: (/** @type {string} */ numbers) =>
     `The axes of iteration ${numbers} do not say what u, v and the heights are, or its nodes tell no slopes, crownings and twist.`,
   whyLimits: "No limits are named for it, or no uncertainty by which to decide (ISO 14253-1).",

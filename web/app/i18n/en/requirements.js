@@ -95,7 +95,8 @@ export default {
   conforms: "conforms",
   does_not_conform: "does not conform",
   cannot_be_told: "cannot be told",
-  doubtful: "conforms if errors are as assumed",
+  doubtful: "doubtful",
+  whyDoubtful: (/** @type {string} */ why) => `Doubtful, because the assumptions are contradicted: ${why}.`,
   because: (/** @type {string} */ code) =>
     /** @type {Record<string, string>} */ ({
       outliers_suspected: "gross errors suspected",
@@ -111,7 +112,7 @@ export default {
       norm_limit_contradicted: "norm limit contradicted",
     })[code] ?? code,
   conformityHint:
-    "✓ and ✗ say whether the value lies within its limits; conformity is decided by ISO 14253-1, with a guard band of the uncertainty. The verdict is doubtful where the residuals contradict the assumptions.",
+    "Conformity is decided by ISO 14253-1, with a guard band of the uncertainty. It is doubtful where the residuals contradict the assumptions.",
   thumbnail: (/** @type {string} */ figures, /** @type {"left" | "right" | undefined} */ flank) =>
     `${flank ? { left: "Left flank", right: "Right flank" }[flank] : "Flank"} by its figures: ${figures}`,
 };
