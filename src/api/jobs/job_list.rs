@@ -9,10 +9,13 @@ use crate::{
     api::{gears::fit_figures::FitFiguresBody, json::text::Moment, page::PageBody},
     jobs::{Decision, JobPage, JobStatus, ListedJob},
 };
-use flankfit_engine::gear::{
-    Side,
-    evaluation::flank_surface::FlankFigures,
-    tolerance::{COARSEST, FINEST},
+use flankfit_engine::{
+    estimation::inference::Assumptions,
+    gear::{
+        Side,
+        evaluation::flank_surface::FlankFigures,
+        tolerance::{COARSEST, FINEST},
+    },
 };
 
 /// A job with the status of its last iteration.
@@ -70,6 +73,8 @@ pub struct ShortFiguresBody {
     pub figures: FlankFigures,
     /// True if all of them lie within their limits; absent without limits.
     pub within: Option<bool>,
+    /// `doubtful` if the assumptions of a conformity are; absent without limits.
+    pub assumptions: Option<Assumptions>,
 }
 
 impl ShortFiguresBody {
@@ -78,9 +83,11 @@ impl ShortFiguresBody {
         let whole: FitFiguresBody = serde_json::from_str(document).ok()?;
         let all: Vec<_> = whole.figures.named().into_iter().filter_map(|(_, figure)| figure).collect();
         let within: Vec<bool> = all.iter().filter_map(|figure| figure.within).collect();
+        let conformities = all.iter().filter_map(|figure| figure.inference?.conformity);
         let short = ShortFiguresBody {
             figures: whole.figures.map(|figure| figure.value),
             within: (!within.is_empty()).then(|| within.into_iter().all(|within| within)),
+            assumptions: conformities.map(|one| one.assumptions).max(),
         };
         (!all.is_empty()).then_some(short)
     }

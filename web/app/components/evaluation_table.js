@@ -69,7 +69,7 @@ export function EvaluationTable({ kind, evaluation, tolerances, csvName, brief =
       const error = trace?.[`${key}_std_error_um`];
       const figure = error ? h(WithError, { value: values[key], error }) : data(value.um(values[key]));
       const ends = brief ? undefined : trace?.[`${key}_interval_um`];
-      return html`${figure} ${h(Within, { within: trace?.[`${key}_within`] })}${
+      return html`${figure} ${h(Within, { within: trace?.[`${key}_within`], conformity: trace?.[`${key}_conformity`] })}${
         ends && html`<span class="below" translate="no">${value.interval(ends, error)}</span>`
       }`;
     },

@@ -5,7 +5,7 @@ import { t } from "../i18n/requirements.js";
 import { h, html } from "../../vendor/ui.js";
 import { limitText, toldFigures } from "./flank_figures.js";
 import { GearSymbol } from "./symbol.js";
-import { Decided, VERDICTS, verdictOf, Within } from "./within.js";
+import { VERDICTS, verdictOf, Within } from "./within.js";
 
 /** @param {{ figures: import("../api/client.js").Schema<"FitFigures"> | undefined }} props */
 export function FigureTiles({ figures }) {
@@ -17,7 +17,7 @@ export function FigureTiles({ figures }) {
       return html`<li key=${name} class=${`figure-tile ${kind}`}>
         <span class="tile-name">${h(GearSymbol, { name: symbol })} <span>${t[name]}</span></span>
         <span class="tile-value"><b translate="no">${fmt.value.deviation(value, "µm", std_error)}</b>${" "}
-          <span translate="no">µm</span> ${conformity ? h(Decided, { conformity }) : h(Within, { within })}</span>
+          <span translate="no">µm</span> ${h(Within, { within, conformity })}</span>
         <span class="tile-limits">${conformity ? html`<span translate="no">${limitText(conformity.limits_um)}</span>` : t.noLimits}</span>
       </li>`;
     })}

@@ -214,7 +214,7 @@ export function FiguresOfIterations({ rows, required, csvName }) {
             }
             const figure = figureOf(line.figures, name);
             if (!figure) return ABSENT;
-            return html`${h(WithError, { value: figure.value, error: figure.std_error })} ${h(Within, { within: figure.within })}
+            return html`${h(WithError, { value: figure.value, error: figure.std_error })} ${h(Within, figure)}
               <div>${h(Strip, { estimates: [estimateOf(figure)], limits: figure.conformity?.limits_um, unit: "µm", domain })}</div>`;
           },
           csv: (line) => ("head" in line ? line.ends(name) : figureOf(line.figures, name)?.value),
@@ -238,7 +238,7 @@ export function FiguresInShort({ figures }) {
     ${rows.map(
       ({ name, symbol, figure }) => html`<div key=${name}>
         <dt>${h(GearSymbol, { name: symbol })}<span class="visually-hidden">${t[name]}</span></dt>
-        <dd>${h(WithError, { value: figure.value, error: figure.std_error, unit: "µm" })} ${h(Within, { within: figure.within })}</dd>
+        <dd>${h(WithError, { value: figure.value, error: figure.std_error, unit: "µm" })} ${h(Within, figure)}</dd>
       </div>`,
     )}
   </dl>`;

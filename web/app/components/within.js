@@ -5,9 +5,15 @@ import { ABSENT } from "../lib/format.js";
 import { h, html } from "../../vendor/ui.js";
 import { Badge } from "./figure.js";
 
-/** By a sign and in words; nothing where it has none. @param {{ within: boolean | null | undefined }} props */
-export function Within({ within }) {
+/**
+ * By a sign and in words, by the verdict where there is one; nothing without limits.
+ * @param {{ within?: boolean | null | undefined, conformity?: Conformity | null | undefined, doubtful?: boolean }} props
+ */
+export function Within({ within, conformity, doubtful = false }) {
+  if (conformity) return h(Decided, { conformity });
   if (typeof within !== "boolean") return null;
+  if (within && doubtful)
+    return html`<b class="within warn"><span aria-hidden="true" translate="no">?</span><span class="visually-hidden">${t.within}, ${t.doubtful}</span></b>`;
   return html`<b class=${within ? "within good" : "within bad"}><span aria-hidden="true" translate="no">${within ? "✓" : "✗"}</span><span
     class="visually-hidden">${within ? t.within : t.outside}</span></b>`;
 }

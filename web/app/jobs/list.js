@@ -135,7 +135,7 @@ function columns(sort, limit) {
 
 /** The flank, and whether all figures lie within their limits. @param {NonNullable<ListedJob["figures"]>} figures @param {ListedJob["flank"]} flank @param {number} limit */
 function flankOf(figures, flank, limit) {
-  return html`<span class="flank-cell">${h(Thumbnail, { figures, flank, limit })}${h(Within, { within: figures.within })}${
+  return html`<span class="flank-cell">${h(Thumbnail, { figures, flank, limit })}${h(Within, { within: figures.within, doubtful: figures.assumptions === "doubtful" })}${
     flank && html`<span class="flank-side" aria-hidden="true">${t[flank]}</span>`
   }</span>`;
 }

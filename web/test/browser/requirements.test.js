@@ -126,13 +126,14 @@ browserTest(
     assert.equal(all[0].profile_slope_um.within, false, "the first iteration is beyond a limit");
 
     await open(`/jobs/${id}`);
+    const words = { conforms: "conforms", does_not_conform: "does not conform", cannot_be_told: "cannot be told" };
     const rows = page.getByRole("region", { name: "Slopes, crownings, twist", exact: true }).locator("tbody tr");
     for (const [i, figures] of all.entries())
       for (const [k, name] of NAMES.entries()) {
         const text = await rows.nth(i).locator("td .cell").nth(k).textContent();
-        const { value, std_error, within } = figures[`${name}_um`];
+        const { value, std_error, conformity } = figures[`${name}_um`];
         agrees(text, value, std_error);
-        assert.ok(text?.includes(within ? "within the limits" : "outside the limits"), text ?? "");
+        assert.ok(text?.includes(words[/** @type {"conforms"} */ (conformity.verdict)]), text ?? "");
       }
     for (const [k, name] of NAMES.entries()) {
       const limits = all[1][`${name}_um`].conformity.limits_um.join(" … ").replaceAll("-", "−");
@@ -150,7 +151,6 @@ browserTest(
 
     await open(`/jobs/${id}/iterations/1`);
     const own = page.getByRole("region", { name: "Slopes, crownings, twist", exact: true }).locator("tbody tr");
-    const words = { conforms: "conforms", does_not_conform: "does not conform", cannot_be_told: "cannot be told" };
     for (const [k, name] of NAMES.entries()) {
       const { value, std_error, interval, bias_bound, conformity } = all[0][`${name}_um`];
       const cells = await own.nth(k).locator("td .cell").allTextContents();
@@ -215,5 +215,43 @@ browserTest(
       );
     assert.equal(pictures[0], pictures[1]);
     assert.deepEqual(await page.locator(".flank-side").allTextContents(), ["right", "left"]);
+  },
+);
+
+browserTest(
+  "a verdict whose assumptions are doubtful has no tick",
+  { alone: true },
+  async ({ page, open, job, call }) => {
+    const { id } = await job({ requirements: { tolerance_limits: { profile_slope_um: [-20, 20] } } });
+    // a relief that a surface of second order cannot follow
+    const u = Array.from({ length: 11 }, (_, i) => 5.2 + 0.66 * i);
+    const v = Array.from({ length: 9 }, (_, j) => 0.5 + 1.75 * j);
+    const z = u.map((_, i) => v.map((_, j) => 0.4 * Math.sin(13 * i + 78 * j) - 10 * Math.max(0, (i - 7) / 3) ** 2));
+    const axes = {
+      u: { quantity: "roll_length", unit: "mm" },
+      v: { quantity: "face_width", unit: "mm" },
+      z: { quantity: "deviation", unit: "um" },
+    };
+    const model = { type: "polynomial", degree: 2, terms: "total" };
+    const { fits } = await call("POST", `/v1/jobs/${id}/iterations`, {
+      nodes: { type: "grid", u, v, z },
+      flank: "right",
+      axes,
+      model,
+      regularization: { type: "none" },
+    });
+    const { conformity } = fits[0].figures.profile_slope_um;
+    assert.deepEqual([conformity.verdict, conformity.assumptions], ["conforms", "doubtful"]);
+    await open(`/jobs/${id}/iterations/1`);
+    const tile = page.locator(".figure-tile").first();
+    assert.match((await tile.textContent()) ?? "", /\?conforms, doubtful: .*the model lacks a shape/);
+    const panel = page.getByRole("region", { name: "Slopes, crownings, twist", exact: true });
+    await panel.locator(".badge.warn", { hasText: "doubtful" }).waitFor();
+    await panel.getByText("Doubtful, because the assumptions are contradicted").waitFor();
+    for (const path of [`/jobs/${id}`, `/jobs/${id}/iterations/1`, "/jobs", `/jobs/${id}/report`]) {
+      await open(path);
+      await page.getByText("?", { exact: true }).first().waitFor();
+      assert.equal(await page.locator(".within", { hasText: "✓" }).count(), 0, path);
+    }
   },
 );

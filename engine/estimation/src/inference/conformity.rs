@@ -75,7 +75,7 @@ pub struct Conformity {
 }
 
 /// State of the assumptions that a verdict follows from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[cfg_attr(
     feature = "contract",
     derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
