@@ -161,10 +161,24 @@ proptest! {
         let track = Track::new(seed, 80);
         let blocks: Vec<Nodes> = pieces(80, &cuts).into_iter().map(|range| track.block(range, true)).collect();
         prop_assume!(blocks.iter().all(|b| Recursive::new(&specs()[0], 1.0).unwrap().push(b).is_ok()));
-        for spec in specs() {
-            let batch = fit(&track.faded(forgetting), &spec).unwrap();
+        let m = track.w.iter().filter(|w| **w > 0.0).count() as i32;
+        let sum = |ratio: f64| (0..m).map(|k| ratio.powi(k)).sum::<f64>();
+        let worth = (sum(forgetting).powi(2) / sum(forgetting * forgetting)).round();
+        for spec in specs().iter().filter(|spec| spec.regularization == Regularization::None) {
+            let (batch, stream) = (fit(&track.faded(forgetting), spec).unwrap(), streamed(spec, &blocks, forgetting).unwrap());
             // weights round once in the batch, and the model's condition amplifies that
-            same(&batch, &streamed(&spec, &blocks, forgetting).unwrap(), 1e-7);
+            let of = |r: &FitResult| r.coefficients.iter().map(|c| c.value).collect::<Vec<f64>>();
+            close("values", &of(&batch), &of(&stream), 1e-7);
+            // all nodes are equally good: RSS is divided by what they are worth
+            let (every, freedom) = (batch.residuals.degrees_of_freedom, stream.residuals.degrees_of_freedom);
+            prop_assert_eq!(stream.residuals.count, m as usize);
+            let count = worth.max(batch.coefficients.len() as f64);
+            prop_assert_eq!(freedom as f64, count - stream.spectrum.rank as f64);
+            let wider = (every as f64 / freedom as f64).sqrt();
+            for (a, b) in batch.coefficients.iter().zip(&stream.coefficients).filter(|_| freedom > 0) {
+                let (a, b) = (wider * a.std_error.unwrap(), b.std_error.unwrap());
+                prop_assert!((a - b).abs() <= 1e-6 * a, "{} {}", a, b);
+            }
         }
     }
 
@@ -229,4 +243,31 @@ fn what_cannot_be_streamed_is_refused_with_its_place() {
     assert_eq!(estimate.push(&surface).unwrap_err().list()[0].path, "nodes.type");
     estimate.push(&Nodes::curve(vec![0.5, 0.7], vec![0.0, 1.0], None).unwrap()).unwrap();
     assert_eq!((estimate.count(), estimate.result().unwrap().is_none()), (2, true));
+}
+
+/// A flank that does not move, scanned round by round: intervals hold after few and many nodes.
+#[test]
+fn intervals_hold_while_old_nodes_fade() {
+    let model = polynomial(Degree::Both(1), PolynomialBasis::Legendre);
+    let spec = FitSpec {
+        regularization: Regularization::None,
+        domain: Some(Domain { u: Some([0.0, 8.0]), v: None }),
+        ..model
+    };
+    let mut random = Random::new(71);
+    for count in [60usize, 400, 2_000] {
+        let (mut held, draws) = (0, 300);
+        for _ in 0..draws {
+            let x: Vec<f64> = (0..count).map(|k| (k % 9) as f64).collect();
+            let nodes = Nodes::curve(x, random.normals(count), None).unwrap();
+            let found = streamed(&spec, &[nodes], 0.99).unwrap();
+            held += found
+                .coefficients
+                .iter()
+                .filter(|c| c.interval.is_some_and(|i| i.ends[0] <= 0.0 && 0.0 <= i.ends[1]))
+                .count();
+        }
+        let coverage = held as f64 / (2 * draws) as f64;
+        assert!((0.92..0.975).contains(&coverage), "{count}: {coverage}");
+    }
 }

@@ -6,8 +6,10 @@
 //! into blocks the result equals that of all nodes at once to rounding.
 //!
 //! Forgetting with a factor φ in (0, 1]: every counted node multiplies the weights of those before
-//! it by φ, so the result is that of a fit in which the node k before the last has φᵏ times its
-//! weight. (m in σ̂² still counts every node, as for any weights, which are relative 1/σ².)
+//! it by φ, so the coefficients are those of a fit in which the node k before the last has φᵏ
+//! times its weight. All nodes are equally good, the older ones only count less: with
+//! S₁ = Σφᵏ and S₂ = Σφ²ᵏ they are worth `mₑ = S₁²/S₂` nodes, and with weights times S₁/S₂ the
+//! covariance is σ²(XᵀWX)⁻¹ as far as rows fade alike, and RSS/(mₑ − n) estimates σ².
 //!
 //! The working basis must be chosen before the nodes are known. Where the caller gives a domain it
 //! lives there; else, for raw powers, on a box that grows with the nodes.
@@ -156,6 +158,7 @@ impl Recursive {
         let Some(sums) = self.sums.as_ref().filter(|sums| sums.summary.count >= sums.design.size()) else {
             return Ok(None);
         };
+        let sums = &sums.worth(self.forgetting);
         let design = sums.caller_design(&self.spec);
         let heights = sums.heights();
         within_range(if sums.form == Form::Surface { "z" } else { "y" }, &heights)?;
@@ -171,9 +174,10 @@ impl Recursive {
         if self.forgetting < 1.0 {
             result.warnings.push(Warning::Forgetting {
                 forgetting_factor: self.forgetting,
-                nodes: sums.summary.count,
-                weight: heights.weight,
+                nodes: self.count(),
+                worth: sums.summary.count,
             });
+            result.residuals.count = self.count();
         }
         Ok(Some(result))
     }

@@ -15,6 +15,25 @@ use crate::{
 use flankfit_numerics::{Dd, Real, check::Faults, triangular};
 
 impl Sums {
+    /// Returns the sums with the number of nodes that all nodes are worth where weights fade by
+    /// `forgetting`, and weights that go with it.
+    pub(super) fn worth(&self, forgetting: f64) -> Self {
+        let mut sums = self.clone();
+        if forgetting < 1.0 {
+            let sum = |ratio: f64| (1.0 - libm::pow(ratio, self.summary.count as f64)) / (1.0 - ratio);
+            let scale = sum(forgetting) / sum(forgetting * forgetting);
+            let squared = Dd::from(scale);
+            sums.triangle.scale(squared.sqrt(), squared);
+            sums.ones.iter_mut().chain(&mut sums.moments).for_each(|sum| *sum *= squared);
+            sums.summary.slopes.iter_mut().for_each(|sum| *sum *= scale);
+            sums.summary.rss = sums.triangle.rss();
+            let worth = (sum(forgetting) * scale).round() as usize;
+            // with fewer than coefficients there are no degrees of freedom
+            sums.summary.count = worth.max(self.design.size());
+        }
+        sums
+    }
+
     /// Returns the design completed by properties of the nodes.
     pub(super) fn caller_design(&self, spec: &FitSpec) -> Design {
         match &self.form {

@@ -213,15 +213,15 @@ pub enum Warning {
     "nodes_not_kept" => NodesNotKept,
     /// A stream that forgets.
     #[error(
-        "with a forgetting factor of {} the weights of all {nodes} nodes add up to {weight:.6}; weights are relative \
-         1/σ², so sigma is that of the newest node, and older ones count as noisier", Shown(*.forgetting_factor)
+        "with a forgetting factor of {} the {nodes} nodes are worth {worth}; intervals assume that the surface did not \
+         move meanwhile", Shown(*.forgetting_factor)
     )]
     "forgetting" => Forgetting {
         forgetting_factor: f64,
         /// Nodes so far.
         nodes: usize,
-        /// The sum of their weights.
-        weight: f64,
+        /// Number of nodes of full weight that determine the coefficients as well.
+        worth: usize,
     },
     /// The condition of a big surface that is not known.
     #[error("the extreme eigenvalues did not converge within the allowed iterations")]

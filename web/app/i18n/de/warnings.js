@@ -31,7 +31,7 @@ export default {
   filtered_noise:
     "Ein Tiefpass verbindet das Rauschen benachbarter Höhen; σ, Standardabweichungen und λ* nehmen es als unabhängig an.",
   filtering_raises_collinearity: "Das Filtern glättet einen Teil dessen weg, was die Terme unterscheidet.",
-  forgetting: "Ältere Knoten zählen weniger; σ ist das des neuesten Knotens.",
+  forgetting: "Ältere Messpunkte zählen weniger; Intervalle gelten, solange sich die Fläche nicht bewegt.",
   full_leverage:
     "Durch einzelne Knoten geht der Fit in jedem Fall; ohne sie bestimmen die übrigen die Koeffizienten nicht.",
   group_variance_uncertain:
