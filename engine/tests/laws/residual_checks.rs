@@ -211,7 +211,7 @@ fn the_shape_that_a_model_lacks_is_measured() {
             _ => None,
         });
         let (rms, factor) = lack.unwrap_or_else(|| panic!("{found:?}"));
-        (sizes, factors) = (sizes + rms / 40.0, factors + factor / 40.0);
+        (sizes, factors) = (sizes + rms.unwrap() / 40.0, factors + factor / 40.0);
     }
     // 1.8 times the rms of what P₄ has outside cubics on these nodes
     let powers = nalgebra::DMatrix::from_fn(15, 5, |i, j| axis[i].powi(j as i32)).qr().q();
@@ -300,4 +300,23 @@ fn a_direction_that_is_left_out_is_found() {
         let coverage = held as f64 / all as f64;
         assert!(chosen >= 55 && coverage > 0.91, "{along:?}: {chosen} of 60, {coverage}");
     }
+}
+
+/// Scattered nodes have neighbours too: a hidden wave of short length is found, white noise is not.
+#[test]
+fn neighbours_of_scattered_nodes_are_compared() {
+    let correlated = |random: &mut Random, wave: f64| {
+        let [u, v] = [0, 1].map(|_| (0..120).map(|_| random.between(0.0, 10.0)).collect::<Vec<f64>>());
+        let phases = [0, 1].map(|_| random.between(0.0, 6.3));
+        let height = |(u, v): (&f64, &f64)| wave * ((1.5 * u + phases[0]).sin() + (1.5 * v + phases[1]).sin());
+        let z = u.iter().zip(&v).map(height).zip(random.normals(120)).map(|(z, noise)| z + noise).collect();
+        let nodes = Nodes::scattered(u, v, z, None).unwrap();
+        checked(&nodes, &spec(Degree::Both(2)))
+            .iter()
+            .any(|w| matches!(w, ResidualWarning::CorrelatedNeighbours { .. }))
+    };
+    let false_alarms = count(1_000, 46, |random| correlated(random, 0.0));
+    assert!((2..=20).contains(&false_alarms), "{false_alarms}");
+    let found = count(100, 47, |random| correlated(random, 1.0));
+    assert!(found >= 80, "{found}");
 }

@@ -44,8 +44,8 @@ pub(crate) struct Correlation {
     pub strength: Strength,
 }
 
-/// Returns the stronger of the significant correlations along u and v, or along the order of other
-/// nodes.
+/// Returns the stronger of the significant correlations along u and v of a grid, that along a
+/// curve, or that of neighbouring scattered nodes.
 pub(crate) fn correlation(
     problem: &LinearProblem,
     (sample, nodes): (&Sample, &Nodes),
@@ -56,15 +56,18 @@ pub(crate) fn correlation(
     let courses: &[Along] = match nodes {
         Nodes::Curve(_) => &[Along::Order],
         Nodes::Grid(_) => &[Along::U, Along::V],
-        Nodes::Scattered(_) | Nodes::Matrix(_) if spec.errors.is_some() => &[Along::Order],
-        Nodes::Scattered(_) | Nodes::Matrix(_) => &[],
+        Nodes::Matrix(_) if spec.errors.is_none() => &[],
+        Nodes::Scattered(_) | Nodes::Matrix(_) => &[Along::Order],
     };
     let mut rows = None;
     let mut of = |along: Along| match &problem.factor.separable {
         Some(separable) => of_axes(&separable.axes, along, residuals, rss),
         None => {
             let line = spec.errors.as_ref().and_then(|errors| errors.lines.as_deref());
-            let lines = Lines::new(nodes, sample, along, line, Measure::Steps);
+            let lines = match (nodes, &spec.errors) {
+                (Nodes::Scattered(_), None) => Lines::winding(sample),
+                _ => Lines::new(nodes, sample, along, line, Measure::Steps),
+            };
             of_rows(problem, sample, &lines, residuals, rss, &mut rows)
         }
     };

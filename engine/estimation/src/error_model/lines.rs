@@ -2,6 +2,7 @@
 
 use crate::{
     data::{Nodes, Sample},
+    design::bounding_box,
     spec::Along,
 };
 use flankfit_numerics::words::counted;
@@ -85,6 +86,21 @@ impl Lines {
             }
         }
         Lines { nodes: order, steps, across: None }
+    }
+
+    /// One line through nodes at any places, by strips of u up and down v.
+    pub(crate) fn winding(sample: &Sample) -> Self {
+        let count = sample.count();
+        let ([low, high], _) = bounding_box(sample);
+        let strips = (0.5 * count as f64).sqrt().ceil();
+        let strip = |k: usize| ((sample.place(k).0 - low) / (high - low) * strips).min(strips - 1.0) as u32;
+        let mut nodes: Vec<usize> = (0..count).collect();
+        nodes.sort_by(|&a, &b| {
+            let (here, there, [v, w]) = (strip(a), strip(b), [a, b].map(|k| sample.place(k).1));
+            here.cmp(&there).then(if here % 2 == 0 { v.total_cmp(&w) } else { w.total_cmp(&v) })
+        });
+        let steps = (0..count).map(|i| if i == 0 { f64::INFINITY } else { 1.0 }).collect();
+        Lines { nodes, steps, across: None }
     }
 
     /// The lines along both axes of a full grid.

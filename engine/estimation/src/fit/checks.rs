@@ -62,7 +62,7 @@ impl Solved<'_> {
         }
         warnings.extend(self.correlated(problem, (sample, nodes), &residuals));
         if let Some(sites) = sites {
-            warnings.extend(self.of_sites(sites, &sites.seen(&residuals)));
+            warnings.extend(self.of_sites(sites, &sites.seen(&residuals), sample.is_white()));
         }
         warnings
     }
@@ -74,19 +74,23 @@ impl Solved<'_> {
         residuals: &[f64],
     ) -> Option<ResidualWarning> {
         let found = correlation(problem, posted, self.spec, residuals)?;
+        let (correlation, p, factor) = (found.c, found.p, found.strength.factor);
+        if matches!(posted.1, Nodes::Scattered(_)) && self.spec.errors.is_none() {
+            return Some(ResidualWarning::CorrelatedNeighbours { correlation, p, factor });
+        }
         Some(ResidualWarning::CorrelatedResiduals {
             along: found.along,
             model: match &self.spec.errors {
                 Some(errors) if errors.along != found.along => Along::Both,
                 _ => found.along,
             },
-            correlation: found.c,
-            p: found.p,
-            factor: found.strength.factor,
+            correlation,
+            p,
+            factor,
         })
     }
 
-    fn of_sites(&self, sites: &Sites, seen: &Seen) -> impl Iterator<Item = ResidualWarning> + use<> {
+    fn of_sites(&self, sites: &Sites, seen: &Seen, white: bool) -> impl Iterator<Item = ResidualWarning> + use<> {
         // the sandwich assumes nothing about variances
         let constant = self.spec.variance != Variance::Hc3;
         let uneven = constant.then(|| uneven(sites, seen, self.robust.is_some())).flatten();
@@ -98,7 +102,7 @@ impl Solved<'_> {
         });
         let lack = lack(sites, seen).map(|found| ResidualWarning::LackOfFit {
             shape: found.shape,
-            rms: found.rms,
+            rms: Some(found.rms).filter(|_| !white),
             p: found.p,
             factor: found.factor,
         });

@@ -33,6 +33,22 @@ pub enum ResidualWarning {
         /// Factor by which the standard errors are too small.
         factor: f64,
     },
+    /// Residuals of scattered nodes that are correlated with their neighbours.
+    #[error(
+        "the residuals of neighbouring nodes are correlated: {correlation:.2}, which independent errors have with a \
+         probability of {}. Either the model is incomplete, or the errors are correlated, and standard errors that \
+         assume independence are too small by a factor of about {factor:.1}; raise the degree, or request `errors` \
+         with the `line` of each node",
+        Probability(*.p)
+    )]
+    "correlated_residuals" => CorrelatedNeighbours {
+        /// `Σ rᵢrᵢ₊₁ / Σ r²` over neighbours.
+        correlation: f64,
+        /// The probability that residuals of independent errors are so correlated.
+        p: f64,
+        /// Factor by which the standard errors are too small.
+        factor: f64,
+    },
     /// A variance of the errors that depends on the place.
     #[error(
         "the residuals are larger {} than elsewhere, which errors of one variance are with a probability of {}: \
@@ -52,16 +68,18 @@ pub enum ResidualWarning {
     },
     /// A shape of the residuals that the model lacks.
     #[error(
-        "the residuals have a shape that the model lacks ({}), with an rms of about {} at the nodes, which noise has \
-         with a probability of {}: no interval or band includes it, and those of heights are too narrow by a factor \
-         of about {factor:.1}; raise the degree, add terms or take splines",
-        .shape.words(), Size(*.rms), Probability(*.p)
+        "the residuals have a shape that the model lacks ({}{}), which noise has with a probability of {}: no interval \
+         or band includes it, and those of heights are too narrow by a factor of about {factor:.1}; raise the degree, \
+         add terms or take splines",
+        .shape.words(), .rms.map_or_else(String::new, |rms| format!(", with an rms of about {} at the nodes", Size(rms))),
+        Probability(*.p)
     )]
     "lack_of_fit" => LackOfFit {
         /// Shape of the residuals.
         shape: MissingShape,
-        /// Root mean square of the shape at the nodes, in heights of weight 1.
-        rms: f64,
+        /// Root mean square of the shape at the nodes, in heights of weight 1; absent with `errors`,
+        /// which make the residuals white.
+        rms: Option<f64>,
         /// The probability that noise has such a shape.
         p: f64,
         /// Factor by which standard errors of heights are too small at the nodes on average.
@@ -99,6 +117,7 @@ impl ResidualWarning {
     fn p(&self) -> f64 {
         match *self {
             ResidualWarning::CorrelatedResiduals { p, .. }
+            | ResidualWarning::CorrelatedNeighbours { p, .. }
             | ResidualWarning::UnevenVariance { p, .. }
             | ResidualWarning::LackOfFit { p, .. }
             | ResidualWarning::ClusteredLowWeights { p, .. } => p,
