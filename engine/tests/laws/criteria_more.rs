@@ -259,3 +259,27 @@ fn what_has_no_answer_is_refused() {
     assert!(result.regularization.rank.is_some_and(|rank| rank <= 2));
     assert_eq!(result.regularization.criterion, Some(ChosenBy::Criterion(Criterion::Gcv)));
 }
+
+/// Two columns that are nearly equal: the squared error lies within its interval at least as often
+/// as the level says, however large the coefficients are along the bad direction.
+#[test]
+fn the_squared_error_lies_within_its_interval() {
+    let mut random = Random::new(83);
+    let row = |random: &mut Random, x: f64| vec![x, x + 0.02 * random.normal()];
+    let rows: Vec<Vec<f64>> = random.normals(20).into_iter().map(|x| row(&mut random, x)).collect();
+    let length = |j: usize| rows.iter().map(|row| row[j] * row[j]).sum::<f64>().sqrt();
+    let include = Include { predicted_mse: true, ..Include::default() };
+    let spec = FitSpec { regularization: Regularization::default(), include, ..linear() };
+    for size in [0.0, 3.0, 30.0] {
+        let mut held = 0;
+        for _ in 0..400 {
+            let y: Vec<f64> = rows.iter().map(|row| size * (row[0] - row[1]) + random.normal()).collect();
+            let found = fit(&matrix(&rows, &y, None), &spec);
+            let truth = [size, -size];
+            let error: f64 = (0..2).map(|j| ((found.coefficients[j].value - truth[j]) * length(j)).powi(2)).sum();
+            let [low, high] = found.regularization.squared_error_interval.unwrap();
+            held += usize::from(low <= error && error <= high);
+        }
+        assert!(held >= 372, "{size}: {held} of 400");
+    }
+}

@@ -16,7 +16,6 @@ use flankfit_engine::{
         },
         trace::Direction,
     },
-    numerics::distribution::Student,
 };
 
 use super::{gear_evaluation::gear, gear_evaluation_surface::AS_FITTED};

@@ -20,6 +20,7 @@ mod constrained;
 mod context;
 mod corrected;
 mod double_pair;
+mod error_interval;
 mod extreme;
 mod linear_map;
 mod node_shares;

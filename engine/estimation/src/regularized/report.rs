@@ -35,6 +35,7 @@ pub(super) fn report(kind: RegularizationKind) -> RegularizationReport {
         matrix_norm_squared: None,
         largest_eigenvalue_bound: None,
         predicted_mse_corrected: None,
+        squared_error_interval: None,
         representative: None,
         choices: Vec::new(),
     }

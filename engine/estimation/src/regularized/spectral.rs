@@ -7,6 +7,7 @@ use super::{
     bias,
     context::{Applied, Context},
     corrected,
+    error_interval::error_interval,
     linear_map::LinearMap,
     node_shares,
     report::{check_b, regularized_spectrum, report},
@@ -58,6 +59,7 @@ pub(super) fn apply(context: &Context, warnings: &mut Vec<Warning>) -> Result<Ap
     let mut regularization = applied.regularization(&problem, warnings);
     if include.predicted_mse {
         regularization.predicted_mse_corrected = corrected::of_filter(context, &problem, rule, &selected);
+        regularization.squared_error_interval = error_interval(context, &filtered);
     }
     let (matrix_b, matrix_b_factors) = applied.matrix_b(warnings)?.unzip();
     let representative = applied.piece(warnings);

@@ -69,10 +69,16 @@ pub struct RegularizationReport {
     /// choice, corrected by simulation for having been chosen from the same nodes. With `min_mse`
     /// of the matrix B and ridge its mean is 0.78 to 1.22 times the true error in 144 simulated
     /// cases with three degrees of freedom or more; the uncorrected figure is 0.28 to 1.03 times it
-    /// (docs/explanation/choosing-lambda.md). A single figure scatters by once to twice its size;
-    /// other criteria, and Tikhonov, were not simulated. Present with `include` of `predicted_mse`;
-    /// not with `press`, `blocked_cv`, truncated SVD, James–Stein and attraction.
+    /// (docs/explanation/choosing-lambda.md). A single figure scatters by once to twice its size,
+    /// and most are far below the true error: see `squared_error_interval`. Other criteria, and
+    /// Tikhonov, were not simulated. Present with `include` of `predicted_mse`; not with `press`,
+    /// `blocked_cv`, truncated SVD, James–Stein and attraction.
     pub predicted_mse_corrected: Option<f64>,
+    /// Interval of the squared error of the coefficients in the scaled columns at `level`, `[low,
+    /// high]`, which holds at least that often however λ* was chosen. Present with `include` of
+    /// `predicted_mse`, for filters on the eigenvectors and least squares, if the noise is known.
+    #[cfg_attr(feature = "contract", schema(min_items = 2, max_items = 2))]
+    pub squared_error_interval: Option<[f64; 2]>,
     /// Present for `representative`.
     pub representative: Option<RepresentativeReport>,
     /// Least squares, the requested criterion and the criteria that are cheap to compute, for
