@@ -37,11 +37,12 @@ fn answers(plant: &Plant, entered: Entered, least_squares: bool, seed: u64) -> [
         .map(|(change, leverage)| compare(&correction.comparison(&change, leverage, noise, measured.clone())).unwrap())
 }
 
-/// At most 12 false alarms in 2,000 runs, where at most 4 are expected; the response ratio is 1
-/// within four standard errors of its mean.
+/// At most 3 false alarms in 1,000 runs, and at most 18 in one set-up of 2,000, where at most 8 are
+/// expected; the response ratio is 1 within four standard errors of its mean.
 #[test]
 fn a_machine_that_did_what_was_entered_is_called_nothing_else() {
     const PAIRS: u64 = 2000;
+    let mut alarms = 0;
     for (name, plant, entered, least_squares) in [
         ("two of six", SIX, FIRST_TWO, false),
         ("two of six, least squares", SIX, FIRST_TWO, true),
@@ -54,7 +55,8 @@ fn a_machine_that_did_what_was_entered_is_called_nothing_else() {
         let all = each(PAIRS, |seed| answers(&plant, entered, least_squares, seed));
         let alarm = |answer: &Answer| !matches!(answer.verdict, Verdict::AsPredicted | Verdict::Undecided);
         let [ours, proposal] = [0, 1].map(|which| all.iter().filter(|pair| alarm(&pair[which])).count());
-        assert!(ours <= 12, "{name}: {ours}");
+        assert!(ours <= 18, "{name}: {ours}");
+        alarms += ours;
         // without the entry, most machines raise a false alarm
         assert!(proposal > PAIRS as usize / 2, "{name}: {proposal}");
         let errors: Vec<f64> = all
@@ -70,6 +72,7 @@ fn a_machine_that_did_what_was_entered_is_called_nothing_else() {
         assert!(count > 0.5 * PAIRS as f64, "{name}: {count}");
         assert!(mean.abs() < 4.0 / count.sqrt() + 0.02 && spread < 1.1, "{name}: {mean} {spread}");
     }
+    assert!(alarms as u64 <= 3 * 7 * PAIRS / 1000, "{alarms}");
 }
 
 /// Entering the changes as proposed gives the same comparison, bit for bit, as no entry.

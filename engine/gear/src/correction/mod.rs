@@ -38,7 +38,7 @@ mod scatter;
 pub mod solution;
 pub mod teeth;
 
-pub use compare::{Answer, Comparison, FigureChange, Measurements, Verdict, compare, compare_figures};
+pub use compare::{Answer, Comparison, FigureChange, Measurements, NotEntered, Verdict, compare, compare_figures};
 pub use damping::{DEFAULT_RESPONSE_UNCERTAINTY, Damping, Trust};
 pub use figures::HeldFigure;
 pub use flank::Flank;

@@ -9,19 +9,33 @@
     schema(as = MachineVerdict)
 )]
 pub enum Verdict {
-    /// As far as noise and the uncertainty of the sensitivity allow. With white noise 20 of 28,000
-    /// simulated machines that were so were called anything else but `undecided`; waviness that
-    /// does not repeat raises that rate (docs/reference/gears.md).
+    /// The 99.7 % interval of the response ratio contains 1 and excludes 0.5.
     AsPredicted,
-    /// A part of the predicted change came.
+    /// The interval lies below 1: a part of the predicted change came.
     Weaker,
-    /// More of the predicted change came.
+    /// The interval contains 0 and excludes 0.5: hardly any of the predicted change came.
+    NoResponse,
+    /// The interval lies above 1: more than the predicted change came.
     Stronger,
-    /// The measured change is no multiple of the predicted one.
+    /// The measured change is no multiple of the predicted one; `not_entered` names settings that
+    /// seem not to have been changed.
     Different,
-    /// Noise or the uncertainty of the sensitivity are so great against the predicted change that
-    /// an answer is not distinguishable from none.
+    /// The interval contains 0.5 and 1: noise or the uncertainty of the sensitivity are too large
+    /// for the predicted change.
     Undecided,
+}
+
+/// Setting whose change seems not to have been entered.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "contract", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema))]
+pub struct NotEntered {
+    /// Name of the setting.
+    pub setting: String,
+    /// Realised share of the change that this setting was predicted to make, if all other settings
+    /// responded as predicted.
+    pub response_ratio: f64,
+    /// Standard error of the share.
+    pub response_ratio_std_error: f64,
 }
 
 /// Prediction and measurement, over the nodes that are defined before, predicted and after and have
@@ -50,8 +64,8 @@ pub struct Answer {
     /// Expected value of it by noise and the uncertainty of the sensitivity: √(mean (2σ²/w + u²)).
     pub rms_expected_difference_um: f64,
     /// β̂, the realised share of the predicted change, without the part that comes from the noise
-    /// of the first measurement through the correction; absent if it cannot be distinguished from 0
-    /// (standard error above 0.3).
+    /// of the first measurement through the correction; absent if the verdict is `undecided` and its
+    /// standard error above a third (1 and 0 could not be distinguished).
     pub response_ratio: Option<f64>,
     /// Standard error of the ratio from the noise of both measurements and from errors of the
     /// sensitivity that are common to a setting.
@@ -68,6 +82,10 @@ pub struct Answer {
     pub chi_squared_limit: f64,
     /// Verdict of the comparison.
     pub verdict: Verdict,
+    /// Settings without whose change the measurement is explained, where nothing else explains it
+    /// as well; more than one where they cannot be distinguished.
+    #[cfg_attr(feature = "contract", serde(default, skip_serializing_if = "Vec::is_empty"))]
+    pub not_entered: Vec<NotEntered>,
     /// The verdict in words.
     pub sentence: String,
 }
@@ -79,19 +97,27 @@ impl Answer {
         let came = self
             .response_ratio
             .map_or(String::new(), |ratio| format!(", {:.0} % of the predicted change was realised", 100.0 * ratio));
-        let apart =
-            format!("measured and predicted differ by {difference:.3} µm rms, {expected:.3} µm are expected{came}");
-        match self.verdict {
-            Verdict::AsPredicted => format!("The machine responded as predicted: {apart}."),
-            Verdict::Weaker => format!("The machine responded more weakly than predicted: {apart}."),
-            Verdict::Stronger => format!("The machine responded more strongly than predicted: {apart}."),
-            Verdict::Different => format!("The machine responded differently than predicted: {apart}."),
-            Verdict::Undecided => format!(
-                "The measurement cannot show the machine's response: a change of {:.3} µm rms was predicted, noise \
-                 and the uncertainty of the sensitivity allow a difference of {expected:.3} µm between measured and \
-                 predicted, and it is {difference:.3} µm.",
-                self.rms_predicted_change_um
-            ),
-        }
+        let how = match self.verdict {
+            Verdict::AsPredicted => "The machine responded as predicted".to_owned(),
+            Verdict::Weaker => "The machine responded more weakly than predicted".to_owned(),
+            Verdict::NoResponse => "The machine did not respond".to_owned(),
+            Verdict::Stronger => "The machine responded more strongly than predicted".to_owned(),
+            Verdict::Different if self.not_entered.is_empty() => {
+                "The machine responded differently than predicted".to_owned()
+            }
+            Verdict::Different => {
+                let names: Vec<String> = self.not_entered.iter().map(|one| format!("`{}`", one.setting)).collect();
+                format!("The machine responded as if {} had not been changed", names.join(" or "))
+            }
+            Verdict::Undecided => {
+                return format!(
+                    "The measurement cannot show the machine's response: a change of {:.3} µm rms was predicted, \
+                     noise and the uncertainty of the sensitivity allow a difference of {expected:.3} µm between \
+                     measured and predicted, and it is {difference:.3} µm{came}.",
+                    self.rms_predicted_change_um
+                );
+            }
+        };
+        format!("{how}: measured and predicted differ by {difference:.3} µm rms, {expected:.3} µm are expected{came}.")
     }
 }

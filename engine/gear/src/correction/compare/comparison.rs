@@ -20,8 +20,8 @@ pub struct Comparison {
     pub measured: Vec<f64>,
     /// Relative 1/σ² of both measurements; nodes of weight 0 take no part. 1 by default.
     pub weight: Option<Vec<f64>>,
-    /// How many settings there are.
-    pub settings: usize,
+    /// Names of the settings.
+    pub settings: Vec<String>,
     /// Effect of each setting on each node, J_kj Δ_j, row by row; their sum is the predicted change
     /// c (about its mean, without a datum).
     pub contributions: Vec<f64>,
@@ -65,7 +65,7 @@ impl Correction {
             before: asked.deviation.clone(),
             measured,
             weight: asked.weight.clone(),
-            settings: change.len(),
+            settings: asked.settings.iter().map(|setting| setting.name.clone()).collect(),
             contributions: (0..asked.deviation.len())
                 .flat_map(|k| self.given_row(k).iter().zip(change).map(|(j, c)| j * c))
                 .collect(),
@@ -110,7 +110,7 @@ impl Comparison {
                 }
             }
         }
-        let wanted = nodes.saturating_mul(self.settings);
+        let wanted = nodes.saturating_mul(self.settings.len());
         if self.contributions.len() != wanted {
             let given = entries(self.contributions.len());
             faults.push("contributions", format_args!("{given}; nodes and settings need {wanted}"));

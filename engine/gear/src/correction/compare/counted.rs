@@ -31,7 +31,8 @@ pub(super) struct Counted {
 
 impl Counted {
     pub(super) fn of(comparison: &Comparison) -> Self {
-        let Comparison { before, measured, contributions, settings, noise, .. } = comparison;
+        let Comparison { before, measured, contributions, noise, .. } = comparison;
+        let settings = comparison.settings.len();
         let weight = |k: usize| comparison.weight.as_ref().map_or(1.0, |weight| weight[k]);
         let counted: Vec<usize> =
             (0..before.len()).filter(|&k| !(before[k].is_nan() || measured[k].is_nan()) && weight(k) > 0.0).collect();
@@ -47,7 +48,7 @@ impl Counted {
             sums.into_iter().map(|(group, [sum, whole])| (group, sum / whole)).collect()
         };
         let about = |means: &BTreeMap<usize, f64>, k: usize| means.get(&group(k)).copied().unwrap_or(0.0);
-        let means: Vec<_> = (0..*settings).map(|j| mean(&|k| contributions[k * settings + j])).collect();
+        let means: Vec<_> = (0..settings).map(|j| mean(&|k| contributions[k * settings + j])).collect();
         let row = |k: usize| -> Vec<f64> {
             let row = &contributions[k * settings..(k + 1) * settings];
             row.iter().zip(&means).map(|(c, means)| c - about(means, k)).collect()

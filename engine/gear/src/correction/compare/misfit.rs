@@ -8,9 +8,9 @@ use flankfit_numerics::distribution::fisher;
 /// 0.999 quantile of the standard normal distribution, one-sided.
 const ONE_SIDED: f64 = 3.090_232_306_167_813;
 /// The same, two-sided.
-pub(super) const TWO_SIDED: f64 = 3.290_526_731_491_894;
+const TWO_SIDED: f64 = 3.290_526_731_491_894;
 /// Probability above the quantile.
-pub(super) const TAIL: f64 = 0.001;
+const TAIL: f64 = 0.001;
 
 /// S for errors of J of the size `eta`, by what Woodbury's identity needs of it: with N its
 /// diagonal and B the columns η C_j, η c and those of the scatter of teeth, `rᵀ S⁻¹ r = rᵀN⁻¹r −
@@ -44,10 +44,16 @@ impl Covariance {
         Some(Covariance { diagonal, columns, inner })
     }
 
+    /// `aᵀ S⁻¹ b`.
+    pub(super) fn product(&self, a: &[f64], b: &[f64]) -> f64 {
+        let white =
+            |x: &[f64]| DVector::from_iterator(x.len(), x.iter().zip(&self.diagonal).map(|(x, s)| x / s.sqrt()));
+        let (a, b) = (white(a), white(b));
+        a.dot(&b) - self.columns.tr_mul(&a).dot(&self.inner.solve(&self.columns.tr_mul(&b)))
+    }
+
     pub(super) fn square(&self, r: &[f64]) -> f64 {
-        let r = DVector::from_iterator(r.len(), r.iter().zip(&self.diagonal).map(|(r, s)| r / s.sqrt()));
-        let along = self.columns.tr_mul(&r);
-        (r.norm_squared() - along.dot(&self.inner.solve(&along))).max(0.0)
+        self.product(r, r).max(0.0)
     }
 }
 

@@ -19,43 +19,46 @@
 //! what was measured where χ² of r, or that of `d' − d − β̂c` with a degree of freedom less, is
 //! below its quantile, or where at least nine tenths of the misfit are gone.
 //!
-//! *What a measurement can tell.* The answer of a machine is distinguished from no answer at all
-//! (β = 0, everything stays as it was) only where the quantile times e is below 1. Where it is not,
-//! a small χ² says nothing, and a β̂ far from 1 says no more than that it is uncertain.
+//! *How much came* is decided by the 99.7 % interval of β̂, where β c explains what was measured:
 //!
-//! | β c | β̂ | verdict |
-//! |---|---|---|
-//! | explains | e too great to tell an answer from none | *undecided* |
-//! | explains | away from 1 by more than e allows | *weaker* (β̂ < 1), *stronger* (β̂ > 1) or, where β̂ is clearly below 0, *different* |
-//! | explains | as near to 1 as e allows | *as predicted* |
-//! | does not | any | *different*: another setting, another tool, another workpiece |
+//! | interval of β | verdict |
+//! |---|---|
+//! | contains 1, excludes 0.5 | *as predicted* |
+//! | lies below 1 | *weaker* |
+//! | contains 0, excludes 0.5 | *no response* |
+//! | lies above 1 | *stronger* |
+//! | lies below 0 | *different* |
+//! | contains 0.5 and 1 | *undecided* |
+//!
+//! Where β c does not explain it, the machine is *different*: another setting, another tool, another
+//! workpiece, or a setting whose change was not entered ([`not_entered`]).
 //!
 //! *Means over teeth.* The scatter of teeth adds the covariance of the difference of both means to
 //! S ([`super::teeth`]), and what it does to ⟨c, d' − d⟩ to e²; degrees of freedom of e² are then
 //! those of Satterthwaite.
 //!
-//! Quantiles are of probability 0.999, so a machine that is what J says is called something else
-//! once or twice in a thousand corrections (20 of 28,000 in simulation with white noise,
-//! `tests/laws/gear_correction_verdict.rs`; waviness that does not repeat raises it). Where σ was
-//! estimated from the residuals of the correction they are those of Student's t and Fisher's F, and
-//! *weaker* asks that β̂ be too small without the correction by σ² h as well: such a σ holds form
-//! that both measurements share, and which biases nothing. A ratio that is not distinguishable from
-//! 0 is not answered.
+//! The quantile of χ² is that of 0.999. Error rates are those of
+//! `tests/laws/gear_correction_verdict.rs`; waviness that does not repeat raises them. Where σ was
+//! estimated from the residuals of the correction quantiles are those of Student's t and Fisher's F,
+//! and the interval reaches up to that of β̂ without the correction by σ² h: such a σ holds form that
+//! both measurements share, and which biases nothing.
 
 mod answer;
 mod comparison;
 mod counted;
 mod figures;
 mod misfit;
+mod not_entered;
 mod scaled;
 
-pub use answer::{Answer, Verdict};
+pub use answer::{Answer, NotEntered, Verdict};
 pub use comparison::Comparison;
 use counted::Counted;
 pub use figures::{FigureChange, Measurements, compare_figures};
 use flankfit_estimation::{FitError, Unconverged};
 use flankfit_numerics::check::Faults;
 use misfit::{Covariance, quantile};
+use not_entered::Explained;
 use scaled::Scaled;
 
 /// Share of the misfit that a scaled prediction must explain where it does not explain all of it.
@@ -97,7 +100,21 @@ pub fn compare(comparison: &Comparison) -> Result<Answer, FitError> {
         Some(scaled) => scaled.verdict(),
         None => Verdict::Undecided,
     };
-    let determined = scaled.filter(Scaled::determined);
+    let not_entered = scaled.as_ref().map_or_else(Vec::new, |scaled| {
+        Explained {
+            left: left(1.0),
+            contributions: (0..comparison.settings.len())
+                .map(|j| nodes.contributions.iter().map(|row| row[j]).collect())
+                .collect(),
+            names: &comparison.settings,
+            covariance: &covariance,
+            by_ratio: covariance.square(&left(scaled.ratio)),
+            limit: chi_squared_limit,
+        }
+        .not_entered(scaled)
+    });
+    let verdict = if not_entered.is_empty() { verdict } else { Verdict::Different };
+    let determined = scaled.filter(|scaled| scaled.determined() || verdict != Verdict::Undecided);
     let mut answer = Answer {
         nodes: m,
         rms_before_um: rms(&|i| nodes.before[i]),
@@ -112,6 +129,7 @@ pub fn compare(comparison: &Comparison) -> Result<Answer, FitError> {
         chi_squared,
         chi_squared_limit,
         verdict,
+        not_entered,
         sentence: String::new(),
     };
     answer.sentence = answer.in_words();

@@ -1,13 +1,13 @@
 //! β: how much of the predicted change came.
 
-use super::{
-    answer::Verdict,
-    comparison::Comparison,
-    counted::Counted,
-    misfit::{TAIL, TWO_SIDED},
-};
+use super::{answer::Verdict, comparison::Comparison, counted::Counted};
 use crate::correction::solution::Noise;
-use flankfit_numerics::distribution::{Student, fisher};
+use flankfit_numerics::distribution::Student;
+
+/// Probability outside the interval that decides.
+pub(super) const TAIL: f64 = 0.003;
+/// Ratio below which a machine did not respond as predicted, and above which it did respond.
+const HALF: f64 = 0.5;
 
 /// The measured change as a multiple of the predicted one.
 pub(super) struct Scaled {
@@ -16,10 +16,8 @@ pub(super) struct Scaled {
     /// The same with the least correction for noise that is possible.
     largest: f64,
     pub std_error: f64,
-    /// Quantile that differences are held against.
-    quantile: f64,
-    /// Degrees of freedom of the standard error; `None` where the noise is known.
-    freedom: Option<f64>,
+    /// Distribution of an error over the standard error.
+    pub student: Student,
 }
 
 impl Scaled {
@@ -38,7 +36,7 @@ impl Scaled {
         let noise = sigma * sigma / square;
         let raw = (0..m).map(|i| nodes.weight[i] * c[i] * nodes.came[i]).sum::<f64>() / (unit * square);
         let ratio = raw - noise * nodes.leverage;
-        let columns: f64 = (0..*settings)
+        let columns: f64 = (0..settings.len())
             .map(|j| {
                 (0..m).map(|i| nodes.weight[i] * (c[i] * nodes.contributions[i][j] / unit).abs()).sum::<f64>() / square
             })
@@ -61,32 +59,37 @@ impl Scaled {
             }
             _ => freedom,
         };
-        let quantile = freedom.map_or(TWO_SIDED, |freedom| fisher::student_two_sided(TAIL, freedom));
-        Some(Scaled { ratio, largest, std_error: (variance + scatter).sqrt(), quantile, freedom })
+        let student = freedom.map_or(Student::NORMAL, Student::new);
+        Some(Scaled { ratio, largest, std_error: (variance + scatter).sqrt(), student })
     }
 
     /// Interval of the ratio, at 0.95.
     pub(super) fn interval(&self) -> [f64; 2] {
-        let student = self.freedom.map_or(Student::NORMAL, Student::new);
-        let half = student.upper_quantile(0.025) * self.std_error;
+        let half = self.student.upper_quantile(0.025) * self.std_error;
         [self.ratio - half, self.ratio + half]
     }
 
-    /// Whether the answer could have been distinguished from none.
+    /// Half the width of the interval that decides.
+    fn half_width(&self) -> f64 {
+        self.student.upper_quantile(0.5 * TAIL) * self.std_error
+    }
+
+    /// Whether a full response could have been distinguished from none.
     pub(super) fn determined(&self) -> bool {
-        self.quantile * self.std_error < 1.0
+        self.half_width() < 1.0
     }
 
     /// Verdict on a change that is a multiple of the predicted one.
     pub(super) fn verdict(&self) -> Verdict {
-        let most = self.quantile * self.std_error;
+        let [low, high] = [self.ratio - self.half_width(), self.largest + self.half_width()];
         match () {
-            () if !self.determined() => Verdict::Undecided,
             // the machine went the other way: no multiple of what J says
-            () if self.largest < -most => Verdict::Different,
-            () if self.largest < 1.0 - most => Verdict::Weaker,
-            () if self.ratio > 1.0 + most => Verdict::Stronger,
-            () => Verdict::AsPredicted,
+            () if high < 0.0 => Verdict::Different,
+            () if low <= 0.0 && high < HALF => Verdict::NoResponse,
+            () if high < 1.0 => Verdict::Weaker,
+            () if low > 1.0 => Verdict::Stronger,
+            () if low > HALF => Verdict::AsPredicted,
+            () => Verdict::Undecided,
         }
     }
 }
