@@ -417,11 +417,19 @@ export function Figures({ kept, csvName, of }) {
 /** The response of the machine. @param {{ answer: MachineAnswer, entered: boolean }} props `entered`: compared with what was entered */
 export function Answer({ answer, entered }) {
   const { value } = fmt;
-  const kind = { as_predicted: "good", weaker: "warn", stronger: "warn", different: "bad", undecided: "plain" };
-  const { verdict, response_ratio: ratio, response_ratio_std_error: error } = answer;
+  const kind = {
+    as_predicted: "good",
+    weaker: "warn",
+    no_response: "bad",
+    stronger: "warn",
+    different: "bad",
+    undecided: "plain",
+  };
+  const { verdict, response_ratio: ratio, response_ratio_std_error: error, not_entered: omitted } = answer;
+  const names = omitted?.map(({ setting }) => settingName(setting));
   const um = "\u202fµm";
   return html`<p class="verdict">
-      ${h(Badge, { kind: /** @type {"good"} */ (kind[verdict]), children: entered ? t.ofEntered(t[verdict]) : t[verdict] })} ${t[`sentence_${verdict}`]}
+      ${h(Badge, { kind: /** @type {"good"} */ (kind[verdict]), children: entered ? t.ofEntered(t[verdict]) : t[verdict] })} ${names?.length ? t.notEntered(names) : t[`sentence_${verdict}`]}
     </p>
     ${h(Facts, {
       items: [

@@ -215,6 +215,7 @@ browserTest("what was entered is kept, and the next measurement is compared with
   const words = {
     as_predicted: "as predicted",
     weaker: "weaker",
+    no_response: "no response",
     stronger: "stronger",
     different: "otherwise than predicted",
     undecided: "cannot be told",

@@ -91,19 +91,25 @@ export default {
   answeredBy: (iteration) => `gemessen mit Iteration ${iteration}`,
   as_predicted: "wie vorhergesagt",
   weaker: "schwächer als vorhergesagt",
+  no_response: "keine Antwort",
   stronger: "stärker als vorhergesagt",
   different: "anders als vorhergesagt",
   undecided: "nicht zu entscheiden",
   sentence_as_predicted:
-    "Gemessen und vorhergesagt unterscheiden sich nicht mehr, als Rauschen und Unsicherheit der Antwort erklären.",
+    "Die vorhergesagte Änderung kam: Das Antwortverhältnis schließt 1 ein und liegt über der Hälfte.",
   sentence_weaker: "Von der vorhergesagten Änderung kam weniger, als Rauschen und Unsicherheit der Antwort erklären.",
+  sentence_no_response:
+    "Von der vorhergesagten Änderung kam nichts, was sich vom Rauschen unterscheidet. Wurden die Änderungen eingegeben?",
   sentence_stronger: "Von der vorhergesagten Änderung kam mehr, als Rauschen und Unsicherheit der Antwort erklären.",
   sentence_different:
     "Gemessen und vorhergesagt unterscheiden sich in der Form um mehr, als Rauschen und Unsicherheit der Antwort erklären.",
-  sentence_undecided: "Das Rauschen ist zu groß, um zu sagen, wie viel der vorhergesagten Änderung kam.",
+  sentence_undecided:
+    "Rauschen oder Unsicherheit der Antwort sind zu groß, um eine volle Antwort von einer halben zu unterscheiden.",
+  notEntered: (names) =>
+    `Die Messung ist erklärt, wenn ${names.join(" oder ")} nicht geändert wurde. Wurde die Änderung eingegeben?`,
   ratio: "Antwortverhältnis",
   ratioNote: "Anteil der vorhergesagten Änderung, der kam",
-  ratioUnknown: "von keinem nicht zu unterscheiden",
+  ratioUnknown: "nicht bekannt",
   interval95: "95-%-Intervall",
   difference: "Quadratisches Mittel von gemessen minus vorhergesagt",
   expected: (value) => `erwartet ${value}`,

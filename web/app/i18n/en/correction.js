@@ -88,19 +88,23 @@ export default {
   answeredBy: (/** @type {number} */ iteration) => `measured by iteration ${iteration}`,
   as_predicted: "as predicted",
   weaker: "weaker than predicted",
+  no_response: "no response",
   stronger: "stronger than predicted",
   different: "otherwise than predicted",
   undecided: "cannot be told",
-  sentence_as_predicted:
-    "Measured and predicted differ by no more than noise and the uncertainty of the response explain.",
+  sentence_as_predicted: "The predicted change came: its response ratio includes 1 and is above a half.",
   sentence_weaker: "Less of the predicted change came than noise and the uncertainty of the response explain.",
+  sentence_no_response: "Nothing that differs from noise came of the predicted change. Were the changes entered?",
   sentence_stronger: "More of the predicted change came than noise and the uncertainty of the response explain.",
   sentence_different:
     "Measured and predicted differ in shape by more than noise and the uncertainty of the response explain.",
-  sentence_undecided: "The noise is too great to say how much of the predicted change came.",
+  sentence_undecided:
+    "Noise or the uncertainty of the response is too large to distinguish a full response from half of it.",
+  notEntered: (/** @type {string[]} */ names) =>
+    `The measurement is explained if ${names.join(" or ")} was not changed. Was the change entered?`,
   ratio: "Response ratio",
   ratioNote: "share of the predicted change that came",
-  ratioUnknown: "cannot be told apart from none",
+  ratioUnknown: "not known",
   interval95: "95 % interval",
   difference: "RMS measured less predicted",
   expected: (/** @type {string} */ value) => `expected ${value}`,
