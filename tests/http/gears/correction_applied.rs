@@ -62,6 +62,38 @@ async fn corrected(app: &TestApp) -> (String, [f64; 4]) {
     (job, change)
 }
 
+/// The helix crowning was forgotten, then everything: the response says so as far as the noise
+/// allows.
+#[tokio::test]
+async fn a_forgotten_change_is_named_and_a_machine_that_did_nothing_is_found() {
+    let app = TestApp::start().await;
+    let (job, change) = corrected(&app).await;
+    let entered = [change[0], change[1], change[2], 0.0];
+    assert_eq!(post(&app, &format!("{job}/iterations"), &flank(2.0, entered)).await.status, 201);
+    let answer = kept(&app, &job).await["answer"].take();
+    assert_eq!((&answer["verdict"], &answer["not_entered"][0]["setting"]), (&json!("different"), &json!(NAMES[3])));
+    assert_eq!(answer["not_entered"].as_array().unwrap().len(), 1);
+    assert!(number(&answer["not_entered"][0]["response_ratio"]).abs() < 0.2, "{answer}");
+    let sentence = answer["sentence"].as_str().unwrap();
+    assert!(sentence.starts_with("The machine responded as if `helix_crowning` had not been changed:"), "{sentence}");
+    // the entry of it settles the matter
+    let path = format!("{job}/iterations/1/correction/applied");
+    assert_eq!(post(&app, &path, &json!({"settings": {"helix_crowning": 0}})).await.status, 201);
+    let answer = kept(&app, &job).await["answer"].take();
+    assert_eq!((&answer["verdict"], answer.get("not_entered")), (&json!("as_predicted"), None), "{answer}");
+
+    for (sigma, verdict) in [(0.2, "no_response"), (3.0, "no_response"), (9.0, "weaker"), (20.0, "undecided")] {
+        let (job, _) = corrected(&app).await;
+        let mut asked = asked();
+        asked["noise_sigma_um"] = json!(sigma);
+        assert_eq!(post(&app, &format!("{job}/iterations/1/correction"), &asked).await.status, 201);
+        assert_eq!(post(&app, &format!("{job}/iterations"), &flank(2.0, [0.0; 4])).await.status, 201);
+        let answer = kept(&app, &job).await["answer"].take();
+        assert_eq!(answer["verdict"], verdict, "{sigma}: {}", answer["sentence"]);
+    }
+    app.stop().await;
+}
+
 /// Only the two angles were entered: the machine's response is judged by these changes, and is
 /// correct.
 #[tokio::test]

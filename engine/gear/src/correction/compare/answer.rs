@@ -64,8 +64,8 @@ pub struct Answer {
     /// Expected value of it by noise and the uncertainty of the sensitivity: √(mean (2σ²/w + u²)).
     pub rms_expected_difference_um: f64,
     /// β̂, the realised share of the predicted change, without the part that comes from the noise
-    /// of the first measurement through the correction; absent if the verdict is `undecided` and its
-    /// standard error above a third (1 and 0 could not be distinguished).
+    /// of the first measurement through the correction; absent if the verdict is `undecided` and
+    /// its standard error above a third (1 and 0 could not be distinguished).
     pub response_ratio: Option<f64>,
     /// Standard error of the ratio from the noise of both measurements and from errors of the
     /// sensitivity that are common to a setting.

@@ -30,8 +30,8 @@
 //! | lies below 0 | *different* |
 //! | contains 0.5 and 1 | *undecided* |
 //!
-//! Where β c does not explain it, the machine is *different*: another setting, another tool, another
-//! workpiece, or a setting whose change was not entered ([`not_entered`]).
+//! Where β c does not explain it, the machine is *different*: another setting, another tool,
+//! another workpiece, or a setting whose change was not entered ([`not_entered`]).
 //!
 //! *Means over teeth.* The scatter of teeth adds the covariance of the difference of both means to
 //! S ([`super::teeth`]), and what it does to ⟨c, d' − d⟩ to e²; degrees of freedom of e² are then
@@ -39,9 +39,9 @@
 //!
 //! The quantile of χ² is that of 0.999. Error rates are those of
 //! `tests/laws/gear_correction_verdict.rs`; waviness that does not repeat raises them. Where σ was
-//! estimated from the residuals of the correction quantiles are those of Student's t and Fisher's F,
-//! and the interval reaches up to that of β̂ without the correction by σ² h: such a σ holds form that
-//! both measurements share, and which biases nothing.
+//! estimated from the residuals of the correction quantiles are those of Student's t and Fisher's
+//! F, and the interval reaches up to that of β̂ without the correction by σ² h: such a σ holds form
+//! that both measurements share, and which biases nothing.
 
 mod answer;
 mod comparison;

@@ -16,7 +16,7 @@ use super::{
 /// Difference of χ² that distinguishes two explanations.
 const APART: f64 = 9.0;
 
-/// What was measured and predicted.
+/// Measured and predicted changes.
 pub(super) struct Explained<'a> {
     /// d' − p.
     pub left: Vec<f64>,
