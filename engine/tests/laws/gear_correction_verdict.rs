@@ -1,7 +1,8 @@
 //! Error rates of the verdict on a machine, and rates of detection, by simulation.
 //!
-//! The quantiles of the verdict leave 0.001 for χ² and 0.003 for β̂ on both sides; the standard error
-//! of β̂ is that of the worst errors of J, and c takes a part of the noise away. Seeds are fixed.
+//! The quantiles of the verdict leave 0.001 for χ² and 0.003 for β̂ on both sides; the standard
+//! error of β̂ is that of the worst errors of J, and c takes a part of the noise away. Seeds are
+//! fixed.
 
 use crate::machines::{Plant, each, times};
 use flankfit_engine::estimation::spec::Regularization;

@@ -83,6 +83,87 @@ fn intervals_of_slope_and_crowning_hold() {
     }
 }
 
+/// Adds noise of σ 0.5 whose neighbours have the correlation `rho`.
+fn correlated(clean: &Trace, rho: f64, random: &mut Random) -> Trace {
+    let (mut trace, mut error) = (clean.clone(), 0.5 * random.normal());
+    for deviation in &mut trace.deviation {
+        *deviation += error;
+        error = rho * error + 0.5 * (1.0 - rho * rho).sqrt() * random.normal();
+    }
+    trace
+}
+
+fn is_doubtful(found: &Evaluation) -> bool {
+    found.warnings.iter().any(|warning| warning.code() == "correlated_noise")
+}
+
+/// Autoregressive noise: intervals hold, or a warning says that they may not.
+#[test]
+fn intervals_hold_with_correlated_noise_or_are_doubted() {
+    let (gear, asked) = (gear(), plain());
+    for (count, rho, least, doubted) in [
+        (120, 0.6, 0.93, [0.0, 0.3]),
+        (201, 0.6, 0.93, [0.0, 0.1]),
+        (480, 0.6, 0.93, [0.0, 0.1]),
+        (480, 0.9, 0.93, [0.5, 1.0]),
+        (120, 0.9, 0.75, [0.75, 1.0]),
+        (201, 0.9, 0.88, [0.75, 1.0]),
+    ] {
+        let clean = trace(&gear, Kind::Helix, Side::Left, count, shape);
+        let mut random = Random::new(900 + count as u64);
+        let (mut warned, mut missed, mut hits) = (0, 0, 0);
+        let truth = truth(&clean, &asked);
+        let covered = coverage(RUNS, truth, || {
+            let found = evaluated(&[correlated(&clean, rho, &mut random)], &asked);
+            let intervals = [found.traces[0].slope_interval_um.unwrap(), found.traces[0].crowning_interval_um.unwrap()];
+            let holds = (intervals[0][0]..=intervals[0][1]).contains(&truth[0]);
+            warned += usize::from(is_doubtful(&found));
+            hits += usize::from(holds);
+            missed += usize::from(!holds && !is_doubtful(&found));
+            intervals
+        });
+        let share = |n: usize| n as f64 / RUNS as f64;
+        println!("AR({rho}), {count} samples: {covered:?}, doubted {}, neither {}", share(warned), share(missed));
+        assert!(covered.iter().all(|share| *share >= least), "{count} {rho}: {covered:?}");
+        assert!((doubted[0]..=doubted[1]).contains(&share(warned)) && share(missed) <= 0.1, "{count} {rho}");
+    }
+}
+
+/// Mean width of the slope's interval over that of the true noise, and the share of doubts.
+fn widths(count: usize, flank: impl Fn(f64) -> f64 + Copy) -> [f64; 2] {
+    let (gear, asked) = (gear(), plain());
+    let clean = trace(&gear, Kind::Helix, Side::Left, count, flank);
+    let mut random = Random::new(700 + count as u64);
+    let (mut width, mut doubts) = (0.0, 0);
+    for _ in 0..RUNS {
+        let found = evaluated(&[correlated(&clean, 0.0, &mut random)], &asked);
+        let [low, high] = found.traces[0].slope_interval_um.unwrap();
+        width += 0.5 * (high - low) / RUNS as f64;
+        doubts += usize::from(is_doubtful(&found));
+    }
+    // samples within 1 to 19 mm of 20: the slope over [−1, 1] of independent noise
+    let used = evaluated(std::slice::from_ref(&clean), &asked).traces[0].samples.used as f64;
+    [width / (1.96 * 0.5 * 2.0 * (3.0 / used).sqrt()), doubts as f64 / RUNS as f64]
+}
+
+/// Reliefs, waves and crowning with independent noise are not taken for correlated noise.
+#[test]
+fn a_smooth_flank_is_not_taken_for_correlated_noise() {
+    let relief = |u: f64| shape(u) - 40.0 * (u - 0.6).max(0.0);
+    let curved = |u: f64| -100.0 * (u - 0.6).max(0.0).powi(2) - 20.0 * (-0.7 - u).max(0.0);
+    let wave = |periods: f64| move |u: f64| 2.0 * (std::f64::consts::PI * periods * u).sin();
+    let mut all = Vec::new();
+    for count in [120, 200, 480] {
+        let found = [widths(count, relief), widths(count, curved), widths(count, wave(3.0)), widths(count, wave(8.0))];
+        println!("{count}: {:?}, {found:?}", widths(count, shape));
+        all.extend(found);
+    }
+    assert!(all.iter().all(|[width, doubts]| *width < 3.3 && *doubts <= 0.06), "{all:?}");
+    assert!(all.iter().map(|[width, _]| width).sum::<f64>() / all.len() as f64 <= 1.5, "{all:?}");
+    let [width, doubts] = widths(200, shape);
+    assert!(width < 1.08 && doubts <= 0.002, "{width} {doubts}");
+}
+
 /// Over a hole the interval has what the hole may hide: it is wider than without, and holds.
 #[test]
 fn intervals_over_a_hole_hold() {

@@ -392,7 +392,8 @@ async fn evaluations_are_kept_with_an_iteration_and_take_the_gear_of_the_job() {
 async fn holes_and_dust_are_told() {
     let app = TestApp::start().await;
     let z: Vec<f64> = (0..200).map(|k| 15.0 * f64::from(k) / 199.0).collect();
-    let clean: Vec<f64> = z.iter().map(|z| 4.0 * (2.0 * z).sin() + 0.2 * (97.0 * z).sin()).collect();
+    // errors without correlation: the sine of a square runs through all frequencies
+    let clean: Vec<f64> = z.iter().map(|z| 4.0 * (2.0 * z).sin() + 0.2 * (97.0 * z * z).sin()).collect();
     let asked = |deviation: Value, extra: Value| {
         let mut evaluation = json!({"helix_range_mm": [0.5, 14.5]});
         evaluation.as_object_mut().unwrap().extend(extra.as_object().unwrap().clone());

@@ -94,7 +94,7 @@ fn trace_noise(places: &[[f64; 3]], along: usize) -> Option<EstimatedVariance> {
     let (low, high) = (each.first()?[0], each.last()?[0]);
     let u: Vec<f64> = each.iter().map(|[x, _]| (2.0 * x - low - high) / (high - low)).collect();
     let deviation: Vec<f64> = each.iter().map(|[_, deviation]| *deviation).collect();
-    noise(&u, &deviation, &Spacing::of(&u)).filter(|noise| noise.value.is_finite())
+    noise(&u, &deviation, &Spacing::of(&u)).map(|noise| noise.variance).filter(|noise| noise.value.is_finite())
 }
 
 impl FlankTraces {

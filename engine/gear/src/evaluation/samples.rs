@@ -1,6 +1,12 @@
 //! The defined samples of a trace, and those of them that count.
 
-use super::{settings::Window, spacing::Spacing, subject::Subject, values::EDGE};
+use super::{
+    noise::{TraceNoise, noise},
+    settings::Window,
+    spacing::Spacing,
+    subject::Subject,
+    values::EDGE,
+};
 use flankfit_numerics::cancel::{self, Asking};
 
 /// Numbers of samples.
@@ -105,5 +111,9 @@ impl Taken {
             relief: counted().filter(|s| s.relief).map(|s| [s.u, s.deviation]).collect(),
             spacing,
         }
+    }
+
+    pub(super) fn noise(&self) -> Option<TraceNoise> {
+        noise(&self.u, &self.deviation, &self.spacing)
     }
 }

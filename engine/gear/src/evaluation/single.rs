@@ -22,7 +22,7 @@ use super::{
     coverage,
     gap::mean_curves,
     mean_curve::MeanCurves,
-    noise::noise,
+    noise::{Correlation, TraceNoise},
     outliers::burrs::Burr,
     samples::{self, Samples, Taken},
     settings::{MeanCurve, Outliers},
@@ -68,18 +68,22 @@ impl Subject<'_> {
         if let Some(suspects) = &suspects {
             self.warn(warnings, suspects.warning(exclude));
         }
+        let noise = (assessable != Assessable::Nothing).then(|| taken.noise()).flatten();
+        if let Some(Correlation { effective, factor }) = noise.and_then(|noise| noise.doubt) {
+            self.warn(warnings, TraceWarning::CorrelatedNoise { count: samples.used, effective, factor });
+        }
         Outcome {
             samples,
-            values: (assessable != Assessable::Nothing).then(|| self.figures(&taken)),
+            values: (assessable != Assessable::Nothing).then(|| self.figures(&taken, noise)),
             assessable,
             suspects,
         }
     }
 
     /// Returns the figures of samples at three places at least.
-    pub(super) fn figures(&self, taken: &Taken) -> Values {
+    pub(super) fn figures(&self, taken: &Taken, noise: Option<TraceNoise>) -> Values {
         let (trace, window) = (self.trace, self.window);
-        let noise = noise(&taken.u, &taken.deviation, &taken.spacing);
+        let noise = noise.map(|noise| noise.variance);
         let told = mean_curves(&taken.u, &taken.deviation, &taken.spacing, noise.map(|noise| noise.value.sqrt()));
         let (mean, sign) = (&told.curves, self.settings.sign.of_material(self.settings.given, trace.kind, trace.side));
         let extended = window.reference / (0.5 * window.length());

@@ -70,7 +70,7 @@ pub(super) fn suspects(subject: &Subject, all: &[Sample], runs: &[Run], excluded
     let told = |taken: &Taken| {
         taken.u.len() >= FEWEST_SAMPLES && taken.spacing.places > 2 && taken.spacing.covered >= LEAST_COVERED
     };
-    Suspects { places, without: without.filter(told).map(|taken| subject.figures(&taken).into()) }
+    Suspects { places, without: without.filter(told).map(|taken| subject.figures(&taken, taken.noise()).into()) }
 }
 
 impl Suspects {

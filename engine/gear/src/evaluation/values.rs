@@ -18,9 +18,10 @@ pub struct Values {
     /// the reference length. A hole is filled with the most likely course of the flank.
     pub slope_um: f64,
     /// Standard error of the slope from the noise of the samples; crowning, reliefs and waviness
-    /// count as flank. Covers independent noise and noise that is correlated over up to 1/64 of the
-    /// samples, not errors that are equal along a trace (alignment, drift). Over a hole it includes
-    /// the uncertainty of the flank there. Absent if the samples are too few.
+    /// count as flank. Covers independent noise and noise whose neighbours are correlated (with the
+    /// warning `correlated_noise` where the samples do not determine the correlation), not errors
+    /// that are equal along a trace (alignment, drift). Over a hole it includes the uncertainty of
+    /// the flank there. Absent if the samples are too few.
     pub slope_std_error_um: Option<f64>,
     /// f_fα or f_fβ: peak to valley about the mean curve. Like the total deviation it has no
     /// interval: noise raises the greatest of many deviations, which is not a sum of them.

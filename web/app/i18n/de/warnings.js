@@ -89,6 +89,8 @@ export default {
   worse_than_least_squares:
     "Diese Wahl lässt einen größeren Fehler erwarten als die kleinsten Quadrate; siehe die anderen Kriterien.",
   // traces, pitch and run-out
+  correlated_noise:
+    "Das Rauschen benachbarter Messpunkte hängt zusammen: Standardabweichungen und Konformität sind unsicher.",
   figures_not_determined: "Die Messpunkte bestimmen nicht alle Größen der Flanke.",
   foreign_reference_length: "Die Winkelabweichungen beziehen sich auf mehr Länge, als das Rad hat: keine Klassen.",
   helix_sign_doubtful: "Mit umgekehrten Flankenlinien passten die Linienzüge besser zusammen: Vorzeichen prüfen.",

@@ -97,6 +97,21 @@ pub enum TraceWarning {
         #[cfg_attr(feature = "contract", serde(skip))]
         without: Option<WithoutSuspects>,
     },
+    /// Correlated noise, which the samples do not determine well enough.
+    #[error(
+        "the noise of neighbouring samples is correlated: {count} samples determine slope and crowning like \
+         {} independent ones, and standard errors may be too small by up to a factor of {factor:.1}; treat intervals \
+         and conformity as doubtful, and measure the trace again or with more samples",
+        .effective.round()
+    )]
+    "correlated_noise" => CorrelatedNoise {
+        /// Samples of the range.
+        count: usize,
+        /// Independent samples that would determine the slope as well.
+        effective: f64,
+        /// Factor by which standard errors may be too small.
+        factor: f64,
+    },
     /// A slope over a hole, whose standard error is not known.
     #[error("the slope has no class: there are too few samples to assess the hole")]
     "slope_class_open" => SlopeClassUnknown,
