@@ -1,7 +1,7 @@
 //! Warnings that intervals may not hold.
 
 /// Codes of the warnings that intervals may not hold.
-const CODES: [&str; 11] = [
+const CODES: [&str; 12] = [
     "outliers_suspected",
     "correlated_residuals",
     "uneven_variance",
@@ -13,6 +13,7 @@ const CODES: [&str; 11] = [
     "positions_uncertain",
     "power_uncertain",
     "norm_limit_contradicted",
+    "correlated_noise",
 ];
 
 /// A set of codes of warnings that intervals may not hold.

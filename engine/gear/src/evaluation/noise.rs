@@ -22,7 +22,7 @@
 use std::f64::consts::PI;
 
 use super::{mean_curve::MeanCurves, spacing::Spacing};
-use flankfit_estimation::inference::Inferred;
+use flankfit_estimation::inference::{Doubts, Inferred};
 use flankfit_numerics::{
     cancel,
     distribution::{Student, normal},
@@ -59,11 +59,13 @@ const NEGLIGIBLE: f64 = 1e-3;
 const FEWEST_EFFECTIVE: f64 = 24.0;
 
 /// A variance that was estimated.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct EstimatedVariance {
     pub value: f64,
     /// Degrees of freedom of the χ² that is spread about its mean as much (Satterthwaite).
     pub freedom: f64,
+    /// Warnings that it may be greater.
+    pub doubts: Doubts,
 }
 
 impl EstimatedVariance {
@@ -72,14 +74,15 @@ impl EstimatedVariance {
         let value: f64 = parts.clone().map(|part| part.value).sum();
         let spread: f64 = parts.clone().map(|part| part.value * part.value / part.freedom).sum();
         // without noise all that is known is how much there was to tell it by
-        let freedom = if spread > 0.0 { value * value / spread } else { parts.map(|part| part.freedom).sum() };
-        EstimatedVariance { value, freedom }
+        let freedom = if spread > 0.0 { value * value / spread } else { parts.clone().map(|part| part.freedom).sum() };
+        let doubts = parts.fold(Doubts::default(), |doubts, part| doubts.or(part.doubts));
+        EstimatedVariance { value, freedom, doubts }
     }
 
     /// An estimate whose variance this is.
     pub(crate) fn about(&self, value: f64) -> Inferred {
         let student = Student::new(self.freedom.max(1.0));
-        Inferred { value, std_error: self.value.sqrt(), student, ..Inferred::default() }
+        Inferred { value, std_error: self.value.sqrt(), student, doubts: self.doubts, ..Inferred::default() }
     }
 }
 
@@ -89,7 +92,7 @@ pub(crate) struct TraceNoise {
     /// Variance of a sample as far as means and slopes feel it.
     pub variance: EstimatedVariance,
     /// Correlation that leaves intervals in doubt.
-    pub doubt: Option<Correlation>,
+    pub correlation: Option<Correlation>,
 }
 
 /// Correlation of the noise.
@@ -124,8 +127,8 @@ pub(crate) fn noise(u: &[f64], deviation: &[f64], spacing: &Spacing) -> Option<T
     let modes = modes(CUT).filter(|modes| modes.len() >= means.len() / 2).or_else(|| modes(f64::INFINITY))?;
     let mean = modes.iter().map(|[_, power]| power).sum::<f64>() / modes.len() as f64;
     if !(mean > 0.0) {
-        let freedom = modes.len() as f64;
-        return Some(TraceNoise { variance: EstimatedVariance { value: 0.0, freedom }, doubt: None });
+        let variance = EstimatedVariance { freedom: modes.len() as f64, ..EstimatedVariance::default() };
+        return Some(TraceNoise { variance, correlation: None });
     }
     let candidates = candidates(&modes, mean, means.len());
     let most = candidates.iter().map(|one| one.log_likelihood).fold(f64::NEG_INFINITY, f64::max);
@@ -145,10 +148,11 @@ pub(crate) fn noise(u: &[f64], deviation: &[f64], spacing: &Spacing) -> Option<T
     let square = |list: &[f64]| list.iter().map(|d| d * d).sum::<f64>() / u.len() as f64;
     let negligible = NEGLIGIBLE * square(&each) + f64::EPSILON * square(deviation);
     let doubtful = independent < SIGNIFICANT && effective < FEWEST_EFFECTIVE && value > negligible;
+    let doubts = doubtful.then_some("correlated_noise").into_iter().collect();
+    let factor = (0.5 * normal::upper_quantile(0.05) * spread.sqrt()).exp();
     Some(TraceNoise {
-        variance: EstimatedVariance { value, freedom: 2.0 * x },
-        doubt: doubtful
-            .then(|| Correlation { effective, factor: (0.5 * normal::upper_quantile(0.05) * spread.sqrt()).exp() }),
+        variance: EstimatedVariance { value, freedom: 2.0 * x, doubts },
+        correlation: doubtful.then_some(Correlation { effective, factor }),
     })
 }
 

@@ -69,7 +69,7 @@ impl Subject<'_> {
             self.warn(warnings, suspects.warning(exclude));
         }
         let noise = (assessable != Assessable::Nothing).then(|| taken.noise()).flatten();
-        if let Some(Correlation { effective, factor }) = noise.and_then(|noise| noise.doubt) {
+        if let Some(Correlation { effective, factor }) = noise.and_then(|noise| noise.correlation) {
             self.warn(warnings, TraceWarning::CorrelatedNoise { count: samples.used, effective, factor });
         }
         Outcome {
@@ -112,6 +112,7 @@ impl Subject<'_> {
             crowning_std_error_um: told.errors.map(|errors| errors[2]),
             tip_relief_um: self.tip_relief(&taken.relief, mean),
             freedom: noise.map(|noise| noise.freedom),
+            doubts: noise.map_or_else(Default::default, |noise| noise.doubts),
             form_plus_material_um: raised(form_plus_material),
             total_plus_material_um: raised(total_plus_material),
         }

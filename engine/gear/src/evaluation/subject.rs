@@ -37,7 +37,8 @@ impl Subject<'_> {
     /// Returns what is inferred of slope and crowning.
     pub(super) fn inferences(&self, values: &Values, limits: &TraceLimits) -> [Option<Inference>; 2] {
         let inference = |value: f64, std_error: Option<f64>, limits: Option<[f64; 2]>| {
-            let variance = EstimatedVariance { value: std_error?.powi(2), freedom: values.freedom? };
+            let variance =
+                EstimatedVariance { value: std_error?.powi(2), freedom: values.freedom?, doubts: values.doubts };
             Some(Inference::new(&variance.about(value), self.settings.level, limits))
         };
         [

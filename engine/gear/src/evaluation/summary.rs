@@ -145,7 +145,11 @@ fn twist(traces: &[Evaluated], settings: &Settings, (tooth, side, kind): (&str, 
     let sign = of(Kind::Helix) * of(kind);
     let twist = sign * (b.slope_um - a.slope_um);
     let variance = |values: &super::Values| {
-        Some(EstimatedVariance { value: values.slope_std_error_um?.powi(2), freedom: values.freedom? })
+        Some(EstimatedVariance {
+            value: values.slope_std_error_um?.powi(2),
+            freedom: values.freedom?,
+            doubts: values.doubts,
+        })
     };
     let variance = variance(&a).zip(variance(&b)).map(|(a, b)| EstimatedVariance::sum([a, b].into_iter()));
     Some(Twist {

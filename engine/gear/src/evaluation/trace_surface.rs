@@ -291,10 +291,8 @@ impl FlankTraces {
     fn noise(&self) -> Option<EstimatedVariance> {
         let told = self.each.iter().filter_map(|trace| Some((trace.samples as f64, trace.variance?)));
         let count: f64 = told.clone().map(|(samples, _)| samples).sum();
-        let shares = told.map(|(samples, variance)| EstimatedVariance {
-            value: samples / count * variance.value,
-            freedom: variance.freedom,
-        });
+        let shares =
+            told.map(|(samples, variance)| EstimatedVariance { value: samples / count * variance.value, ..variance });
         (count > 0.0).then(|| EstimatedVariance::sum(shares))
     }
 
@@ -435,7 +433,8 @@ pub fn figures_of_traces(
     let determined = found.coefficients.iter().flatten().count();
     let freedom = samples.saturating_sub(traces.len() + determined);
     let variance = found.rss / freedom.max(1) as f64;
-    let errors = found.variances(&traces, |_| EstimatedVariance { value: variance, freedom: freedom as f64 });
+    let noise = EstimatedVariance { value: variance, freedom: freedom as f64, ..EstimatedVariance::default() };
+    let errors = found.variances(&traces, |_| noise);
     let scale = terms.factor(gear, Direction::Normal);
     let of = |term: usize, factor: f64| {
         let error = errors[term].map(|variance| variance.value.sqrt());

@@ -1,5 +1,7 @@
 //! Results of the evaluation of a trace: figures, and suspected outliers.
 
+use flankfit_estimation::inference::Doubts;
+
 /// Fewest defined samples of the evaluation range.
 pub const FEWEST_SAMPLES: usize = 5;
 /// Samples this near to the end of a range belong to it, mm: positions are rounded numbers.
@@ -40,6 +42,9 @@ pub struct Values {
     /// Degrees of freedom of the noise that the standard errors are made of.
     #[cfg_attr(feature = "contract", serde(skip))]
     pub freedom: Option<f64>,
+    /// Warnings that the noise may be greater.
+    #[cfg_attr(feature = "contract", serde(skip))]
+    pub doubts: Doubts,
     /// The least-squares line at both ends of the range, in the sign and direction of the posted
     /// deviations, about the design line if there is one.
     pub mean_line_um: [f64; 2],

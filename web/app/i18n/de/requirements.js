@@ -103,6 +103,7 @@ export default {
       uneven_variance: "Streuung ungleich",
       lack_of_fit: "dem Modell fehlt eine Form",
       clustered_low_weights: "verworfene Punkte liegen beieinander",
+      correlated_noise: "Rauschen der Nachbarn hängt zusammen",
       uncertainty_contradicted: "angegebene Unsicherheit widerlegt",
       filtered_noise: "vor der Anpassung geglättet",
       post_selection: "Modell an denselben Punkten gewählt",

@@ -104,6 +104,7 @@ export default {
       uneven_variance: "uneven variance",
       lack_of_fit: "the model lacks a shape",
       clustered_low_weights: "rejected nodes lie together",
+      correlated_noise: "noise of neighbours correlated",
       uncertainty_contradicted: "the given uncertainty is contradicted",
       filtered_noise: "smoothed before the fit",
       post_selection: "model selected by the same nodes",

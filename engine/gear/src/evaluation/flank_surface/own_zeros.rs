@@ -162,7 +162,7 @@ impl Through {
         let mut parts: [Vec<EstimatedVariance>; TERMS] = Default::default();
         for (t, trace) in traces.iter().enumerate() {
             let (middle, _) = means(trace, self.share_zero);
-            let EstimatedVariance { value: variance, freedom } = of(t);
+            let noise = of(t);
             let mut sums = [0.0; TERMS];
             for sample in trace.iter().asking(2 * n * n) {
                 let (x, mut turned) = (row(sample), [0.0; TERMS]);
@@ -172,11 +172,11 @@ impl Through {
                 }
                 for i in 0..n {
                     let influence: f64 = (i..n).map(|j| self.inverse[(i, j)] * turned[j]).sum();
-                    sums[self.kept[i]] += variance * influence * influence;
+                    sums[self.kept[i]] += noise.value * influence * influence;
                 }
             }
             for (parts, value) in parts.iter_mut().zip(sums).filter(|(_, value)| *value > 0.0) {
-                parts.push(EstimatedVariance { value, freedom });
+                parts.push(EstimatedVariance { value, ..noise });
             }
         }
         let mut variances = [None; TERMS];
