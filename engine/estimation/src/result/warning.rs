@@ -369,6 +369,12 @@ pub enum Warning {
          another distribution", Shown(*.exponent)
     )]
     "shape_at_bound" => ExponentAtBound { exponent: f64 },
+    /// Weights that leave a robust estimate too few nodes for standard errors.
+    #[error(
+        "{nodes} nodes are too few for standard errors of {coefficients} coefficients by this estimator: intervals, \
+         bands and conformity are omitted; measure more nodes, or use Huber's `m_estimator`"
+    )]
+    "too_few_nodes" => FewNodesOfRobust { nodes: usize, coefficients: usize },
     /// Influences of nodes whose errors are not white.
     #[error(
         "influences need independent errors of one variance: with this model of the errors they are omitted"

@@ -1,7 +1,7 @@
 //! Estimator of a spec, as the least-squares problem that it solves.
 
 use super::{
-    l_estimator, least_absolute, likelihood, lp, lts, m_estimator, normal_scores,
+    few_nodes, l_estimator, least_absolute, likelihood, lp, lts, m_estimator, normal_scores,
     outcome::{Measured, Outcome, Solved, Weighting},
     quantile, rank,
     spread::Spread,
@@ -77,12 +77,20 @@ pub(crate) fn estimate(estimator: &Estimator, measured: &Measured) -> Result<Opt
         Estimator::L(asked) => l_estimator::estimate(asked, measured)?,
         Estimator::Likelihood(distribution) => likelihood::estimate(*distribution, measured)?,
     };
-    Ok(Some(as_least_squares(outcome, measured)))
+    let measured_factor = few_nodes::measured(estimator, outcome.subset_size, measured);
+    Ok(Some(as_least_squares(outcome, measured_factor, measured)))
 }
 
-/// Brings an outcome into the form in which a fit goes on.
-fn as_least_squares(outcome: Outcome, measured: &Measured) -> RobustEstimate {
+/// Brings an outcome into the form in which a fit goes on, with the measured factor of its standard
+/// errors.
+fn as_least_squares(outcome: Outcome, measured_factor: f64, measured: &Measured) -> RobustEstimate {
     let Measured { linear, sample, .. } = *measured;
+    let (m, n) = (sample.count(), linear.design.size());
+    let widening = outcome.widening.map(|factor| measured_factor * factor);
+    let mut warnings = outcome.warnings;
+    if widening.is_none() && m > n && outcome.scale.is_some_and(|scale| scale > 0.0) {
+        warnings.push(Warning::FewNodesOfRobust { nodes: m, coefficients: n });
+    }
     let plain = linear.factor;
     let (mut factor, weights, omega) = match outcome.solved {
         Solved::Weighted(Weighting { factor, omega }) => (*factor, Some(measured.posted_weights(&omega)), Some(omega)),
@@ -109,7 +117,7 @@ fn as_least_squares(outcome: Outcome, measured: &Measured) -> RobustEstimate {
         iterations: outcome.iterations,
         tolerance_reached: outcome.tolerance_reached,
         scale: outcome.scale,
-        dispersion: outcome.dispersion,
+        dispersion: outcome.dispersion.zip(widening).map(|(tau, factor)| factor * tau),
         objective: outcome.objective,
         weights: Some(outcome.weights),
         rejected_count: rejected.len(),
@@ -124,5 +132,6 @@ fn as_least_squares(outcome: Outcome, measured: &Measured) -> RobustEstimate {
         likelihood: outcome.likelihood,
         coefficients: Vec::new(),
     };
-    RobustEstimate { sigma: spread.sigma(), factor, weights, spread, report, warnings: outcome.warnings }
+    let sigma = spread.sigma();
+    RobustEstimate { sigma, factor, weights, spread: spread.widened(widening), report, warnings }
 }

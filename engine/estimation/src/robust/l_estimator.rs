@@ -137,7 +137,11 @@ fn trimmed(share: f64, rows: &Rows, measured: &Measured) -> Result<Outcome, FitE
     let step = weighted_solution(n, &rows.q, &omega, &rows.b).filter(|_| factor.working.is_some());
     let Some(step) = step else { return Err(too_few().into()) };
     let residuals = rows.residuals(&step);
-    let scale = spread(&clamped(&residuals, [low, high]), n).map(|s| s / (1.0 - 2.0 * share));
+    // gross errors that stay, because a surface goes through them, count in full
+    let clamped = clamped(&residuals, [low, high]);
+    let influence: Vec<f64> =
+        residuals.iter().zip(clamped).zip(&omega).map(|((r, c), w)| if *w > 0.0 { *r } else { c }).collect();
+    let scale = spread(&influence, n).map(|s| s / (1.0 - 2.0 * share));
     let mut outcome = quantiles.outcome();
     let settled = exact::settled(scale, scale.filter(|_| m > n), &residuals, n, heights.largest, &mut outcome.warnings);
     Ok(Outcome {
@@ -166,7 +170,9 @@ fn winsorized(share: f64, rows: &Rows, measured: &Measured) -> Result<Outcome, F
     let influence = low.sparsity.zip(high.sparsity).map(|(s1, s2)| -> Vec<f64> {
         let (under_low, under_high) = (below(low), below(high));
         let move_of = |k: usize| share * (share - under_low[k]) * s1 + share * (1.0 - share - under_high[k]) * s2;
-        inside.iter().enumerate().map(|(k, c)| c + move_of(k)).collect()
+        // a gross error that stays, because a surface goes through it, counts in full
+        let counted = |k: usize| if excess[k] == 0.0 { residuals[k] } else { inside[k] };
+        (0..m).map(|k| counted(k) + move_of(k)).collect()
     });
     let scale = influence.as_ref().and_then(|influence| spread(influence, n));
     let mut outcome = quantiles.outcome();

@@ -26,7 +26,7 @@
 use std::f64::consts::PI;
 
 use super::{
-    exact, least_absolute, lp,
+    exact, few_nodes, least_absolute, lp,
     outcome::{Measured, Outcome, Solved},
     rows::{Rows, weighted_solution},
     scale::{NORMAL_QUARTILE, median_abs},
@@ -48,6 +48,8 @@ const STEPS: usize = 2_000;
 const STILL: f64 = 1e-13;
 /// Places at which the profile is looked at.
 const PLACES: usize = 12;
+/// Least estimated ν, over n/(m − n), below which the likelihood has no bound.
+const BOUNDED: f64 = 4.0;
 
 pub(super) fn estimate(distribution: Distribution, measured: &Measured) -> Result<Outcome, FitError> {
     let rows = Rows::new(measured)?;
@@ -56,8 +58,9 @@ pub(super) fn estimate(distribution: Distribution, measured: &Measured) -> Resul
         Distribution::Laplace | Distribution::GeneralizedNormal { .. } => Vec::new(),
     };
     let problem = Problem { rows: &rows, largest: measured.heights.largest, start };
+    let (m, n) = (rows.count(), rows.n);
     let (shape, range) = match distribution {
-        Distribution::Student { freedom } => (freedom, Distribution::FREEDOM),
+        Distribution::Student { freedom } => (freedom, freedom_range(m, n)),
         Distribution::Laplace => (Some(1.0), Distribution::EXPONENT),
         Distribution::GeneralizedNormal { exponent } => (exponent, Distribution::EXPONENT),
     };
@@ -65,7 +68,6 @@ pub(super) fn estimate(distribution: Distribution, measured: &Measured) -> Resul
         Distribution::Student { .. } => problem.student(shape),
         _ => problem.generalized(shape),
     };
-    let (m, n) = (rows.count(), rows.n);
     let tau = |shape: f64, found: &AtShape| match distribution {
         Distribution::Student { .. } => student_tau(shape, &found.residuals, found.scale, n),
         _ => generalized_tau(shape, found, n),
@@ -81,8 +83,12 @@ pub(super) fn estimate(distribution: Distribution, measured: &Measured) -> Resul
     let count = m as f64;
     let jacobian: f64 = (0..m).map(|k| 0.5 * libm::log(measured.sample.w(k))).sum();
     let tau = tau.filter(|_| m > n);
-    let bound = at_bound(distribution, shape);
+    let bound = at_bound(distribution, shape, range);
     let weights = weights(distribution, shape, &found);
+    let widening = match distribution {
+        Distribution::Student { .. } => student_widening(shape, &found, n),
+        _ => Some(1.0),
+    };
     let mut warnings = found.warnings;
     let settled = exact::settled(Some(found.scale), tau, &found.residuals, n, problem.largest, &mut warnings);
     let weights = settled.weights.unwrap_or(weights);
@@ -97,6 +103,7 @@ pub(super) fn estimate(distribution: Distribution, measured: &Measured) -> Resul
         objective: if known { -(found.log_likelihood + jacobian) } else { 0.0 },
         weights,
         dispersion: settled.dispersion,
+        widening,
         local: if found.convex { LocalSolution::Global } else { LocalSolution::FromStart },
         likelihood: known.then(|| LikelihoodReport {
             shape: (distribution != Distribution::Laplace).then_some(shape),
@@ -108,14 +115,21 @@ pub(super) fn estimate(distribution: Distribution, measured: &Measured) -> Resul
     })
 }
 
+/// ν that can be found. Where the coefficients leave few nodes free a small ν makes the n nodes
+/// that they fit exactly likelier than all others: at n/(m − n) without bound.
+fn freedom_range(m: usize, n: usize) -> [f64; 2] {
+    let [low, high] = Distribution::FREEDOM;
+    let free = m.saturating_sub(n).max(1) as f64;
+    [low.max(BOUNDED * n as f64 / free).min(high), high]
+}
+
 /// An estimated shape at an end of its range, but ν at its upper end: there errors are normal.
-fn at_bound(distribution: Distribution, shape: f64) -> Option<Warning> {
+fn at_bound(distribution: Distribution, shape: f64, [low, high]: [f64; 2]) -> Option<Warning> {
     match distribution {
         Distribution::Student { freedom: None } => {
-            (shape <= Distribution::FREEDOM[0]).then_some(Warning::FreedomAtBound { degrees_of_freedom: shape })
+            (shape <= low).then_some(Warning::FreedomAtBound { degrees_of_freedom: shape })
         }
         Distribution::GeneralizedNormal { exponent: None } => {
-            let [low, high] = Distribution::EXPONENT;
             (shape <= low || shape >= high).then_some(Warning::ExponentAtBound { exponent: shape })
         }
         _ => None,
@@ -331,13 +345,26 @@ fn student_tau(nu: f64, r: &[f64], s: f64, n: usize) -> Option<f64> {
     if m <= n {
         return None;
     }
-    let count = m as f64;
-    let u = || r.iter().map(|r| r / s);
-    let squares: f64 = u().map(|u| ((nu + 1.0) * u / (nu + u * u)).powi(2)).sum();
-    let slopes: Vec<f64> = u().map(|u| (nu + 1.0) * (nu - u * u) / (nu + u * u).powi(2)).collect();
-    let mean = slopes.iter().sum::<f64>() / count;
-    let variance = slopes.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / count;
-    let correction = 1.0 + n as f64 / count * variance / (mean * mean);
+    let squares: f64 = r.iter().map(|r| r / s).map(|u| ((nu + 1.0) * u / (nu + u * u)).powi(2)).sum();
+    let (mean, correction) = student_slopes(nu, r, s, n);
     let tau = s * (squares / (m - n) as f64).sqrt() * correction / mean;
     (mean > 0.0 && tau.is_finite()).then_some(tau)
+}
+
+/// The mean slope of ψ, and Huber's K.
+fn student_slopes(nu: f64, r: &[f64], s: f64, n: usize) -> (f64, f64) {
+    let count = r.len() as f64;
+    let slope = |u: f64| (nu + 1.0) * (nu - u * u) / (nu + u * u).powi(2);
+    let slopes: Vec<f64> = r.iter().map(|r| slope(r / s)).collect();
+    let mean = slopes.iter().sum::<f64>() / count;
+    let variance = slopes.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / count;
+    (mean, 1.0 + n as f64 / count * variance / (mean * mean))
+}
+
+/// The factor of Student's standard errors with few nodes; ψ has the slope (ν + 1)/ν at 0.
+fn student_widening(nu: f64, found: &AtShape, n: usize) -> Option<f64> {
+    let (mean, k) = student_slopes(nu, &found.residuals, found.scale, n);
+    let m = found.residuals.len();
+    let by_slopes = few_nodes::by_slopes(mean * nu / (nu + 1.0), k, m, n)?;
+    Some(by_slopes * few_nodes::of_student(nu, m, n))
 }

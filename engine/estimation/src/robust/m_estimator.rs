@@ -16,12 +16,13 @@
 //! The share of gross errors may take the place of a tuning constant, given or estimated
 //! ([`super::minimax`]); an estimated one is found anew in each iteration.
 //!
-//! Standard errors by Huber (1981, section 7.6): `K² s² Σψ²/(m − n) / (mean ψ′)² (XᵀX)⁻¹`,
-//! `K = 1 + n/m · var ψ′/(mean ψ′)²`.
+//! τ by Huber (1981, section 7.6): `K² s² Σψ²/(m − n) / (mean ψ′)² (XᵀX)⁻¹`,
+//! `K = 1 + n/m · var ψ′/(mean ψ′)²`; standard errors are wider with few nodes
+//! ([`super::few_nodes`]).
 
 use super::{
     exact::{self, EXACT},
-    lts, minimax,
+    few_nodes, lts, minimax,
     outcome::{Measured, Outcome, Solved, Weighting},
     scale::scale,
 };
@@ -102,9 +103,9 @@ pub(super) fn estimate(asked: &MEstimator, measured: &Measured) -> Result<Outcom
     let told = asked.contamination != Some(Contamination::Estimated);
     let convex =
         told && asked.loss.is_convex() && matches!(asked.scale, ScaleRule::Fixed(_) | ScaleRule::Proposal2 { .. });
-    let (dispersion, objective) = if is_exact {
+    let ((dispersion, widening), objective) = if is_exact {
         warnings.push(exact::warning(omega.iter().filter(|w| **w > 0.0).count(), m));
-        (None, 0.0)
+        ((None, None), 0.0)
     } else {
         let s = scale(asked.scale, &residuals, last_scale, n);
         (dispersion(loss, &residuals, s, n), residuals.iter().map(|r| loss.rho(r / s)).sum())
@@ -118,6 +119,7 @@ pub(super) fn estimate(asked: &MEstimator, measured: &Measured) -> Result<Outcom
         objective,
         weights: omega,
         dispersion,
+        widening,
         start: Some(asked.start),
         minimax: asked.contamination.filter(|_| !is_exact).and_then(|given| minimax::report(given, loss)),
         local: if convex { LocalSolution::Global } else { LocalSolution::FromStart },
@@ -132,11 +134,11 @@ fn estimated(residuals: &[f64], s: f64) -> Loss {
     Loss::Huber { k: minimax::likeliest_k(&u) }
 }
 
-/// √ of what `(XᵀX)⁻¹` is multiplied with.
-fn dispersion(loss: Loss, residuals: &[f64], s: f64, n: usize) -> Option<f64> {
+/// √ of what `(XᵀX)⁻¹` is multiplied with, and its factor with few nodes.
+fn dispersion(loss: Loss, residuals: &[f64], s: f64, n: usize) -> (Option<f64>, Option<f64>) {
     let m = residuals.len();
     if m <= n {
-        return None;
+        return (None, None);
     }
     let count = m as f64;
     let squares: f64 = residuals.iter().map(|r| (s * loss.psi(r / s)).powi(2)).sum();
@@ -145,7 +147,7 @@ fn dispersion(loss: Loss, residuals: &[f64], s: f64, n: usize) -> Option<f64> {
     let variance = slopes().map(|x| (x - mean) * (x - mean)).sum::<f64>() / count;
     let k = 1.0 + n as f64 / count * variance / (mean * mean);
     let dispersion = (squares / (m - n) as f64).sqrt() * k / mean;
-    (mean > 0.0 && dispersion.is_finite()).then_some(dispersion)
+    ((mean > 0.0 && dispersion.is_finite()).then_some(dispersion), few_nodes::by_slopes(mean, k, m, n))
 }
 
 /// The weights left too few nodes for the coefficients: what the caller has set apart from the

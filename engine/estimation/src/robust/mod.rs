@@ -20,6 +20,7 @@ mod approach;
 mod estimate;
 mod exact;
 mod exchange;
+mod few_nodes;
 mod l_estimator;
 mod least_absolute;
 mod likelihood;

@@ -47,6 +47,8 @@ pub(super) struct Outcome {
     pub local: LocalSolution,
     /// τ of the standard errors.
     pub dispersion: Option<f64>,
+    /// Factor of the standard errors by theory, with few nodes; `None` for no standard errors.
+    pub widening: Option<f64>,
     /// Another τ along one direction.
     pub along: Option<Along>,
     pub minimax: Option<MinimaxReport>,
@@ -71,6 +73,7 @@ impl Default for Outcome {
             start: None,
             local: LocalSolution::Global,
             dispersion: None,
+            widening: Some(1.0),
             along: None,
             minimax: None,
             likelihood: None,

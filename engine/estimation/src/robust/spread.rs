@@ -39,6 +39,12 @@ impl Spread {
         Spread { dispersion, along, turn }
     }
 
+    /// The same with standard errors `by` times as large; `None` for none at all.
+    pub(crate) fn widened(self, by: Option<f64>) -> Self {
+        let along = self.along.zip(by).map(|(along, by)| Along { dispersion: by * along.dispersion, ..along });
+        Spread { dispersion: self.dispersion.zip(by).map(|(tau, by)| by * tau), along, ..self }
+    }
+
     /// σ of a height of weight 1 in the problem that was solved: τ² times the mean of ω over the
     /// directions of X.
     pub(crate) fn sigma(&self) -> Option<f64> {

@@ -160,7 +160,7 @@ export default {
   undetermined_settings_moved:
     "Die Messung sagt nichts über diese Einstellung, doch ihre Grenzen verlangen eine Änderung.",
   // streams
-  too_few_nodes: "Noch zu wenige Knoten für ein Ergebnis.",
+  too_few_nodes: "Zu wenige Knoten für ein Ergebnis oder für Intervalle.",
   // figures of fits, requirements
   axes_unknown: "Keine Kenngrößen: Die Achsen sagen nicht, was gemessen ist.",
   no_extent: "Keine Kenngrößen: Die Messpunkte erstrecken sich nicht über die Flanke.",
