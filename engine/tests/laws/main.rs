@@ -91,6 +91,7 @@ mod residual_checks;
 mod ridge;
 mod robust;
 mod robust_answers;
+mod robust_few_nodes;
 mod selection;
 
 mod shrinkage;

@@ -40,6 +40,15 @@ impl Checked {
         [a(), b, c, d]
     }
 
+    /// 5 × 5 nodes, the six terms of a flank surface.
+    pub fn second_order() -> Self {
+        let axis = || axis(5, -1.0, 1.0);
+        let mut design = Self::new("5 × 5", axis(), axis(), (2, 2), PolynomialBasis::Monomial);
+        let (basis, terms) = (PolynomialBasis::Monomial, Terms::Total);
+        design.spec.model = Model::Polynomial { degree: Degree::Both(2), basis, terms };
+        design
+    }
+
     /// Heights `height(row, column)` where nodes are.
     pub fn nodes(&self, mut height: impl FnMut(usize, usize) -> f64) -> Result<Nodes, FitError> {
         let width = self.v.len();

@@ -2,13 +2,14 @@
 
 use flankfit_engine::estimation::{
     FitSpec, Nodes, fit,
+    inference::ConformityVerdict,
     spec::{
         Contamination, Distribution, Estimator, Kinds, LEstimator, Loss, MEstimator, Model, Places, Predict,
         QuantileWeights, Regularization,
     },
 };
 
-use super::random::Random;
+use super::{checked::Checked, random::Random};
 
 /// Distributions of errors.
 #[derive(Clone, Copy, Debug)]
@@ -19,6 +20,8 @@ pub enum Errors {
     Laplace,
     /// Normal, every tenth with five times the deviation.
     Contaminated,
+    /// Normal, every tenth off by 10 to 20 deviations.
+    Gross,
 }
 
 pub const ERRORS: [Errors; 4] = [Errors::Normal, Errors::Student3, Errors::Laplace, Errors::Contaminated];
@@ -39,6 +42,10 @@ impl Errors {
                 let gross = random.unit() < 0.1;
                 random.normal() * if gross { 5.0 } else { 1.0 }
             }
+            Errors::Gross if random.unit() < 0.1 => {
+                random.between(10.0, 20.0) * if random.unit() < 0.5 { -1.0 } else { 1.0 }
+            }
+            Errors::Gross => random.normal(),
         }
     }
 }
@@ -64,6 +71,21 @@ pub fn estimators() -> Vec<(&'static str, Estimator)> {
     ]
 }
 
+/// Estimators whose intervals are wider, or that give up nodes.
+pub fn more_estimators() -> Vec<(&'static str, Estimator)> {
+    let m = |loss| Estimator::M(MEstimator::new(loss));
+    let trimmed = |coverage| Estimator::LeastTrimmed { coverage, seed: 1 };
+    vec![
+        ("Tukey", m(Loss::TUKEY)),
+        ("Hampel", m(Loss::HAMPEL)),
+        ("Andrews", m(Loss::ANDREWS)),
+        ("least absolute deviations", Estimator::LeastAbsolute),
+        ("Lp, p = 1.5", Estimator::Lp { p: 1.5 }),
+        ("least trimmed squares, 0.75", trimmed(0.75)),
+        ("least trimmed squares, 0.5", trimmed(0.5)),
+    ]
+}
+
 /// Coverage and width of intervals.
 pub struct Coverage {
     /// Mean over the coefficients.
@@ -72,6 +94,10 @@ pub struct Coverage {
     pub worst: f64,
     /// Mean width over that of least squares on the same heights.
     pub width: f64,
+    /// Share of parts at their limit that conform.
+    pub at_limit: f64,
+    /// Share of intervals that there are.
+    pub given: f64,
 }
 
 const TRUTH: [f64; 4] = [1.0, -2.0, 0.5, 3.0];
@@ -113,30 +139,52 @@ pub fn further(estimator: Estimator, errors: Errors, repetitions: u64, m: usize)
 
 /// Intervals of a cubic on `m` nodes.
 pub fn coverage(estimator: Estimator, errors: Errors, repetitions: u64, m: usize) -> Coverage {
-    let (truth, x) = (TRUTH, rows(m));
-    let (mut hits, mut width, mut plain) = ([0u64; 4], 0.0, 0.0);
-    for seed in 0..repetitions {
+    let x = rows(m);
+    let spec = FitSpec { estimator, regularization: Regularization::None, ..FitSpec::new(Model::Linear) };
+    coverage_of(&spec, &TRUTH, repetitions, |seed| {
         let mut random = Random::new(90_000 + seed);
         let heights = x.iter().map(|row| height(row) + errors.draw(&mut random)).collect();
-        let nodes = Nodes::matrix(x.concat(), 4, heights, None, None).unwrap();
-        let of = |estimator: Estimator| {
-            let spec = FitSpec { estimator, regularization: Regularization::None, ..FitSpec::new(Model::Linear) };
-            fit(&nodes, &spec).unwrap()
-        };
-        for (j, (c, least)) in
-            of(estimator).coefficients.iter().zip(of(Estimator::LeastSquares).coefficients).enumerate()
-        {
-            let [low, high] = c.interval.as_ref().unwrap().ends;
+        Nodes::matrix(x.concat(), 4, heights, None, None).unwrap()
+    })
+}
+
+/// Intervals of a surface whose coefficients are all 0.
+pub fn coverage_on(design: &Checked, estimator: Estimator, errors: Errors, repetitions: u64) -> Coverage {
+    let spec = FitSpec { estimator, ..design.spec.clone() };
+    let size = fit(&design.nodes(|_, _| 1.0).unwrap(), &design.spec).unwrap().coefficients.len();
+    coverage_of(&spec, &vec![0.0; size], repetitions, |seed| {
+        let mut random = Random::new(410_000 + seed);
+        design.nodes(|_, _| errors.draw(&mut random)).unwrap()
+    })
+}
+
+fn coverage_of(spec: &FitSpec, truth: &[f64], repetitions: u64, nodes: impl Fn(u64) -> Nodes) -> Coverage {
+    let (mut hits, mut given) = (vec![0u64; truth.len()], vec![0u64; truth.len()]);
+    let (mut width, mut plain, mut conform) = (0.0, 0.0, 0);
+    for seed in 0..repetitions {
+        let nodes = nodes(seed);
+        let found = fit(&nodes, spec).unwrap();
+        let least = fit(&nodes, &FitSpec { estimator: Estimator::LeastSquares, ..spec.clone() }).unwrap();
+        for (j, (c, least)) in found.coefficients.iter().zip(least.coefficients).enumerate() {
+            let Some(interval) = &c.interval else { continue };
+            let ([low, high], [from, to]) = (interval.ends, least.interval.unwrap().ends);
+            given[j] += 1;
             hits[j] += u64::from(low <= truth[j] && truth[j] <= high);
-            let [from, to] = least.interval.unwrap().ends;
             width += high - low;
             plain += to - from;
+            let far = 1e9 * (1.0 + truth[j].abs());
+            let limits = [[truth[j] - far, truth[j]], [truth[j], truth[j] + far]];
+            let conforms = |limits| interval.about.conformity(limits).verdict == ConformityVerdict::Conforms;
+            conform += limits.into_iter().filter(|limits| conforms(*limits)).count();
         }
     }
-    let share = hits.map(|h| h as f64 / repetitions as f64);
+    let share: Vec<f64> = hits.iter().zip(&given).map(|(hits, given)| *hits as f64 / *given as f64).collect();
+    let all = given.iter().sum::<u64>() as f64;
     Coverage {
-        mean: share.iter().sum::<f64>() / 4.0,
+        mean: hits.iter().sum::<u64>() as f64 / all,
         worst: share.into_iter().fold(1.0, f64::min),
         width: width / plain,
+        at_limit: conform as f64 / (2.0 * all),
+        given: all / (repetitions as f64 * truth.len() as f64),
     }
 }
