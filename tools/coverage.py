@@ -4,9 +4,9 @@
 Nodes are drawn about a truth that is known, sent to a server, and what it answers is held against the truth. Nothing
 of the engine is used, so this is a proof from outside of what the tables made by its examples say.
 
-Subjects: `robust` (estimators that robust_coverage leaves out), `bands` (with a true norm limit, the truth along the
-worst determined direction too), `slopes`, `told` (a prior that is true), `iterations` (a prior of a job's iterations:
-coefficients, further measurements, the band over all nodes), `pitches` (decisions where pitches lie at their limits).
+Subjects: `bands` (with a true norm limit, the truth along the worst determined direction too), `slopes`, `told` (a
+prior that is true), `iterations` (a prior of a job's iterations: coefficients, further measurements, the band over all
+nodes), `pitches` (decisions where pitches lie at their limits).
 
 Usage: coverage.py SUBJECT [--draws 400] [--url http://127.0.0.1:8080] [--seed 2026]
 A server that needs no key; `iterations` makes jobs in its store.
@@ -18,7 +18,6 @@ import json
 import urllib.parse
 
 import numpy as np
-from scipy import stats
 
 
 class Server:
@@ -57,42 +56,6 @@ def intervals(found):
 
 def rows(places, *kinds):
     return {"at": {"x": places.tolist()}, "kinds": list(kinds)}
-
-
-def robust(server, rng, draws):
-    errors = {
-        "normal": rng.standard_normal,
-        "Student, ν = 3": lambda n: rng.standard_t(3, n),
-        "Laplace": lambda n: rng.laplace(size=n),
-        "contaminated normal": lambda n: rng.standard_normal(n) * np.where(rng.random(n) < 0.1, 5, 1),
-    }
-    estimators = {
-        "Tukey": {"type": "m_estimator", "loss": "tukey"},
-        "Hampel": {"type": "m_estimator", "loss": "hampel"},
-        "Andrews": {"type": "m_estimator", "loss": "andrews"},
-        "least absolute deviations": {"type": "least_absolute_deviations"},
-        "Lp, p = 1.5": {"type": "lp", "p": 1.5},
-        "least trimmed squares, 0.75": {"type": "least_trimmed_squares", "coverage": 0.75, "seed": 1},
-    }
-    x, truth = cubic(np.linspace(-1, 1, 45)), np.array([1.0, -2.0, 0.5, 3.0])
-    t = stats.t.ppf(0.975, 41)
-    print(f"| estimator | {' | '.join(errors)} |\n|---|{'---|' * len(errors)}")
-    for name, estimator in estimators.items():
-        cells = []
-        for draw in errors.values():
-            held, width, usual, further = np.zeros(4), 0.0, 0.0, 0
-            for _ in range(draws):
-                at = cubic(rng.uniform(-1, 1, 5))
-                asked = {"estimator": estimator, "regularization": {"type": "none"}, "predict": rows(at, "prediction")}
-                found = server.fit(x, x @ truth + draw(45), **asked)
-                ends = np.asarray(intervals(found))
-                held += inside(ends, truth)
-                width += np.sum(ends[:, 1] - ends[:, 0])
-                usual += sum(2 * t * one["least_squares_std_error"] for one in found["coefficients"])
-                further += np.sum(inside(found["predictions"]["prediction"], at @ truth + draw(5)))
-            share = held / draws
-            cells.append(f"{share.mean():.3f} / {share.min():.3f} / {width / usual:.2f} / {further / 5 / draws:.3f}")
-        print(f"| {name} | {' | '.join(cells)} |", flush=True)
 
 
 def bands(server, rng, draws):
@@ -216,7 +179,7 @@ def pitches(server, rng, draws):
         print(f"| {count} | {made['conforms'] / draws:.3f} | {made['does_not_conform'] / draws:.3f} |", flush=True)
 
 
-SUBJECTS = {one.__name__: one for one in (robust, bands, slopes, told, iterations, pitches)}
+SUBJECTS = {one.__name__: one for one in (bands, slopes, told, iterations, pitches)}
 
 
 def main():
