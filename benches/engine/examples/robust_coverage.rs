@@ -1,9 +1,9 @@
-//! Coverage of the 95 % intervals of robust estimators: the tables of docs/explanation/intervals.md.
+//! Coverage of the 95 % intervals of robust estimators: tables of docs/explanation/intervals.md.
 //!
 //! A cubic on 45 nodes, errors of four distributions with the same middle: the mean over the four
 //! coefficients, that of the worst one, the width, and how often the band of a further measurement
-//! holds it. Then surfaces with few nodes a coefficient: mean, worst, width, and how often a part at
-//! its limit conforms. `cargo run --release -p engine-benches --example robust_coverage -- 1000
+//! holds it. Then surfaces with few nodes a coefficient: mean, worst, width, and how often a part
+//! at its limit conforms. `cargo run --release -p engine-benches --example robust_coverage -- 1000
 //! Tukey` draws 1,000 times each, of the estimators whose name contains the word.
 
 #[expect(dead_code, reason = "the oracle is shared with the tests, which use all of it")]

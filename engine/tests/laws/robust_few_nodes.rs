@@ -49,7 +49,7 @@ fn parts_at_their_limit_rarely_conform_with_few_nodes() {
     }
 }
 
-/// Where weights leave too few nodes there is no interval, and a warning.
+/// Weights that leave too few nodes: no interval, and a warning.
 #[test]
 fn standard_errors_are_refused_where_weights_leave_too_few_nodes() {
     let design = Checked::second_order();

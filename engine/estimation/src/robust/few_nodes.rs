@@ -4,12 +4,12 @@
 //! a robust estimator follows the n nodes that it fits best. κ = n/m; every factor tends to 1 with
 //! κ, and least squares would have the factor 1.
 //!
-//! * M-estimators and Student's likelihood: `τ² = (1 − κ) s² Eψ²/(μ − κ)²`, ψ with slope 1 at 0 and
-//!   μ its mean slope. For ψ with slopes 0 and 1 that is the limit for m and n growing in proportion
-//!   (El Karoui, Bean, Bickel, Lim and Yu, PNAS 110, 2013, which solves `1 − κ = E 1/(1 + cψ′)`); to
-//!   first order in κ it has Huber's K of such a ψ. At μ ≤ κ the nodes that the weights leave do not
-//!   determine the coefficients any more, and there are no standard errors.
-//! * What theory does not give (scale and weights vary with the nodes, a subset is the best of
+//! * M-estimators and Student's likelihood: `τ² = (1 − κ) s² Eψ²/(μ − κ)²`, ψ with slope 1 at 0
+//!   and μ its mean slope. For ψ with slopes 0 and 1 that is the limit for m and n growing in
+//!   proportion (El Karoui, Bean, Bickel, Lim and Yu, PNAS 110, 2013, which solves `1 − κ =
+//!   E 1/(1 + cψ′)`); to first order in κ it has Huber's K of such a ψ. At μ ≤ κ the nodes that the
+//!   weights leave do not determine the coefficients, and there are no standard errors.
+//! * The rest (scale and weights vary with the nodes, a subset is the best of
 //!   many) is measured: least factors with which intervals hold 0.92 to 0.98 with normal, Student's
 //!   (ν = 3) and 10 % gross errors at 3.7 to 11 nodes a coefficient; `benches`, example
 //!   `robust_coverage`.
@@ -29,7 +29,8 @@ pub(super) fn of_student(nu: f64, m: usize, n: usize) -> f64 {
     1.0 + 2.0 * (n as f64 / m as f64) / (nu * nu)
 }
 
-/// Measured factor of the standard errors of the others; `subset` is the size of that of least trimmed squares.
+/// Measured factor of the standard errors of the others; `subset` is the size of that of least
+/// trimmed squares.
 pub(super) fn measured(estimator: &Estimator, subset: Option<usize>, measured: &Measured) -> f64 {
     let (m, n) = (measured.sample.count() as f64, measured.linear.design.size() as f64);
     let share = n / m;
