@@ -23,7 +23,7 @@ use flankfit_numerics::{cancel::Asking, distribution::Student, length, root::roo
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Family {
     Ar1,
-    /// Of first order along u and v.
+    /// First order along u and v.
     Product,
     Ar2,
     /// Lengths between these.

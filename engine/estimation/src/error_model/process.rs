@@ -120,8 +120,8 @@ fn carried(f: Matrix, p: Symmetric) -> Symmetric {
 /// The filter of a process over the nodes of lines.
 pub(crate) struct Whitening {
     gains: Vec<Gain>,
-    /// Of errors along both axes the filter along u, which comes after that along v, and for each
-    /// node in its order the place in that along v.
+    /// Filter along u, applied after that along v where errors are correlated along both, and for
+    /// each node in its order the place in that along v.
     across: Option<(Box<Whitening>, Vec<usize>)>,
     /// `½ ln det V`.
     pub half_log_determinant: f64,

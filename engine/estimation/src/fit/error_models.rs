@@ -5,7 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::{
     conclude::{conclude, conclude_with},
-    error_checks::{check, family, given},
+    error_checks::{check, given},
+    error_course::{Course, undetermined},
 };
 use crate::{
     data::{Heights, Nodes, Sample},
@@ -13,10 +14,9 @@ use crate::{
     diagnostics::{dependence, outliers, within_range},
     error::FitError,
     error_model::{
-        lines::{Lines, Measure, few_neighbours, short_lines},
-        mixture::{Family, Mixture},
-        process::{Process, Whitening},
-        restricted::PlainRows,
+        lines::Lines,
+        mixture::Mixture,
+        process::Whitening,
         sandwich::Sandwich,
         spread::ErrorSpread,
         unequal::{self, Rows},
@@ -27,26 +27,20 @@ use crate::{
     factor::{Factor, orthonormal_rows},
     problem::{Evidence, LinearProblem},
     result::{ErrorsReport, FitResult, GroupSigma, NotEnclosed, VarianceReport, Warning, Whiteness},
-    spec::{Along, Correlation, Errors, FitSpec, Include, Variance},
+    spec::{Along, Errors, FitSpec, Include, Variance},
 };
 use flankfit_numerics::{Dd, check::Faults, triangular};
 
 /// Numbers that rows may hold: 128 MB.
 const MOST: usize = 8_000_000;
 /// Products of a search for parameters, and of looks at every node: some seconds.
-const MOST_PRODUCTS: usize = 1_000_000_000;
+pub(super) const MOST_PRODUCTS: usize = 1_000_000_000;
 /// Degrees of freedom below which the variance of a group is warned of.
 const FEW_OF_GROUP: f64 = 3.0;
 /// Degrees of freedom below which a power is warned of.
 const FEW_OF_POWER: usize = 8;
 /// Degrees of freedom that estimates of errors take at least.
 const LEAST_FREEDOM: usize = 3;
-/// Pairs of neighbours that an estimate of their correlation takes at least, and nodes with two
-/// others before them on their line that a second parameter does.
-const LEAST_PAIRS: usize = 3;
-/// Gain of the logarithm of the likelihood from which on a second correlation counts: half the
-/// quantile 0.99 of χ² with one degree of freedom.
-const SIGNIFICANT: f64 = 3.317;
 /// Logarithms of a coordinate that differ by at most this are of one place: standard deviations of
 /// any searched power then differ by less than residuals can show.
 const LEVEL: f64 = 1e-9;
@@ -58,12 +52,6 @@ const OPEN_POWER: &str = "the residuals determine no power between -6 and 6";
 /// More nodes or coefficients than a model of the errors takes.
 pub(super) fn too_large(nodes: usize, coefficients: usize) -> String {
     format!("this model of the errors takes too long for {nodes} nodes and {coefficients} coefficients")
-}
-
-/// Error for residuals that determine no correlation.
-fn undetermined() -> Faults {
-    let message = "the residuals determine no correlation: give its parameters, or take the errors as independent";
-    Faults::one("errors", message)
 }
 
 /// Fits nodes whose errors are as `spec` says.
@@ -162,13 +150,13 @@ fn conclude_plain(plain: &Plain) -> Result<FitResult, FitError> {
 }
 
 /// Plain least squares, where every model of the errors begins.
-struct Plain<'a> {
-    nodes: &'a Nodes,
-    sample: &'a Sample<'a>,
-    spec: &'a FitSpec,
-    design: &'a Design,
-    heights: &'a Heights,
-    factor: &'a Factor,
+pub(super) struct Plain<'a> {
+    pub(super) nodes: &'a Nodes,
+    pub(super) sample: &'a Sample<'a>,
+    pub(super) spec: &'a FitSpec,
+    pub(super) design: &'a Design,
+    pub(super) heights: &'a Heights,
+    pub(super) factor: &'a Factor,
 }
 
 impl Plain<'_> {
@@ -187,7 +175,7 @@ impl Plain<'_> {
         found.iter().enumerate().map(|(k, r)| r * self.sample.w(k).sqrt()).collect()
     }
 
-    fn orthonormal(&self) -> Vec<f64> {
+    pub(super) fn orthonormal(&self) -> Vec<f64> {
         orthonormal_rows(self.design, self.factor, self.sample)
     }
 
@@ -246,91 +234,6 @@ impl Plain<'_> {
         ));
         self.in_heights(&mut result, left, &lines, &whitening);
         Ok(result)
-    }
-
-    /// Lines and process in the given direction; of a grid without one, in that in which the
-    /// residuals are likelier, and in both where that is significantly likelier.
-    fn course(&self, errors: &Errors, residuals: &[f64]) -> Result<Course, FitError> {
-        let along = |along| self.course_along(errors, along, residuals);
-        if !matches!(self.nodes, Nodes::Grid(_)) || errors.along != Along::Order {
-            return along(errors.along);
-        }
-        let likelihood = |course: &Course| match &course.mixture {
-            Some(mixture) => mixture.log_likelihood,
-            None => {
-                let rows = PlainRows::new(&self.orthonormal(), residuals, course.lines.clone());
-                let found = rows.at(&course.process, self.spec.noise_sigma);
-                found.map_or(f64::NEG_INFINITY, |found| found.log_likelihood)
-            }
-        };
-        let one = match (along(Along::U), along(Along::V)) {
-            (Ok(u), Ok(v)) if likelihood(&u) >= likelihood(&v) => u,
-            (_, Ok(one)) | (Ok(one), Err(_)) => one,
-            (Err(refused), Err(_)) => return Err(refused),
-        };
-        let is_product = matches!(errors.correlation, Correlation::Ar1 { .. }) && self.is_full();
-        let both = is_product.then(|| along(Along::Both)).and_then(Result::ok);
-        Ok(both.filter(|both| likelihood(both) > likelihood(&one) + SIGNIFICANT).unwrap_or(one))
-    }
-
-    fn is_full(&self) -> bool {
-        self.sample.count() == self.nodes.posted()
-    }
-
-    fn course_along(&self, errors: &Errors, along: Along, residuals: &[f64]) -> Result<Course, FitError> {
-        let measure = match errors.correlation {
-            Correlation::Matern { .. } => Measure::Distance,
-            Correlation::Ar1 { .. } | Correlation::Ar2 { .. } => Measure::Steps,
-        };
-        let lines = match along {
-            Along::Both if !self.is_full() => {
-                return Err(Faults::one(
-                    "errors.along",
-                    "errors along both axes need every node of the grid: use one axis",
-                )
-                .into());
-            }
-            Along::Both => Lines::both(self.nodes, self.sample),
-            _ => Lines::new(self.nodes, self.sample, along, errors.lines.as_deref(), measure),
-        };
-        let Some(family) = family(&errors.correlation, &lines) else {
-            let process = given(errors.correlation, along).ok_or_else(undetermined)?;
-            return Ok(Course { along, lines, process, mixture: None });
-        };
-        for lines in [Some(&lines), lines.across.as_deref()].into_iter().flatten() {
-            self.check_neighbours(&errors.correlation, lines)?;
-        }
-        let mixture = self.searched(&family, residuals, lines.clone())?;
-        Ok(Course { along, lines, process: mixture.process, mixture: Some(mixture) })
-    }
-
-    /// Refuses lines that cannot determine the parameters: one parameter needs pairs of neighbours,
-    /// a second one nodes at greater distances, or neighbours at other distances.
-    fn check_neighbours(&self, correlation: &Correlation, lines: &Lines) -> Result<(), Faults> {
-        let lines_are_named = matches!(self.nodes, Nodes::Scattered(_) | Nodes::Matrix(_));
-        let field = if lines_are_named { "errors.line" } else { "errors.along" };
-        let (pairs, thirds) = (lines.pairs(), lines.thirds());
-        let alike = match correlation {
-            Correlation::Ar1 { .. } => false,
-            Correlation::Ar2 { .. } => true,
-            Correlation::Matern { .. } => lines.is_even(),
-        };
-        if pairs < LEAST_PAIRS {
-            return Err(Faults::one(field, few_neighbours(pairs, LEAST_PAIRS)));
-        }
-        if alike && thirds < LEAST_PAIRS {
-            return Err(Faults::one(field, short_lines(thirds, LEAST_PAIRS)));
-        }
-        Ok(())
-    }
-
-    fn searched(&self, family: &Family, residuals: &[f64], lines: Lines) -> Result<Mixture, FitError> {
-        let (m, n) = (self.sample.count(), self.design.size());
-        let rows = PlainRows::new(&self.orthonormal(), residuals, lines);
-        if rows.work().saturating_mul(family.points()) > MOST_PRODUCTS {
-            return Err(Faults::one("errors", too_large(m, n)).into());
-        }
-        Mixture::new(&rows, family, self.spec.noise_sigma).ok_or_else(|| undetermined().into())
     }
 
     /// The white problem with the mean of the mixture as its solution.
@@ -499,15 +402,6 @@ impl Plain<'_> {
         let spread = ErrorSpread::of_variances(found, sigma).ok_or_else(undetermined)?;
         Ok((conclude_with(&linear, &heights, self.spec, &frame, None, Some(&spread))?, few))
     }
-}
-
-/// A process along lines.
-struct Course {
-    along: Along,
-    lines: Lines,
-    process: Process,
-    /// The estimates over its parameters, if they are not given.
-    mixture: Option<Mixture>,
 }
 
 /// Estimated part of the weights, by counted node.

@@ -4,6 +4,7 @@ mod checks;
 mod conclude;
 mod cost;
 mod error_checks;
+mod error_course;
 mod error_models;
 mod estimable;
 mod forms;

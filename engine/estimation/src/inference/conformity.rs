@@ -273,8 +273,8 @@ mod tests {
         ) {
             let limits = [low, low + width];
             let student = Student::new(freedom);
-            let [least, most] =
-                Inferred { value, std_error, bias_bound: bound, student, ..Inferred::default() }.conformity(limits).probability;
+            let about = Inferred { value, std_error, bias_bound: bound, student, ..Inferred::default() };
+            let [least, most] = about.conformity(limits).probability;
             let (mut low, mut high) = (1.0f64, 0.0f64);
             for k in -200..=200 {
                 let moved = value + bound * f64::from(k) / 200.0;

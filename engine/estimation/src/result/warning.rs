@@ -345,12 +345,7 @@ pub enum Warning {
         "{} omitted from the predictions (number {}, from 0): results there exceed the range of double precision",
         counted(*.count, "place is", "places are"), first(.places, *.count)
     )]
-    "beyond_double" => PlacesBeyondDouble {
-        /// The places in the requested order, ten at most.
-        places: Vec<usize>,
-        /// Their number.
-        count: usize,
-    },
+    "beyond_double" => PlacesBeyondDouble { places: Vec<usize>, count: usize },
     /// A prior that there is no noise to weigh against.
     #[error(
         "the model fits the heights exactly, so the noise, which the prior needs, cannot be estimated: the prior is \
@@ -416,22 +411,12 @@ pub enum Warning {
          exist",
         counted(*.count, "node", "nodes in turn"), first(.nodes, *.count)
     )]
-    "no_noise_without" => NoNoiseWithout {
-        /// The posted nodes, ten at most.
-        nodes: Vec<usize>,
-        /// Their number.
-        count: usize,
-    },
+    "no_noise_without" => NoNoiseWithout { nodes: Vec<usize>, count: usize },
     /// Nodes that are all fitted exactly.
     #[error(
         "every height is fitted exactly: studentised residuals, Cook's distances and DFFITS do not exist"
     )]
-    "no_noise_without" => AllExact {
-        /// The posted nodes, ten at most.
-        nodes: Vec<usize>,
-        /// Their number.
-        count: usize,
-    },
+    "no_noise_without" => AllExact { nodes: Vec<usize>, count: usize },
     /// A shape of a measurement matrix.
     #[error("a measurement matrix is not a curve or surface: there is no shape")]
     "no_shape" => NoShapeOfMatrix,
