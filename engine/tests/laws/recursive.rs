@@ -165,7 +165,8 @@ proptest! {
         let sum = |ratio: f64| (0..m).map(|k| ratio.powi(k)).sum::<f64>();
         let worth = (sum(forgetting).powi(2) / sum(forgetting * forgetting)).round();
         for spec in specs().iter().filter(|spec| spec.regularization == Regularization::None) {
-            let (batch, stream) = (fit(&track.faded(forgetting), spec).unwrap(), streamed(spec, &blocks, forgetting).unwrap());
+            let batch = fit(&track.faded(forgetting), spec).unwrap();
+            let stream = streamed(spec, &blocks, forgetting).unwrap();
             // weights round once in the batch, and the model's condition amplifies that
             let of = |r: &FitResult| r.coefficients.iter().map(|c| c.value).collect::<Vec<f64>>();
             close("values", &of(&batch), &of(&stream), 1e-7);

@@ -1,8 +1,9 @@
 //! An interval of the squared error of a filtered estimate.
 //!
-//! Along the eigenvectors the error is `fa − α = (f − 1)a + (a − α)`, and a − α lies in the ellipsoid
-//! `Σ λᵢ(aᵢ − αᵢ)² ≤ ρ²` with the probability of the level, ρ² = nσ̂²F. So the least and the greatest
-//! squared length of the error over the ellipsoid hold at least as often, however f was chosen.
+//! Along the eigenvectors the error is `fa − α = (f − 1)a + (a − α)`, and a − α lies in the
+//! ellipsoid `Σ λᵢ(aᵢ − αᵢ)² ≤ ρ²` with the probability of the level, ρ² = nσ̂²F. So the least and
+//! the greatest squared length of the error over the ellipsoid hold at least as often, however f
+//! was chosen.
 
 use super::context::Context;
 use crate::selection::Filtered;

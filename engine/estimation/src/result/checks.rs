@@ -77,8 +77,8 @@ pub enum ResidualWarning {
     "lack_of_fit" => LackOfFit {
         /// Shape of the residuals.
         shape: MissingShape,
-        /// Root mean square of the shape at the nodes, in heights of weight 1; absent with `errors`,
-        /// which make the residuals white.
+        /// Root mean square of the shape at the nodes, in heights of weight 1; absent with
+        /// `errors`, which make the residuals white.
         rms: Option<f64>,
         /// The probability that noise has such a shape.
         p: f64,
