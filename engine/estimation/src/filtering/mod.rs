@@ -92,15 +92,11 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn fit_remembering(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<FitResult, FitError> {
-    let mut result = match spec.exclude.is_empty() {
+    let result = match spec.exclude.is_empty() {
         true => with_and_without(nodes, spec, plans),
         false => with_and_without(&without(nodes, &spec.exclude)?, spec, plans),
-    }?;
-    let doubts = result.doubts();
-    let intervals = result.coefficients.iter_mut().filter_map(|one| one.interval.as_mut());
-    let of_sums = result.sums.iter_mut().flatten().flatten().filter_map(|one| one.interval.as_mut());
-    intervals.chain(of_sums).for_each(|interval| interval.about.doubts = doubts);
-    Ok(result)
+    };
+    Ok(result?.with_doubts())
 }
 
 /// Returns the fit, and, if nodes are suspected of gross errors, the fit without them.

@@ -98,10 +98,11 @@ pub(crate) fn fit_together(nodes: &[Nodes], spec: &FitSpec) -> Result<Vec<FitRes
         };
         let linear = LinearProblem { design: &design, factor: &factor, heights: heights.about_zero, evidence };
         let measured = Measured { linear: &linear, sample: &sample, heights: &heights };
-        results.push(match estimate(&spec.estimator, &measured)? {
-            None => conclude(&linear, &heights, spec, &frame, None)?,
-            Some(robust) => conclude_robust(&linear, &sample, nodes, &heights, spec, &frame, &robust)?,
-        });
+        let result = match estimate(&spec.estimator, &measured)? {
+            None => conclude(&linear, &heights, spec, &frame, None),
+            Some(robust) => conclude_robust(&linear, &sample, nodes, &heights, spec, &frame, &robust),
+        };
+        results.push(result?.with_doubts());
         analysed = Some((design, frame));
     }
     Ok(results)

@@ -137,6 +137,15 @@ impl FitResult {
         let counts = |warning: &&Warning| several || check(warning).is_none_or(|p| p < CERTAIN);
         self.warnings.iter().filter(counts).map(Warning::code).collect()
     }
+
+    /// Returns the result with its doubts in its intervals.
+    pub(crate) fn with_doubts(mut self) -> Self {
+        let doubts = self.doubts();
+        let intervals = self.coefficients.iter_mut().filter_map(|one| one.interval.as_mut());
+        let of_sums = self.sums.iter_mut().flatten().flatten().filter_map(|one| one.interval.as_mut());
+        intervals.chain(of_sums).for_each(|interval| interval.about.doubts = doubts);
+        self
+    }
 }
 
 impl From<ResidualWarning> for Warning {
