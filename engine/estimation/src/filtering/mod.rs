@@ -27,7 +27,7 @@ use super::{
     error::FitError,
     fit::{Plans, fit_remembering as fit_nodes},
     prior::with_earlier,
-    result::{Coefficient, FilterCollinearity, FilterKind, FitResult, MovedCoefficient, ResidualWarning, Warning},
+    result::{Coefficient, FilterCollinearity, FilterKind, FitResult, MovedCoefficient, Warning},
     select::choose,
     spec::{Estimator, Filter, FitSpec, Include, Regularization},
 };
@@ -112,7 +112,7 @@ fn with_and_without(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<FitR
     // if the other nodes do not determine a fit, there is none without the suspected ones
     if let Ok(other) = fit_selected(&masked(nodes, &left_out), &spec, plans) {
         found.coefficients = result.coefficients.iter().filter_map(|one| moved(one, &other)).collect();
-        result.without_suspected = Some(Box::new(other));
+        result.without_suspected = Some(Box::new(other.with_doubts()));
     }
     Ok(result)
 }
@@ -142,7 +142,7 @@ fn checks_before_smoothing(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Resu
 fn is_misled(warning: &Warning) -> bool {
     match warning {
         Warning::OutliersSuspected(_) => true,
-        Warning::Residuals { warning } => !matches!(warning, ResidualWarning::CorrelatedResiduals { .. }),
+        Warning::Residuals { warning } => warning.code() != "correlated_residuals",
         _ => false,
     }
 }

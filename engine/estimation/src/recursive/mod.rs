@@ -179,7 +179,7 @@ impl Recursive {
             });
             result.residuals.count = self.count();
         }
-        Ok(Some(result))
+        Ok(Some(result.with_doubts()))
     }
 
     /// Everything that [`Recursive::restore`] needs in addition to spec and forgetting factor;

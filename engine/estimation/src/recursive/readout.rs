@@ -20,7 +20,7 @@ impl Sums {
     pub(super) fn worth(&self, forgetting: f64) -> Self {
         let mut sums = self.clone();
         if forgetting < 1.0 {
-            let sum = |ratio: f64| (1.0 - libm::pow(ratio, self.summary.count as f64)) / (1.0 - ratio);
+            let sum = |ratio: f64| -libm::expm1(self.summary.count as f64 * libm::log(ratio)) / (1.0 - ratio);
             let scale = sum(forgetting) / sum(forgetting * forgetting);
             let squared = Dd::from(scale);
             sums.triangle.scale(squared.sqrt(), squared);

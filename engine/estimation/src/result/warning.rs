@@ -214,7 +214,7 @@ pub enum Warning {
     /// A stream that forgets.
     #[error(
         "with a forgetting factor of {} the {nodes} nodes are worth {worth}; intervals assume that the surface did not \
-         move meanwhile", Shown(*.forgetting_factor)
+         move meanwhile, and that so many nodes lie all over it", Shown(*.forgetting_factor)
     )]
     "forgetting" => Forgetting {
         forgetting_factor: f64,

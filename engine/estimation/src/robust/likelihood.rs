@@ -127,7 +127,7 @@ fn freedom_range(m: usize, n: usize) -> [f64; 2] {
 fn at_bound(distribution: Distribution, shape: f64, [low, high]: [f64; 2]) -> Option<Warning> {
     match distribution {
         Distribution::Student { freedom: None } => {
-            (shape <= low).then_some(Warning::FreedomAtBound { degrees_of_freedom: shape })
+            (low < high && shape <= low).then_some(Warning::FreedomAtBound { degrees_of_freedom: shape })
         }
         Distribution::GeneralizedNormal { exponent: None } => {
             (shape <= low || shape >= high).then_some(Warning::ExponentAtBound { exponent: shape })

@@ -31,7 +31,7 @@
 //! | contains 0.5 and 1 | *undecided* |
 //!
 //! Where β c does not explain it, the machine is *different*: another setting, another tool,
-//! another workpiece, or a setting whose change was not entered ([`not_entered`]).
+//! another workpiece, or a setting whose change was not entered (`not_entered`).
 //!
 //! *Means over teeth.* The scatter of teeth adds the covariance of the difference of both means to
 //! S ([`super::teeth`]), and what it does to ⟨c, d' − d⟩ to e²; degrees of freedom of e² are then
@@ -101,6 +101,7 @@ pub fn compare(comparison: &Comparison) -> Result<Answer, FitError> {
         None => Verdict::Undecided,
     };
     let not_entered = scaled.as_ref().map_or_else(Vec::new, |scaled| {
+        let along = covariance.product(&nodes.change, &nodes.came);
         Explained {
             left: left(1.0),
             contributions: (0..comparison.settings.len())
@@ -108,7 +109,7 @@ pub fn compare(comparison: &Comparison) -> Result<Answer, FitError> {
                 .collect(),
             names: &comparison.settings,
             covariance: &covariance,
-            by_ratio: covariance.square(&left(scaled.ratio)),
+            by_ratio: covariance.square(&nodes.came) - along * along / covariance.square(&nodes.change),
             limit: chi_squared_limit,
         }
         .not_entered(scaled)

@@ -13,8 +13,8 @@ use super::{
     scaled::{Scaled, TAIL},
 };
 
-/// Difference of χ² that distinguishes two explanations.
-const APART: f64 = 9.0;
+/// Probability that chance alone makes one of two explanations so much better.
+const CHANCE: f64 = 0.002_7;
 
 /// Measured and predicted changes.
 pub(super) struct Explained<'a> {
@@ -42,7 +42,11 @@ impl Explained<'_> {
     pub(super) fn not_entered(&self, scaled: &Scaled) -> Vec<NotEntered> {
         let all = self.covariance.square(&self.left);
         let moved = |column: &&Vec<f64>| column.iter().any(|c| *c != 0.0);
-        let settings = self.contributions.iter().filter(moved).count().max(1);
+        let settings = self.contributions.iter().filter(moved).count();
+        if settings < 2 {
+            return Vec::new();
+        }
+        let apart = scaled.student.upper_quantile(0.5 * CHANCE).powi(2);
         let [one, each] = [TAIL, TAIL / settings as f64].map(|tail| scaled.student.upper_quantile(0.5 * tail));
         let freed: Vec<Freed> = self
             .contributions
@@ -67,7 +71,7 @@ impl Explained<'_> {
             })
             .collect();
         let least = freed.iter().map(|one| one.best).fold(self.by_ratio, f64::min);
-        let possible = |one: &Freed| one.possible && one.without <= (least + APART).min(self.by_ratio - APART);
+        let possible = |one: &Freed| one.possible && one.without <= (least + apart).min(self.by_ratio - apart);
         freed.into_iter().filter(possible).map(|one| one.named).collect()
     }
 }
