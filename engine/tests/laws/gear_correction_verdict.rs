@@ -151,9 +151,6 @@ fn every_ratio_has_its_verdict() {
             assert!(large(factor)[0] <= 0.005);
         }
         assert!(large(1.0)[..5].iter().skip(1).sum::<f64>() <= 0.006);
-        for factor in [0.8, 1.3] {
-            large(factor);
-        }
     }
 }
 

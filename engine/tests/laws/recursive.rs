@@ -163,17 +163,17 @@ proptest! {
         prop_assume!(blocks.iter().all(|b| Recursive::new(&specs()[0], 1.0).unwrap().push(b).is_ok()));
         let m = track.w.iter().filter(|w| **w > 0.0).count() as i32;
         let sum = |ratio: f64| (0..m).map(|k| ratio.powi(k)).sum::<f64>();
-        let worth = (sum(forgetting).powi(2) / sum(forgetting * forgetting)).round();
+        let effective = (sum(forgetting).powi(2) / sum(forgetting * forgetting)).round();
         for spec in specs().iter().filter(|spec| spec.regularization == Regularization::None) {
             let batch = fit(&track.faded(forgetting), spec).unwrap();
             let stream = streamed(spec, &blocks, forgetting).unwrap();
             // weights round once in the batch, and the model's condition amplifies that
             let of = |r: &FitResult| r.coefficients.iter().map(|c| c.value).collect::<Vec<f64>>();
             close("values", &of(&batch), &of(&stream), 1e-7);
-            // all nodes are equally good: RSS is divided by what they are worth
+            // all nodes are equally good: RSS is divided by their effective number
             let (every, freedom) = (batch.residuals.degrees_of_freedom, stream.residuals.degrees_of_freedom);
             prop_assert_eq!(stream.residuals.count, m as usize);
-            let count = worth.max(batch.coefficients.len() as f64);
+            let count = effective.max(batch.coefficients.len() as f64);
             prop_assert_eq!(freedom as f64, count - stream.spectrum.rank as f64);
             let wider = (every as f64 / freedom as f64).sqrt();
             for (a, b) in batch.coefficients.iter().zip(&stream.coefficients).filter(|_| freedom > 0) {

@@ -13,7 +13,7 @@ export function Within({ within, conformity, doubtful = false }) {
   if (conformity) return h(Decided, { conformity });
   if (typeof within !== "boolean") return null;
   if (within && doubtful)
-    return html`<b class="within warn"><span aria-hidden="true" translate="no">?</span><span class="visually-hidden">${t.within}, ${t.doubtful}</span></b>`;
+    return html`<b class="within warn"><span aria-hidden="true" translate="no">!</span><span class="visually-hidden">${t.within}, ${t.doubtful}</span></b>`;
   return html`<b class=${within ? "within good" : "within bad"}><span aria-hidden="true" translate="no">${within ? "✓" : "✗"}</span><span
     class="visually-hidden">${within ? t.within : t.outside}</span></b>`;
 }
@@ -25,7 +25,7 @@ export const VERDICTS = /** @type {const} */ ({
   conforms: { sign: "✓", kind: "good" },
   does_not_conform: { sign: "✗", kind: "bad" },
   cannot_be_told: { sign: "?", kind: "warn" },
-  doubtful: { sign: "?", kind: "warn" },
+  doubtful: { sign: "!", kind: "warn" },
 });
 
 /** The key of a verdict, and the reasons to doubt it in words. @param {Conformity} conformity */

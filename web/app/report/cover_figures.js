@@ -90,7 +90,7 @@ export function CoverFigures({ told }) {
         })}</p>`
       }
       <p>${without.length < told.length && html`${{ fits: t.ofFits, nodes: t.ofNodes, traces: t.ofTraces }[source]} `}${t.errors}${changes && html` ${t.changeAbout}`}
-        ${decided && OUTCOMES.map((one) => html` <span key=${one} class="sign"><b aria-hidden="true">${VERDICTS[one].sign}</b> ${t[one]}</span>`)}</p>
+        ${decided && OUTCOMES.map((one) => html` <span key=${one} class="sign"><b aria-hidden="true">${VERDICTS[one].sign}</b> ${words[one]}</span>`)}</p>
     </div>
   </div>`;
 }
@@ -132,7 +132,7 @@ function figure(cell, why) {
   return data(cell.error ? fmt.value.withError(cell.value, cell.error) : fmt.value.um(cell.value));
 }
 
-const OUTCOMES = /** @type {const} */ (["conforms", "does_not_conform", "cannot_be_told"]);
+const OUTCOMES = /** @type {const} */ (["conforms", "does_not_conform", "cannot_be_told", "doubtful"]);
 
 /**
  * Limits, and whether the last figure conforms.

@@ -244,13 +244,13 @@ browserTest(
     assert.deepEqual([conformity.verdict, conformity.assumptions], ["conforms", "doubtful"]);
     await open(`/jobs/${id}/iterations/1`);
     const tile = page.locator(".figure-tile").first();
-    assert.match((await tile.textContent()) ?? "", /\?conforms, doubtful: .*the model lacks a shape/);
+    assert.match((await tile.textContent()) ?? "", /!conforms, doubtful: .*the model lacks a shape/);
     const panel = page.getByRole("region", { name: "Slopes, crownings, twist", exact: true });
     await panel.locator(".badge.warn", { hasText: "doubtful" }).waitFor();
     await panel.getByText("Doubtful, because the assumptions are contradicted").waitFor();
     for (const path of [`/jobs/${id}`, `/jobs/${id}/iterations/1`, "/jobs", `/jobs/${id}/report`]) {
       await open(path);
-      await page.getByText("?", { exact: true }).first().waitFor();
+      await page.getByText("!", { exact: true }).first().waitFor();
       assert.equal(await page.locator(".within", { hasText: "✓" }).count(), 0, path);
     }
   },

@@ -97,7 +97,9 @@ impl Lines {
         let mut nodes: Vec<usize> = (0..count).collect();
         nodes.sort_by(|&a, &b| {
             let (here, there, [v, w]) = (strip(a), strip(b), [a, b].map(|k| sample.place(k).1));
-            here.cmp(&there).then(if here % 2 == 0 { v.total_cmp(&w) } else { w.total_cmp(&v) })
+            here.cmp(&there)
+                .then(if here % 2 == 0 { v.total_cmp(&w) } else { w.total_cmp(&v) })
+                .then(sample.place(a).0.total_cmp(&sample.place(b).0))
         });
         let steps = (0..count).map(|i| if i == 0 { f64::INFINITY } else { 1.0 }).collect();
         Lines { nodes, steps, across: None }

@@ -15,7 +15,7 @@ use crate::{
     problem::{Evidence, LinearProblem},
     result::{ResidualWarning, Warning},
     robust::RobustSolution,
-    spec::{Along, Variance},
+    spec::{Along, Correlation, Errors, Variance},
 };
 use flankfit_numerics::matvec;
 
@@ -81,8 +81,11 @@ impl Solved<'_> {
         Some(ResidualWarning::CorrelatedResiduals {
             along: found.along,
             model: match &self.spec.errors {
-                Some(errors) if errors.along != found.along => Along::Both,
-                _ => found.along,
+                None => Some(found.along),
+                Some(Errors { along: Along::U | Along::V, correlation: Correlation::Ar1 { .. }, .. }) => {
+                    Some(Along::Both).filter(|_| posted.0.count() == posted.1.posted())
+                }
+                Some(_) => None,
             },
             correlation,
             p,

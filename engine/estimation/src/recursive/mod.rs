@@ -8,7 +8,7 @@
 //! Forgetting with a factor φ in (0, 1]: every counted node multiplies the weights of those before
 //! it by φ, so the coefficients are those of a fit in which the node k before the last has φᵏ
 //! times its weight. All nodes are equally good, the older ones only count less: with
-//! S₁ = Σφᵏ and S₂ = Σφ²ᵏ they are worth `mₑ = S₁²/S₂` nodes, and with weights times S₁/S₂ the
+//! S₁ = Σφᵏ and S₂ = Σφ²ᵏ they count as `mₑ = S₁²/S₂` nodes, and with weights times S₁/S₂ the
 //! covariance is σ²(XᵀWX)⁻¹ as far as rows fade alike, and RSS/(mₑ − n) estimates σ².
 //!
 //! The working basis must be chosen before the nodes are known. Where the caller gives a domain it
@@ -158,7 +158,7 @@ impl Recursive {
         let Some(sums) = self.sums.as_ref().filter(|sums| sums.summary.count >= sums.design.size()) else {
             return Ok(None);
         };
-        let sums = &sums.worth(self.forgetting);
+        let (sums, [effective_count, scale]) = &sums.faded(self.forgetting);
         let design = sums.caller_design(&self.spec);
         let heights = sums.heights();
         within_range(if sums.form == Form::Surface { "z" } else { "y" }, &heights)?;
@@ -175,9 +175,11 @@ impl Recursive {
             result.warnings.push(Warning::Forgetting {
                 forgetting_factor: self.forgetting,
                 nodes: self.count(),
-                worth: sums.summary.count,
+                effective_count: *effective_count,
             });
-            result.residuals.count = self.count();
+            let residuals = &mut result.residuals;
+            residuals.count = self.count();
+            (residuals.rss, residuals.least_squares_rss) = (residuals.rss / scale, residuals.least_squares_rss / scale);
         }
         Ok(Some(result.with_doubts()))
     }

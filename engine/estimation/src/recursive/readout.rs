@@ -15,23 +15,23 @@ use crate::{
 use flankfit_numerics::{Dd, Real, check::Faults, triangular};
 
 impl Sums {
-    /// Returns the sums with the number of nodes that all nodes are worth where weights fade by
-    /// `forgetting`, and weights that go with it.
-    pub(super) fn worth(&self, forgetting: f64) -> Self {
-        let mut sums = self.clone();
-        if forgetting < 1.0 {
-            let sum = |ratio: f64| -libm::expm1(self.summary.count as f64 * libm::log(ratio)) / (1.0 - ratio);
-            let scale = sum(forgetting) / sum(forgetting * forgetting);
-            let squared = Dd::from(scale);
-            sums.triangle.scale(squared.sqrt(), squared);
-            sums.ones.iter_mut().chain(&mut sums.moments).for_each(|sum| *sum *= squared);
-            sums.summary.slopes.iter_mut().for_each(|sum| *sum *= scale);
-            sums.summary.rss = sums.triangle.rss();
-            let worth = (sum(forgetting) * scale).round() as usize;
-            // with fewer than coefficients there are no degrees of freedom
-            sums.summary.count = worth.max(self.design.size());
+    /// Returns the sums with weights that fade by `forgetting` scaled to add up to the effective
+    /// number of nodes, that number and the scale.
+    pub(super) fn faded(&self, forgetting: f64) -> (Self, [f64; 2]) {
+        let (mut sums, count) = (self.clone(), self.summary.count as f64);
+        if forgetting == 1.0 {
+            return (sums, [count, 1.0]);
         }
-        sums
+        let sum = |ratio: f64| -libm::expm1(count * libm::log(ratio)) / (1.0 - ratio);
+        let scale = sum(forgetting) / sum(forgetting * forgetting);
+        let (effective, squared) = (sum(forgetting) * scale, Dd::from(scale));
+        sums.triangle.scale(squared.sqrt(), squared);
+        sums.ones.iter_mut().chain(&mut sums.moments).for_each(|sum| *sum *= squared);
+        sums.summary.slopes.iter_mut().for_each(|sum| *sum *= scale);
+        sums.summary.rss = sums.triangle.rss();
+        // with fewer than coefficients there are no degrees of freedom
+        sums.summary.count = (effective.round() as usize).max(self.design.size());
+        (sums, [effective, scale])
     }
 
     /// Returns the design completed by properties of the nodes.

@@ -56,7 +56,7 @@ fn least(axes: &[[f64; 2]], radius: f64) -> f64 {
 fn greatest(axes: &[[f64; 2]], radius: f64) -> f64 {
     let longest = axes.iter().map(|[_, s]| s * s).fold(0.0, f64::max);
     let far = longest + axes.iter().map(|[d, s]| (s * d).abs()).sum::<f64>() / radius.sqrt();
-    let [_, within] = boundary([longest, far], 0.0, |mu| mu == longest || at(axes, mu).1 > radius);
+    let [_, within] = boundary([longest, far], 0.0, |mu| at(axes, mu).1 > radius);
     let (z, square) = at(axes, within);
     // where the longest axis is not displaced the rest of the ball lies along it
     value(axes, &z) + longest * (radius - square).max(0.0)

@@ -17,15 +17,15 @@ pub enum ResidualWarning {
     #[error(
         "the residuals are correlated along {}: {correlation:.2} between neighbours, which independent errors have \
          with a probability of {}. Either the model is incomplete, or the errors are correlated, and standard errors \
-         that assume independence are too small by a factor of about {factor:.1}; raise the degree, or request \
-         `errors` along {}",
-        .along.name(), Probability(*.p), .model.name()
+         that assume independence are too small by a factor of about {factor:.1}; raise the degree{}",
+        .along.name(), Probability(*.p),
+        .model.map_or_else(String::new, |model| format!(", or request `errors` along {}", model.name()))
     )]
     "correlated_residuals" => CorrelatedResiduals {
         /// Direction of the scan lines.
         along: Along,
-        /// Direction of a model of the errors without this correlation.
-        model: Along,
+        /// Direction of a model of the errors that has this correlation.
+        model: Option<Along>,
         /// `Σ rᵢrᵢ₊₁ / Σ r²` over neighbours.
         correlation: f64,
         /// The probability that residuals of independent errors are so correlated.

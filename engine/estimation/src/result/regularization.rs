@@ -76,7 +76,8 @@ pub struct RegularizationReport {
     pub predicted_mse_corrected: Option<f64>,
     /// Interval of the squared error of the coefficients in the scaled columns at `level`, `[low,
     /// high]`, which holds at least that often however λ* was chosen. Present with `include` of
-    /// `predicted_mse`, for filters on the eigenvectors and least squares, if the noise is known.
+    /// `predicted_mse`, for filters on the eigenvectors and least squares, if there is an
+    /// estimate of the noise and the nodes determine every coefficient.
     #[cfg_attr(feature = "contract", schema(min_items = 2, max_items = 2))]
     pub squared_error_interval: Option<[f64; 2]>,
     /// Present for `representative`.

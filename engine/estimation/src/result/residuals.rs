@@ -11,7 +11,7 @@
 pub struct ResidualReport {
     /// Nodes counted.
     pub count: usize,
-    /// Nodes counted less coefficients.
+    /// Nodes counted less coefficients; with a forgetting factor their effective number is counted.
     pub degrees_of_freedom: usize,
     /// Σ w r² of the regularised estimate.
     pub rss: f64,

@@ -213,7 +213,7 @@ pub enum Warning {
     "nodes_not_kept" => NodesNotKept,
     /// A stream that forgets.
     #[error(
-        "with a forgetting factor of {} the {nodes} nodes are worth {worth}; intervals assume that the surface did not \
+        "with a forgetting factor of {} the {nodes} nodes count as {effective_count:.0}; intervals assume that the surface did not \
          move meanwhile, and that so many nodes lie all over it", Shown(*.forgetting_factor)
     )]
     "forgetting" => Forgetting {
@@ -221,7 +221,7 @@ pub enum Warning {
         /// Nodes so far.
         nodes: usize,
         /// Number of nodes of full weight that determine the coefficients as well.
-        worth: usize,
+        effective_count: f64,
     },
     /// The condition of a big surface that is not known.
     #[error("the extreme eigenvalues did not converge within the allowed iterations")]

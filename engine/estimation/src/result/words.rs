@@ -43,7 +43,8 @@ mod tests {
         for (p, said) in [(0.0, none), (1e-310, none), (2.34e-9, "2.3e-9"), (0.01, "1.0e-2")] {
             assert_eq!(Probability(p).to_string(), said);
             let (along, correlation, factor) = (Along::U, 0.9, 4.0);
-            let residuals = ResidualWarning::CorrelatedResiduals { along, model: along, correlation, p, factor }.into();
+            let residuals =
+                ResidualWarning::CorrelatedResiduals { along, model: Some(along), correlation, p, factor }.into();
             let prior = Warning::PriorConflict { statistic: 9.5, p };
             for warning in [residuals, prior] {
                 assert!(warning.to_string().contains(&format!("a probability of {said}")), "{warning}");

@@ -126,7 +126,10 @@ pub(crate) fn noise(u: &[f64], deviation: &[f64], spacing: &Spacing) -> Option<T
     let modes = |cut: f64| Some(modes(&means, cut, crosses)).filter(|modes| modes.len() >= FEWEST_MODES);
     let modes = modes(CUT).filter(|modes| modes.len() >= means.len() / 2).or_else(|| modes(f64::INFINITY))?;
     let mean = modes.iter().map(|[_, power]| power).sum::<f64>() / modes.len() as f64;
-    if !(mean > 0.0) {
+    if !mean.is_finite() {
+        return None;
+    }
+    if mean == 0.0 {
         let variance = EstimatedVariance { freedom: modes.len() as f64, ..EstimatedVariance::default() };
         return Some(TraceNoise { variance, correlation: None });
     }

@@ -58,9 +58,6 @@ export default {
   condition: "Kondition, vor → nach λ*",
   coarsest: "Gröbste Klasse aller Kurven",
   beyond: "gröber als 11",
-  conforms: "konform",
-  does_not_conform: "nicht konform",
-  cannot_be_told: "nicht zu entscheiden",
   whyFigures: (numbers) =>
     `Die Achsen von Iteration ${numbers} sagen nicht, was u, v und die Höhen sind, oder ihre Messpunkte lassen Winkelabweichungen, Balligkeiten und Verschränkung nicht erkennen.`,
   whyLimits: "Dafür sind keine Grenzen genannt, oder keine Unsicherheit, nach der zu entscheiden wäre (ISO 14253-1).",

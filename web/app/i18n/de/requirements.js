@@ -105,7 +105,7 @@ export default {
       clustered_low_weights: "verworfene Punkte liegen beieinander",
       correlated_noise: "Rauschen der Nachbarn hängt zusammen",
       uncertainty_contradicted: "angegebene Unsicherheit widerlegt",
-      filtered_noise: "vor der Anpassung geglättet",
+      filtered_noise: "vor der Anpassung gefiltert",
       post_selection: "Modell an denselben Punkten gewählt",
       positions_uncertain: "Positionen unsicher",
       power_uncertain: "Varianzen unsicher",

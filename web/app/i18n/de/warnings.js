@@ -29,7 +29,7 @@ export default {
   filtered_columns_not_examined:
     "Bei so vielen Knoten wurden die Spalten nicht mitgefiltert; Kondition, Korrelation und VIF danach fehlen.",
   filtered_noise:
-    "Ein Tiefpass verbindet das Rauschen benachbarter Höhen; σ, Standardabweichungen und λ* nehmen es als unabhängig an.",
+    "Ein Filter hat das Rauschen der Höhen verändert: σ, Standardfehler und λ* nehmen es als gemessen und unabhängig an.",
   filtering_raises_collinearity: "Das Filtern glättet einen Teil dessen weg, was die Terme unterscheidet.",
   forgetting: "Ältere Messpunkte zählen weniger; Intervalle gelten, solange sich die Fläche nicht bewegt.",
   full_leverage:

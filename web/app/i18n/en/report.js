@@ -57,9 +57,6 @@ export default {
   condition: "Condition, before → after λ*",
   coarsest: "Coarsest class of all traces",
   beyond: "beyond 11",
-  conforms: "conforms",
-  does_not_conform: "does not conform",
-  cannot_be_told: "cannot be told",
   whyFigures: (/** @type {string} */ numbers) =>
     `The axes of iteration ${numbers} do not say what u, v and the heights are, or its nodes tell no slopes, crownings and twist.`,
   whyLimits: "No limits are named for it, or no uncertainty by which to decide (ISO 14253-1).",

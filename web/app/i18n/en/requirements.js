@@ -106,7 +106,7 @@ export default {
       clustered_low_weights: "rejected nodes lie together",
       correlated_noise: "noise of neighbours correlated",
       uncertainty_contradicted: "the given uncertainty is contradicted",
-      filtered_noise: "smoothed before the fit",
+      filtered_noise: "filtered before the fit",
       post_selection: "model selected by the same nodes",
       positions_uncertain: "uncertain positions",
       power_uncertain: "uncertain variances",

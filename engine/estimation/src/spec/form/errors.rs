@@ -75,7 +75,7 @@ pub(in crate::spec) enum Errors {
 #[derive(Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub(in crate::spec) struct Ar1Parameters {
-    /// The correlation of neighbours, of `both` along u and along v.
+    /// The correlation of neighbours; with `both` the same along u and along v.
     #[schema(exclusive_minimum = -1, exclusive_maximum = 1, example = 0.6)]
     rho: f64,
 }
