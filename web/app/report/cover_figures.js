@@ -2,7 +2,7 @@
 
 import { Strip, StripLegend } from "../charts/strip.js";
 import { GearSymbol } from "../components/symbol.js";
-import { Decided, VERDICTS, verdictOf } from "../components/within.js";
+import { Decided, VERDICTS } from "../components/within.js";
 import { t as common } from "../i18n/common.js";
 import { fmt } from "../i18n/i18n.js";
 import { t } from "../i18n/report.js";
@@ -32,6 +32,7 @@ export function CoverFigures({ told }) {
   const listed = [...(without.length === told.length ? [] : flank), ...traces];
   const whyLimits = listed.some(({ limits }) => !limits) ? notes.mark(t.whyLimits) : null;
   const decided = listed.some(({ cells }) => cells.at(-1)?.conformity);
+  const why = reasonsOf(listed);
   const dense = listed.length > 9 ? " dense" : "";
   const drawn = listed.some(({ cells }) => cells.some((cell) => cell?.error));
   const changes = isPair(told) && flank.some(({ change }) => change);
@@ -40,7 +41,7 @@ export function CoverFigures({ told }) {
     ${one.cells.map((cell, i) => html`<td key=${i} class="numeric">${figure(cell, why)}</td>`)}
     ${changes && html`<td class="numeric">${one.change ? data(fmt.value.withError(one.change.value_um, one.change.std_error_um)) : ""}</td>`}
     ${drawn && html`<td>${h(Strip, { estimates: drawnOf(one), limits: one.limits && [one.limits.low, one.limits.high], unit: "µm", paper: true })}</td>`}
-    <td class="numeric">${one.limits ? limitsOf(one.limits, one.cells, notes.mark) : absent(whyLimits)}</td>
+    <td class="numeric">${one.limits ? limitsOf(one.limits, one.cells) : absent(whyLimits)}</td>
     <td class="numeric">${classesOf(one.cells)}</td>
   </tr>`;
   const fact = (/** @type {string} */ name, /** @type {(one: Told) => Children} */ of) => html`<tr key=${name}>
@@ -90,7 +91,7 @@ export function CoverFigures({ told }) {
         })}</p>`
       }
       <p>${without.length < told.length && html`${{ fits: t.ofFits, nodes: t.ofNodes, traces: t.ofTraces }[source]} `}${t.errors}${changes && html` ${t.changeAbout}`}
-        ${decided && OUTCOMES.map((one) => html` <span key=${one} class="sign"><b aria-hidden="true">${VERDICTS[one].sign}</b> ${words[one]}</span>`)}</p>
+        ${decided && OUTCOMES.map((one) => html` <span key=${one} class="sign"><b aria-hidden="true">${VERDICTS[one].sign}</b> ${words[one]}</span>`)}${why && ` ${words.whyDoubtful(why)}`}</p>
     </div>
   </div>`;
 }
@@ -134,14 +135,15 @@ function figure(cell, why) {
 
 const OUTCOMES = /** @type {const} */ (["conforms", "does_not_conform", "cannot_be_told", "doubtful"]);
 
-/**
- * Limits, and whether the last figure conforms.
- * @param {import("./figures.js").Limits} limits @param {readonly (Cell | undefined)[]} cells @param {(text: string) => Children} mark
- */
-function limitsOf({ low, high }, cells, mark) {
-  const conformity = cells.at(-1)?.conformity;
-  const { why = "" } = conformity ? verdictOf(conformity) : {};
-  return html`${data(fmt.value.interval([low, high], 1))} ${h(Decided, { conformity })}${why && mark(words.whyDoubtful(why))}`;
+/** Limits, and whether the last figure conforms. @param {import("./figures.js").Limits} limits @param {readonly (Cell | undefined)[]} cells */
+function limitsOf({ low, high }, cells) {
+  return html`${data(fmt.value.interval([low, high], 1))} ${h(Decided, { conformity: cells.at(-1)?.conformity })}`;
+}
+
+/** Reasons to doubt the last figures. @param {readonly Row[]} rows */
+function reasonsOf(rows) {
+  const found = rows.flatMap(({ cells }) => cells.at(-1)?.conformity?.reasons ?? []);
+  return [...new Set(found)].map(words.because).join(", ");
 }
 
 /** The classes before and after. @param {readonly (Cell | undefined)[]} cells */

@@ -145,6 +145,7 @@ browserTest("traces are held against the limits and bands that the job asks for"
   const traces = result.traces.filter((/** @type {any} */ one) => one.kind === "profile");
   const rows = page.getByRole("table", { name: "Profiles" }).locator("tbody tr");
   const within = (/** @type {boolean} */ is) => (is ? "within the limits" : "outside the limits");
+  const words = { conforms: "conforms", does_not_conform: "does not conform", cannot_be_told: "cannot be told" };
   for (const [i, trace] of traces.entries()) {
     const cells = await rows.nth(i).locator("td .cell").allTextContents();
     agrees(cells[1], trace.slope_um, trace.slope_std_error_um, ...trace.slope_interval_um);
@@ -153,8 +154,11 @@ browserTest("traces are held against the limits and bands that the job asks for"
       [3, "form"],
       [4, "total"],
       [5, "crowning"],
-    ]))
-      assert.ok(cells[cell]?.includes(within(trace[`${name}_within`])), `${name}: ${cells[cell]}`);
+    ])) {
+      const verdict = trace[`${name}_conformity`]?.verdict;
+      const said = verdict ? words[/** @type {"conforms"} */ (verdict)] : within(trace[`${name}_within`]);
+      assert.ok(cells[cell]?.includes(said), `${name}: ${cells[cell]}`);
+    }
     const [wide, narrow] = trace.k_bands;
     assert.equal(narrow.within, false);
     const said = cells.at(-1)?.split("Band 1: ")[1];

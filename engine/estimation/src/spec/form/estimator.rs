@@ -105,8 +105,8 @@ pub(in crate::spec) enum Estimator {
     /// Greatest likelihood for errors that are not normal.
     MaximumLikelihood {
         distribution: DistributionName,
-        /// ν of `student`, 0.5 to 200 (estimated from 4n/(m − n) on); p of `generalized_normal`, 1 to 8. Estimated by default.
-        /// `laplace` has no shape.
+        /// ν of `student`, 0.5 to 200 (estimated from 4n/(m − n) on); p of `generalized_normal`,
+        /// 1 to 8. Estimated by default. `laplace` has no shape.
         #[serde(skip_serializing_if = "Option::is_none")]
         #[schema(minimum = 0.5, maximum = 200)]
         shape: Option<f64>,
