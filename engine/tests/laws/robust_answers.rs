@@ -151,7 +151,9 @@ fn intervals_hold_with_errors_as_each_estimator_expects_them() {
         let found = coverage(estimator, errors, 120, 45);
         println!("{name}, {errors:?}: {} {} {}", found.mean, found.worst, found.width);
         assert!((0.9..=0.99).contains(&found.mean), "{name}, {errors:?}: {}", found.mean);
-        assert!(found.width < 1.15, "{name}, {errors:?}: hardly wider than least squares with peaks: {}", found.width);
+        // winsorized means give peaks most of their weight
+        let widest = if name.starts_with("winsorized") { 1.15 } else { 1.05 };
+        assert!(found.width < widest, "{name}, {errors:?}: wider than least squares with peaks: {}", found.width);
     }
 }
 
