@@ -137,7 +137,7 @@ impl Problem {
     /// A fit that was refused; `place` makes pointers into the request of its paths.
     pub fn of_fit(error: FitError, place: impl Fn(&str) -> String) -> Self {
         match error {
-            FitError::Invalid(faults) | FitError::BeyondDouble(faults) => {
+            FitError::Invalid(faults) | FitError::ExceedsDouble(faults) => {
                 Problem::invalid(Faults::placed(&faults, place))
             }
             FitError::RankDeficient { rank, columns, terms } => Problem {

@@ -17,10 +17,10 @@ use super::{CommandError, out::out, progress, runtime};
 use crate::{
     api::jobs::seals,
     app::open_auditor,
-    jobs::audit::{Evidence, Fault, Verdict, examine, public_key},
+    jobs::audit::{Difference, Evidence, Verdict, examine, public_key},
 };
 
-/// A fault was found.
+/// A difference was found.
 const BROKEN: u8 = 1;
 /// The verification could not be completed.
 const UNKNOWN: u8 = 2;
@@ -67,14 +67,14 @@ pub fn run(arguments: &AuditArguments) -> ExitCode {
     let mut out = out();
     // if nobody reads the output, the exit code still reports the result
     let told = tell(&mut out, &verdict, &spoilt);
-    let is_intact = verdict.faults.is_empty() && spoilt.is_empty();
+    let is_intact = verdict.differences.is_empty() && spoilt.is_empty();
     let _left = told.and_then(|()| out.flush());
     if is_intact { ExitCode::SUCCESS } else { ExitCode::from(BROKEN) }
 }
 
 fn tell(out: &mut impl Write, verdict: &Verdict, spoilt: &[String]) -> io::Result<()> {
-    let Verdict { jobs, entries, unsealed, seals, faults } = verdict;
-    match (verdict.is_empty(), faults.is_empty() && spoilt.is_empty()) {
+    let Verdict { jobs, entries, unsealed, seals, differences } = verdict;
+    match (verdict.is_empty(), differences.is_empty() && spoilt.is_empty()) {
         (true, true) => writeln!(
             out,
             "empty: there is nothing in this database that was audited; if there should be, its files were removed or \
@@ -92,9 +92,9 @@ fn tell(out: &mut impl Write, verdict: &Verdict, spoilt: &[String]) -> io::Resul
         (false, false) => {}
     }
     spoilt.iter().try_for_each(|line| writeln!(out, "broken: {line}"))?;
-    faults.iter().try_for_each(|Fault { tenant, job, place, what }| {
+    differences.iter().try_for_each(|Difference { tenant, job, place, kind }| {
         let job = job.map(|job| format!("job {job} of ")).unwrap_or_default();
-        writeln!(out, "broken: {job}tenant {tenant}, {place}: {}", what.name())
+        writeln!(out, "broken: {job}tenant {tenant}, {place}: {}", kind.name())
     })
 }
 

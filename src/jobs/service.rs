@@ -211,7 +211,9 @@ impl Jobs {
         let (auditor, evidence) = (self.service.store.auditor(), Evidence::default());
         let verdict = audit::examine(&*auditor, Some(&self.tenant), job, &evidence, &|_| {}).await?;
         match job {
-            Some(_) if verdict.is_empty() && verdict.faults.is_empty() => Err(RepositoryError::NotFound(Resource::Job)),
+            Some(_) if verdict.is_empty() && verdict.differences.is_empty() => {
+                Err(RepositoryError::NotFound(Resource::Job))
+            }
             _ => Ok(verdict),
         }
     }

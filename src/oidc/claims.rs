@@ -131,7 +131,7 @@ mod tests {
         assert_eq!(holder(named, "https://cell.example/role", None).unwrap().tenant, Tenant::default());
         // who has several may do what any of them may
         let both = holder(json!({"sub": "jd", "role": ["engineer", "auditor", "engineer"]}), "role", None).unwrap();
-        assert_eq!((both.role, both.scopes.to_string().as_str()), (None, "read compute measure judge audit"));
+        assert_eq!((both.role, both.scopes.to_string().as_str()), (None, "read compute measure decide audit"));
     }
 
     #[test]

@@ -11,7 +11,7 @@ pub enum FitError {
     Invalid(Faults),
     /// Numbers on the way, or figures of the answer, leave the range of double precision.
     #[error("the requested fit is impossible: {0}")]
-    BeyondDouble(Faults),
+    ExceedsDouble(Faults),
     /// Spectral regularisation divides by λ₁ (Eq. 39); with dependent columns λ₁ is 0.
     #[error("the columns are linearly dependent (rank {rank} of {columns}): {}", terms.join(", "))]
     RankDeficient {
@@ -92,7 +92,7 @@ impl FitError {
     /// Errors of the request, if it was refused for these.
     pub fn faults(&self) -> Option<&Faults> {
         match self {
-            FitError::Invalid(faults) | FitError::BeyondDouble(faults) => Some(faults),
+            FitError::Invalid(faults) | FitError::ExceedsDouble(faults) => Some(faults),
             FitError::RankDeficient { .. } | FitError::NotConverged(_) => None,
         }
     }

@@ -22,7 +22,7 @@ pub enum Remark {
     "angles_not_decimal" => AnglesNotDecimal(String),
     /// A number that no double holds.
     #[error("“{0}” exceeds the range of double precision; it is ignored")]
-    "unknown_setting" => BeyondDouble(String),
+    "unknown_setting" => ExceedsDouble(String),
     /// A separator of more than one sign.
     #[error("the separator is not one character but “{0}”; a colon is used")]
     "unknown_setting" => Separator(String),

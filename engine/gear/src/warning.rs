@@ -107,7 +107,7 @@ pub enum Warning {
     #[error(
         "{} outside the tip or the root circle, where there is no flank", counted(*.count, "point lies", "points lie")
     )]
-    "points_beyond_flank" => PointsBeyondFlank { count: usize },
+    "points_outside_flank" => PointsOutsideFlank { count: usize },
     /// A correction whose active set did not settle.
     #[error(
         "the set of settings at their limits did not converge: the best point within the limits is returned"

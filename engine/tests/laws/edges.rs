@@ -53,10 +53,10 @@ fn columns_beyond_squaring_are_refused() {
     let huge = Nodes::matrix(vec![1e160, 0., 2e160, 1., 3e160, 4., 4e160, 2.], 2, vec![1., 2., 3., 4.], None, None);
     let mut spec = FitSpec::new(Model::Linear);
     spec.regularization = Regularization::None;
-    assert!(matches!(fit(&huge.unwrap(), &spec), Err(FitError::BeyondDouble(_))));
+    assert!(matches!(fit(&huge.unwrap(), &spec), Err(FitError::ExceedsDouble(_))));
     let tiny = Nodes::matrix(vec![1e-200, 0., 2e-200, 1., 3e-200, 4.], 2, vec![1., 2., 3.], None, None);
-    assert!(matches!(fit(&tiny.unwrap(), &spec), Err(FitError::BeyondDouble(_))));
+    assert!(matches!(fit(&tiny.unwrap(), &spec), Err(FitError::ExceedsDouble(_))));
     let x: Vec<f64> = (1..=20).map(f64::from).collect();
     let heavy = Nodes::curve(x.clone(), x, Some(vec![1e300; 20]));
-    assert!(matches!(fit(&heavy.unwrap(), &polynomial(3, PolynomialBasis::Monomial)), Err(FitError::BeyondDouble(_))));
+    assert!(matches!(fit(&heavy.unwrap(), &polynomial(3, PolynomialBasis::Monomial)), Err(FitError::ExceedsDouble(_))));
 }

@@ -3,7 +3,7 @@
 use flankfit_engine::gear::{
     Gear, GearData, Hand, Side,
     correction::{
-        Correction, CorrectionSpec, Flank, LeftAlone, Setting, SettingsUsed, Solution,
+        Correction, CorrectionSpec, Flank, Setting, SettingsUsed, Solution, Unchanged,
         machine::{FlankNode, Machine, Ranges},
     },
     evaluation::flank_surface::{FigureTerms, FlankFigures, Reference},
@@ -81,7 +81,7 @@ fn settings_that_are_right_are_left_alone() {
             clean += usize::from(!touched);
             for (setting, off) in needed.settings.iter().zip(off) {
                 assert!(off == 0.0 || setting.change * off < 0.0, "a setting that is off is missed");
-                assert_eq!(setting.left.is_some(), setting.change == 0.0);
+                assert_eq!(setting.unchanged.is_some(), setting.change == 0.0);
             }
             let rms = |solution: &Solution| {
                 let left = |(row, d): (&[f64], &f64)| {
@@ -181,10 +181,10 @@ fn a_crowning_that_conforms_is_left_alone_and_says_why() {
     let solution = solve(asked);
     let setting = |name: &str| solution.settings.iter().find(|setting| setting.name == name).unwrap();
     for name in ["profile_crowning", "helix_crowning"] {
-        assert_eq!((setting(name).change, setting(name).left), (0.0, Some(LeftAlone::WithinLimits)), "{name}");
+        assert_eq!((setting(name).change, setting(name).unchanged), (0.0, Some(Unchanged::WithinLimits)), "{name}");
         assert_eq!(setting(name).std_error, None);
     }
-    assert!(setting("helix_angle").change != 0.0 && setting("helix_angle").left.is_none());
+    assert!(setting("helix_angle").change != 0.0 && setting("helix_angle").unchanged.is_none());
     let change: Vec<f64> = solution.settings.iter().map(|setting| setting.change).collect();
     for figure in &figures {
         let [before, after] = [figure.measured.value, figure.after(&change)];
@@ -211,13 +211,13 @@ fn all_settings_may_be_left_alone() {
     let asked =
         CorrectionSpec { used: NEEDED, ..CorrectionSpec::new(measured.clone(), matrix.clone(), settings.clone()) };
     let found = solve(asked.clone());
-    assert!(found.settings.iter().all(|setting| setting.left == Some(LeftAlone::NotDistinguishable)));
+    assert!(found.settings.iter().all(|setting| setting.unchanged == Some(Unchanged::NotDistinguishable)));
     assert_eq!(found.predicted.deviation_um, measured);
     assert!(found.noise.is_some() && found.leverage.iter().all(|h| *h == 0.0) && found.warnings.is_empty());
     settings[2].min = Some(1.0);
     let found = solve(CorrectionSpec { settings, ..asked });
-    assert_eq!((found.settings[2].change, found.settings[2].left), (1.0, None));
-    assert!(found.settings.iter().enumerate().all(|(j, setting)| j == 2 || setting.left.is_some()));
+    assert_eq!((found.settings[2].change, found.settings[2].unchanged), (1.0, None));
+    assert!(found.settings.iter().enumerate().all(|(j, setting)| j == 2 || setting.unchanged.is_some()));
 }
 
 /// One of two settings with the same effect is changed, the other is not.

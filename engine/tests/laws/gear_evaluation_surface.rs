@@ -309,7 +309,7 @@ fn places_beyond_the_face_are_told() {
     assert_eq!(fitted(&gear, &far.nodes(), &settings()).warnings, vec![]);
     far.z[8] = far.z[0] + 2.0 * width;
     let warnings = fitted(&gear, &far.nodes(), &settings()).warnings;
-    assert!(matches!(warnings[..], [SurfaceWarning::BeyondFace { .. }]), "{warnings:?}");
+    assert!(matches!(warnings[..], [SurfaceWarning::OutsideFace { .. }]), "{warnings:?}");
     far.z[8] = 1e30;
     match flank_surface(&gear, &far.nodes(), &settings()).expect_err("no gear is so wide") {
         FitError::Invalid(faults) => {

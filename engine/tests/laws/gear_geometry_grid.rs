@@ -284,8 +284,8 @@ fn a_grid_that_leaves_the_flank_says_so() {
     assert!(grid(vec![form, tip], vec![0.0, 10.0]).warnings.is_empty());
     let found = grid(vec![0.5 * form, form, tip, tip + 1.0, tip + 2.0], vec![-6.0, 6.0]).warnings;
     let codes: Vec<&str> = found.iter().map(GridWarning::code).collect();
-    assert_eq!(codes, ["beyond_tip", "below_form_diameter", "beyond_face_width"]);
-    assert!(matches!(found[0], GridWarning::BeyondTip { first: 3, count: 2, .. }));
+    assert_eq!(codes, ["above_tip", "below_form_diameter", "outside_face_width"]);
+    assert!(matches!(found[0], GridWarning::AboveTip { first: 3, count: 2, .. }));
     assert!(matches!(found[1], GridWarning::BelowForm { first: 0, count: 1, .. }));
 }
 

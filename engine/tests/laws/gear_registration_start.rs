@@ -193,7 +193,7 @@ fn what_does_not_fit_is_said() {
     let above = |touch: &MeasuredPoint| MeasuredPoint { point: touch.point * 1.01, ..*touch };
     let high: Vec<MeasuredPoint> = part(&gear, &mut random, &still, [true; 2]).iter().map(above).collect();
     let answer = laid(&gear, &high, &[Motion::Rotation]);
-    assert!(has(&answer, "points_beyond_flank"), "{:?}", answer.warnings);
+    assert!(has(&answer, "points_outside_flank"), "{:?}", answer.warnings);
     // one circle of left flanks alone might as well be of right flanks
     let ring: Vec<MeasuredPoint> = (1..=31)
         .map(|tooth| {

@@ -87,12 +87,12 @@ fn places_beyond_doubles() {
             assert_eq!(left.confidence, there.confidence);
             assert_eq!(left.simultaneous, there.simultaneous);
             assert_eq!((left.slope_u, left.slope_v), (there.slope_u, there.slope_v));
-            let named = Warning::PlacesBeyondDouble { places: vec![1], count: 1 };
+            let named = Warning::PlacesExceedDouble { places: vec![1], count: 1 };
             assert!(found.warnings.contains(&named), "{:?}", found.warnings);
         }
     }
     let found = fit(&line(0.1), &asked(vec![1e120], false));
-    assert!(found.predictions.is_none() && warned(&found, "beyond_double"));
+    assert!(found.predictions.is_none() && warned(&found, "exceeds_double"));
     assert!(fit(&line(0.1), &asked(vec![1.0], false)).predictions.unwrap().place_indices.is_none());
 }
 
@@ -117,7 +117,7 @@ fn a_prior_without_noise_to_weigh_it_against() {
 fn extreme_priors_are_refused_at_their_spread() {
     for std_error in [1e-300, 1e-160, 1e160, 1e300, 1.7e308] {
         let found = flankfit_engine::estimation::fit(&line(0.1), &with_prior(std_error));
-        let Err(FitError::BeyondDouble(faults)) = found else { panic!("{std_error}") };
+        let Err(FitError::ExceedsDouble(faults)) = found else { panic!("{std_error}") };
         assert_eq!(faults.list()[0].path, "prior.std_error", "{std_error}");
     }
     for std_error in [1e-20, 1e20, 1e150] {

@@ -11,7 +11,7 @@ const SCOPES: &[&str] = &[
     Scope::Read.name(),
     Scope::Compute.name(),
     Scope::Measure.name(),
-    Scope::Judge.name(),
+    Scope::Decide.name(),
     Scope::Audit.name(),
     Scope::Admin.name(),
 ];

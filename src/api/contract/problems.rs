@@ -13,7 +13,7 @@ pub fn example(status: &str) -> Option<Value> {
     let (code, detail) = match status {
         "400" => (Code::MalformedBody, "Line 1, column 14: `]` found where a value is expected."),
         "401" => (Code::Unauthorized, "Send the key as `Authorization: Bearer …` or as `x-api-key`."),
-        "403" => (Code::Forbidden, "This needs the scope `judge`; this caller has `read`, `compute`."),
+        "403" => (Code::Forbidden, "This needs the scope `decide`; this caller has `read`, `compute`."),
         "404" => (Code::NotFound, "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04."),
         "405" => (Code::MethodNotAllowed, "This resource offers GET, PATCH and DELETE."),
         "406" => (Code::NotAcceptable, "The response is available as application/json or text/csv."),

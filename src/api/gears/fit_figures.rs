@@ -257,7 +257,7 @@ impl Asked<'_> {
                 body.roll_length_range_mm = Some(flank.roll_lengths);
                 body.z_range_mm = Some(flank.z);
                 if sums.iter().any(Option::is_none) {
-                    body.warnings.push(notice("beyond_double", "figures exceed the range of double precision"));
+                    body.warnings.push(notice("exceeds_double", "figures exceed the range of double precision"));
                 }
             }
             (Some(_), None) => body.warnings.push(failed.map_or_else(
@@ -268,7 +268,7 @@ impl Asked<'_> {
         }
         let whole = writer::whole(&body).ok().and_then(|bytes| String::from_utf8(bytes).ok());
         whole.unwrap_or_else(|| {
-            let why = notice("beyond_double", "figures exceed the range of double precision");
+            let why = notice("exceeds_double", "figures exceed the range of double precision");
             writer::text_of(&FitFiguresBody { warnings: vec![why], ..FitFiguresBody::default() })
         })
     }

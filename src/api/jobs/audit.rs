@@ -8,12 +8,12 @@ use utoipa::ToSchema;
 use uuid::Uuid;
 
 use crate::jobs::{
-    audit::{Entry, Fault, Link, ListedEntry, Seal, Verdict, What, time_text},
+    audit::{Difference, Entry, Kind, Link, ListedEntry, Seal, Verdict, time_text},
     rows::to_hex,
 };
 
 /// Greatest number of changes that a response lists.
-const MOST_FAULTS: usize = 100;
+const MOST_DIFFERENCES: usize = 100;
 
 /// A change: its time, the caller, and digests of the stored rows. SHA-256 digests have 64
 /// lower-case hexadecimal digits.
@@ -83,14 +83,14 @@ pub struct SealBody {
 /// Something that differs from what was written.
 #[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[schema(as = AuditFault)]
-pub struct FaultBody {
+#[schema(as = AuditDifference)]
+pub struct DifferenceBody {
     /// The job, if there is one.
     pub job_id: Option<Uuid>,
     /// The name of the row, such as `decisions/3/1`; `entry` or `seal` and its number in the chain.
     pub place: String,
     /// Kind of the difference.
-    pub what: What,
+    pub kind: Kind,
 }
 
 /// Result of a verification.
@@ -104,7 +104,7 @@ pub struct VerdictBody {
     /// Number of these that are not sealed yet: they are verified against their rows only.
     pub unsealed: u64,
     /// Differences, at most 100.
-    pub faults: Vec<FaultBody>,
+    pub differences: Vec<DifferenceBody>,
 }
 
 impl From<ListedEntry> for EntryBody {
@@ -152,13 +152,13 @@ impl From<Seal> for SealBody {
 }
 
 impl From<Verdict> for VerdictBody {
-    fn from(Verdict { entries, unsealed, faults, .. }: Verdict) -> Self {
-        let fault = |Fault { job, place, what, .. }| FaultBody { job_id: job, place, what };
+    fn from(Verdict { entries, unsealed, differences, .. }: Verdict) -> Self {
+        let difference = |Difference { job, place, kind, .. }| DifferenceBody { job_id: job, place, kind };
         VerdictBody {
-            intact: faults.is_empty(),
+            intact: differences.is_empty(),
             entries,
             unsealed,
-            faults: faults.into_iter().take(MOST_FAULTS).map(fault).collect(),
+            differences: differences.into_iter().take(MOST_DIFFERENCES).map(difference).collect(),
         }
     }
 }

@@ -190,7 +190,7 @@ pub fn estimate_text(estimate: &Recursive, input_sha256: &[u8; 32]) -> Result<Es
 /// Nodes that do not allow the fit yet are no fault of their block: the code is that of a warning.
 fn waiting(error: FitError) -> EstimateText {
     let code = match &error {
-        FitError::BeyondDouble(_) => Some("beyond_double"),
+        FitError::ExceedsDouble(_) => Some("exceeds_double"),
         // what a prior needs of the nodes
         FitError::Invalid(faults) => match &*faults.list()[0].path {
             "noise_sigma" => Some("no_degrees_of_freedom"),

@@ -66,7 +66,7 @@ const SCOPES: &[(Scope, &[&str])] = &[
         ],
     ),
     (
-        Scope::Judge,
+        Scope::Decide,
         &[
             "update_job",
             "delete_job",

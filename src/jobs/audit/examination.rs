@@ -7,7 +7,7 @@ use uuid::Uuid;
 
 use super::{
     seal::Seal,
-    verify::{Fault, What},
+    verify::{Difference, Kind},
 };
 use crate::jobs::{
     callers::Tenant,
@@ -38,7 +38,7 @@ pub struct Verdict {
     /// Entries that are in no seal yet: these are verified against their rows only.
     pub unsealed: u64,
     pub seals: u64,
-    pub faults: BTreeSet<Fault>,
+    pub differences: BTreeSet<Difference>,
 }
 
 impl Verdict {
@@ -52,7 +52,7 @@ impl Verdict {
         self.seals += of.seals;
         self.entries += of.entries;
         self.unsealed += of.unsealed;
-        self.faults.extend(of.faults);
+        self.differences.extend(of.differences);
     }
 
     /// Adds what was found, or that it cannot be read: that must not hide the rest.
@@ -65,7 +65,7 @@ impl Verdict {
         match found {
             Ok(found) => self.add(found),
             Err(RepositoryError::Failed(place)) => {
-                self.faults.insert(Fault { tenant: tenant.to_owned(), job, place, what: What::Unreadable });
+                self.differences.insert(Difference { tenant: tenant.to_owned(), job, place, kind: Kind::Unreadable });
             }
             Err(error) => return Err(error),
         }
@@ -118,7 +118,7 @@ pub async fn examine(
     for (k, name) in tenants.into_iter().enumerate() {
         let Some(tenant) = Tenant::kept(&name) else {
             let place = "the name of the tenant".to_owned();
-            verdict.faults.insert(Fault { tenant: name, job: None, place, what: What::Unreadable });
+            verdict.differences.insert(Difference { tenant: name, job: None, place, kind: Kind::Unreadable });
             continue;
         };
         let kept = evidence.kept.get(&tenant).cloned().unwrap_or_default();

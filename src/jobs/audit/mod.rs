@@ -20,4 +20,4 @@ pub use examination::{Auditor, Evidence, Verdict, examine};
 pub use layout::{Fields, Sha256Digest, time_text};
 pub use seal::{Seal, Sealed, Sealing};
 pub use signing::{Signed, SigningKey, public_key};
-pub use verify::{ChainVerifier, Fault, RowVerifier, What, is_sound, left};
+pub use verify::{ChainVerifier, Difference, Kind, RowVerifier, is_sound, left};

@@ -19,8 +19,8 @@ use crate::jobs::{
     Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize, utoipa::ToSchema,
 )]
 #[serde(rename_all = "snake_case")]
-#[schema(as = AuditFaultKind)]
-pub enum What {
+#[schema(as = AuditDifferenceKind)]
+pub enum Kind {
     /// It is not as it was written.
     Changed,
     /// It was there once.
@@ -36,7 +36,7 @@ pub enum What {
 }
 
 names! {
-    What {
+    Kind {
         Changed "changed", Missing "missing", Unaudited "unaudited", Unreadable "unreadable", Derived "derived",
         Seal "seal",
     }
@@ -44,12 +44,12 @@ names! {
 
 /// Something that is not as it was written.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Fault {
+pub struct Difference {
     pub tenant: String,
     pub job: Option<Uuid>,
     /// The row by its name, `decisions/3/1`; `entry 17` of the tenant; `seal 5` of the tenant.
     pub place: String,
-    pub what: What,
+    pub kind: Kind,
 }
 
 /// The digest of all that a purge leaves, row by row in the order of the tables.
@@ -76,7 +76,7 @@ pub struct RowVerifier {
     /// Events that follow from other rows, and the number of the last event.
     events: BTreeMap<String, usize>,
     last_event: i64,
-    faults: Vec<(String, What)>,
+    differences: Vec<(String, Kind)>,
 }
 
 impl RowVerifier {
@@ -89,7 +89,7 @@ impl RowVerifier {
             self.purge = Some((salt.clone(), left(&salt)));
         } else if self.purge.is_some() {
             if is(Action::PurgeJob) {
-                self.fault("purges", What::Unaudited);
+                self.difference("purges", Kind::Unaudited);
             }
             return;
         }
@@ -122,11 +122,11 @@ impl RowVerifier {
             }
             Some(false) => {
                 self.found.insert(name.clone());
-                self.fault(&name, What::Changed);
+                self.difference(&name, Kind::Changed);
             }
             None if is_event && self.follows(values) => {}
             None if is_first_tenant(row) => return,
-            None => self.fault(&name, What::Unaudited),
+            None => self.difference(&name, Kind::Unaudited),
         }
         if let (Life::Changes, Some((first, version))) = (table.life, name.rsplit_once('/')) {
             self.versions.insert(first.to_owned(), version.parse().unwrap_or_default());
@@ -134,7 +134,7 @@ impl RowVerifier {
         if is_event {
             self.last_event += 1;
             if row.value("number").integer() != Some(self.last_event) {
-                self.fault(&format!("events/{}", self.last_event), What::Missing);
+                self.difference(&format!("events/{}", self.last_event), Kind::Missing);
                 self.last_event = row.value("number").integer().unwrap_or_default();
             }
         }
@@ -171,21 +171,21 @@ impl RowVerifier {
         expected.map(|count| *count -= 1).is_some()
     }
 
-    /// Notes a fault of a row.
-    pub fn fault(&mut self, name: &str, what: What) {
-        self.faults.push((name.to_owned(), what));
+    /// Notes a difference of a row.
+    pub fn difference(&mut self, name: &str, kind: Kind) {
+        self.differences.push((name.to_owned(), kind));
     }
 
     /// Returns the differences, each with the name of its row.
-    pub fn conclude(mut self) -> Vec<(String, What)> {
+    pub fn conclude(mut self) -> Vec<(String, Kind)> {
         if let Some((_, fields)) = self.purge.take() {
             let digest = fields.digest();
             let as_left = self.notes.remove(LEFT).is_some_and(|notes| notes.iter().all(|(_, told)| *told == digest));
             if !as_left {
-                self.fault(LEFT, What::Changed);
+                self.difference(LEFT, Kind::Changed);
             }
             if !self.found.iter().any(|name| name.starts_with("purges")) {
-                self.fault("purges", What::Missing);
+                self.difference("purges", Kind::Missing);
             }
             self.versions.clear();
         }
@@ -214,7 +214,7 @@ impl RowVerifier {
                 _ => true,
             };
             if is_missing {
-                self.faults.push((name.clone(), What::Missing));
+                self.differences.push((name.clone(), Kind::Missing));
             }
         }
         for (first, version) in std::mem::take(&mut self.versions) {
@@ -222,11 +222,11 @@ impl RowVerifier {
             let from = if first == "tenants/default" { 2 } else { 1 };
             let untold = (from..version).map(|version| format!("{first}/{version}"));
             let untold = untold.filter(|name| !notes.contains_key(name)).take(1);
-            self.faults.extend(untold.map(|name| (name, What::Unaudited)));
+            self.differences.extend(untold.map(|name| (name, Kind::Unaudited)));
         }
         let missing = self.events.iter().filter(|(_, count)| **count > 0).take(1);
-        self.faults.extend(missing.map(|(event, _)| (format!("events: {event}"), What::Missing)));
-        self.faults
+        self.differences.extend(missing.map(|(event, _)| (format!("events: {event}"), Kind::Missing)));
+        self.differences
     }
 }
 
@@ -254,7 +254,7 @@ pub struct ChainVerifier<'a> {
     /// Digests by numbers that seals have.
     sealed: BTreeMap<u64, Sha256Digest>,
     last_sealed: u64,
-    faults: Vec<(Option<Uuid>, String, What)>,
+    differences: Vec<(Option<Uuid>, String, Kind)>,
 }
 
 impl<'a> ChainVerifier<'a> {
@@ -267,7 +267,7 @@ impl<'a> ChainVerifier<'a> {
             head: Link::genesis(tenant),
             sealed: kept.values().map(|seal| (seal.last.number, seal.last.sha256)).collect(),
             last_sealed: 0,
-            faults: Vec::new(),
+            differences: Vec::new(),
         }
     }
 
@@ -277,9 +277,9 @@ impl<'a> ChainVerifier<'a> {
         let number = last.saturating_add(1);
         let is_kept = self.kept.get(&seal.number).is_none_or(|kept| kept.sha256 == seal.sha256);
         if seal.number != number {
-            self.faults.push((None, format!("seal {number}"), What::Missing));
+            self.differences.push((None, format!("seal {number}"), Kind::Missing));
         } else if seal.previous != previous || !seal.is_sound(self.key) || !is_kept {
-            self.faults.push((None, format!("seal {number}"), What::Changed));
+            self.differences.push((None, format!("seal {number}"), Kind::Changed));
         }
         self.seal = (seal.number, seal.sha256);
         self.sealed.entry(seal.last.number).or_insert(seal.last.sha256);
@@ -291,35 +291,35 @@ impl<'a> ChainVerifier<'a> {
     }
 
     /// Takes the next place with its entry; none if that is missing or unreadable.
-    pub fn entry(&mut self, place: Link, entry: Result<&Entry, What>, is_purged: bool) {
+    pub fn entry(&mut self, place: Link, entry: Result<&Entry, Kind>, is_purged: bool) {
         let expected = self.head.number.saturating_add(1);
         let name = |number| format!("entry {number}");
         let job = entry.ok().and_then(|entry| entry.job);
         if place.number != expected {
-            self.faults.push((None, name(expected), What::Missing));
+            self.differences.push((None, name(expected), Kind::Missing));
         }
-        let fault = entry.map_or_else(Some, |entry| {
+        let difference = entry.map_or_else(Some, |entry| {
             let head = Link { number: place.number.saturating_sub(1), ..self.head };
             // after a missing entry the link cannot be known
             let follows = place.number != expected || head.next(&entry.digest()) == place;
-            (!follows || !is_sound(entry, is_purged)).then_some(What::Changed)
+            (!follows || !is_sound(entry, is_purged)).then_some(Kind::Changed)
         });
         let sealed = self.sealed.remove(&place.number);
-        let fault = fault.or(sealed.filter(|sealed| *sealed != place.sha256).map(|_| What::Seal));
-        self.faults.extend(fault.map(|what| (job, name(place.number), what)));
+        let difference = difference.or(sealed.filter(|sealed| *sealed != place.sha256).map(|_| Kind::Seal));
+        self.differences.extend(difference.map(|kind| (job, name(place.number), kind)));
         self.head = place;
     }
 
     /// Returns the differences, each with its job and its place.
-    pub fn conclude(mut self) -> Vec<(Option<Uuid>, String, What)> {
+    pub fn conclude(mut self) -> Vec<(Option<Uuid>, String, Kind)> {
         let missing = self.kept.keys().next_back().filter(|kept| **kept > self.seal.0);
-        self.faults.extend(missing.map(|number| (None, format!("seal {number}"), What::Missing)));
+        self.differences.extend(missing.map(|number| (None, format!("seal {number}"), Kind::Missing)));
         let missing = self.sealed.keys().next_back().filter(|sealed| **sealed > self.head.number);
-        self.faults.extend(missing.map(|number| (None, format!("entry {number}"), What::Missing)));
+        self.differences.extend(missing.map(|number| (None, format!("entry {number}"), Kind::Missing)));
         if self.head.number > self.last_sealed {
-            self.faults.push((None, format!("entry {}", self.head.number), What::Seal));
+            self.differences.push((None, format!("entry {}", self.head.number), Kind::Seal));
         }
-        self.faults
+        self.differences
     }
 }
 

@@ -1,7 +1,7 @@
 //! Scopes that go together, by the work of those who have them.
 
 use super::scope::{
-    Scope::{Admin, Audit, Compute, Judge, Measure, Read, Tenants},
+    Scope::{Admin, Audit, Compute, Decide, Measure, Read, Tenants},
     Scopes,
 };
 
@@ -29,7 +29,7 @@ impl Role {
         match self {
             Role::Reader => Scopes::of(&[Read, Compute]),
             Role::Operator => Scopes::of(&[Read, Compute, Measure]),
-            Role::Engineer => Scopes::of(&[Read, Compute, Measure, Judge]),
+            Role::Engineer => Scopes::of(&[Read, Compute, Measure, Decide]),
             Role::Auditor => Scopes::of(&[Read, Audit]),
             Role::Admin => Scopes::of(&[Read, Audit, Admin]),
             Role::Root => Scopes::of(&[Tenants]),
@@ -48,7 +48,7 @@ mod tests {
         let expected = [
             ("reader", "read compute"),
             ("operator", "read compute measure"),
-            ("engineer", "read compute measure judge"),
+            ("engineer", "read compute measure decide"),
             ("auditor", "read audit"),
             ("admin", "read audit admin"),
             ("root", "tenants"),

@@ -15,7 +15,7 @@ pub enum Scope {
     /// Storing what was measured and what follows from it by itself.
     Measure,
     /// Storing what somebody has decided.
-    Judge,
+    Decide,
     /// Reading who did what.
     Audit,
     /// Keys of the tenant.
@@ -26,7 +26,7 @@ pub enum Scope {
 
 names! {
     Scope {
-        Read "read", Compute "compute", Measure "measure", Judge "judge", Audit "audit", Admin "admin",
+        Read "read", Compute "compute", Measure "measure", Decide "decide", Audit "audit", Admin "admin",
         Tenants "tenants",
     }
 }
@@ -46,7 +46,7 @@ impl Scopes {
     pub const ALL: Scopes = Scopes::of(&Scope::ALL);
     /// Every scope that somebody of a tenant can have.
     pub const OF_TENANT: Scopes =
-        Scopes::of(&[Scope::Read, Scope::Compute, Scope::Measure, Scope::Judge, Scope::Audit, Scope::Admin]);
+        Scopes::of(&[Scope::Read, Scope::Compute, Scope::Measure, Scope::Decide, Scope::Audit, Scope::Admin]);
 
     pub const fn of(scopes: &[Scope]) -> Self {
         let (mut bits, mut i) = (0, 0);
@@ -96,7 +96,7 @@ mod tests {
             assert_eq!(Scopes::of(&set.iter().collect::<Vec<_>>()), set);
         }
         assert_eq!(Scopes::named("read write"), None);
-        assert_eq!(Scopes::of(&[Scope::Judge, Scope::Read]).to_string(), "read judge");
+        assert_eq!(Scopes::of(&[Scope::Decide, Scope::Read]).to_string(), "read decide");
         assert!(!Scopes::OF_TENANT.contains(Scope::Tenants));
     }
 }

@@ -7,7 +7,7 @@ use sqlx::{AssertSqlSafe, FromRow};
 
 use super::{db::Pool, error::reading, prelude::*};
 use crate::jobs::{
-    audit::{Auditor, ChainVerifier, Fault, RowVerifier, Sealed, Sealing, Verdict, What, is_sound},
+    audit::{Auditor, ChainVerifier, Difference, Kind, RowVerifier, Sealed, Sealing, Verdict, is_sound},
     rows::{OF_JOBS, OF_TENANTS, Table},
 };
 
@@ -193,7 +193,7 @@ const LISTED_OTHERWISE: &str = "
 /// Verifies the entries and rows of a job, or of a tenant and its keys, in one state.
 pub async fn verify_rows(db: &mut Db, tenant: &Tenant, job: Option<Uuid>) -> Outcome<Verdict> {
     let (mut verdict, mut verifier) = (Verdict::default(), RowVerifier::default());
-    let fault = |place: String, what| Fault { tenant: tenant.as_str().to_owned(), job, place, what };
+    let difference = |place: String, kind| Difference { tenant: tenant.as_str().to_owned(), job, place, kind };
     let args: Vec<Value<'_>> = job.map(Value::from).into_iter().chain([tenant.into()]).collect();
     let sql = format!(
         "SELECT {}, c.number, c.sha256, EXISTS (SELECT 1 FROM purges WHERE job = a.job) AS is_purged,
@@ -206,7 +206,7 @@ pub async fn verify_rows(db: &mut Db, tenant: &Tenant, job: Option<Uuid>) -> Out
     while let Some(Following { listed, before, is_purged }) = rows.try_next().await? {
         verdict.entries += 1;
         let Some(ListedEntry { entry, place }) = listed.0 else {
-            verdict.faults.insert(fault("an entry".to_owned(), What::Unreadable));
+            verdict.differences.insert(difference("an entry".to_owned(), Kind::Unreadable));
             continue;
         };
         verifier.entry(&entry);
@@ -220,7 +220,7 @@ pub async fn verify_rows(db: &mut Db, tenant: &Tenant, job: Option<Uuid>) -> Out
         };
         let is_linked = before.is_some_and(|before| before.next(&entry.digest()) == place);
         if !is_linked || !is_sound(&entry, is_purged) {
-            verdict.faults.insert(fault(format!("entry {}", place.number), What::Changed));
+            verdict.differences.insert(difference(format!("entry {}", place.number), Kind::Changed));
         }
     }
     drop(rows);
@@ -229,17 +229,17 @@ pub async fn verify_rows(db: &mut Db, tenant: &Tenant, job: Option<Uuid>) -> Out
     }
     if job.is_some() {
         match db.first::<bool>(LISTED_OTHERWISE, &args).await {
-            Ok(differs) if differs.unwrap_or(false) => verifier.fault("jobs", What::Derived),
+            Ok(differs) if differs.unwrap_or(false) => verifier.difference("jobs", Kind::Derived),
             Ok(_) => {}
             Err(error) if error.as_database_error().is_none() => return Err(error.into()),
-            Err(error) => verifier.fault(&format!("jobs: {error}"), What::Unreadable),
+            Err(error) => verifier.difference(&format!("jobs: {error}"), Kind::Unreadable),
         }
     }
-    verdict.faults.extend(verifier.conclude().into_iter().map(|(place, what)| fault(place, what)));
+    verdict.differences.extend(verifier.conclude().into_iter().map(|(place, kind)| difference(place, kind)));
     Ok(verdict)
 }
 
-/// Passes the rows of a table on; one that cannot be read is a fault.
+/// Passes the rows of a table on; one that cannot be read is a difference.
 async fn read(db: &mut Db, table: &'static Table, args: &[Value<'_>], to: &mut RowVerifier) -> Outcome<()> {
     let mut rows = db.rows(table, &format!("{} ORDER BY {}", table.of, table.order()), args)?;
     loop {
@@ -247,7 +247,7 @@ async fn read(db: &mut Db, table: &'static Table, args: &[Value<'_>], to: &mut R
             Ok(Some(row)) => to.row(&row),
             Ok(None) => return Ok(()),
             Err(error @ (sqlx::Error::ColumnDecode { .. } | sqlx::Error::Decode(_))) => {
-                to.fault(&format!("{}: {error}", table.name), What::Unreadable);
+                to.difference(&format!("{}: {error}", table.name), Kind::Unreadable);
             }
             Err(error) => return Err(error.into()),
         }
@@ -272,20 +272,20 @@ async fn verify_chain(
     key: Option<[u8; 32]>,
 ) -> Outcome<Verdict> {
     let mut verdict = verify_rows(db, tenant, None).await?;
-    let fault = |job, place: String, what| Fault { tenant: tenant.as_str().to_owned(), job, place, what };
+    let difference = |job, place: String, kind| Difference { tenant: tenant.as_str().to_owned(), job, place, kind };
     let sql = concat!("SELECT ", seal_columns!(), " FROM audit_seals WHERE tenant = $1 ORDER BY number");
     let mut chain = ChainVerifier::new(tenant, kept, key);
     let mut seals = db.each::<Readable<Seal>>(sql, args![tenant])?;
     while let Some(Readable(seal)) = seals.try_next().await? {
         match seal {
             Some(seal) => chain.seal(&seal).await,
-            None => drop(verdict.faults.insert(fault(None, "a seal".to_owned(), What::Unreadable))),
+            None => drop(verdict.differences.insert(difference(None, "a seal".to_owned(), Kind::Unreadable))),
         }
     }
     drop(seals);
     verdict.seals = chain.seals;
     if !job_ids(db, tenant).await?.1 {
-        verdict.faults.insert(fault(None, "the id of a job".to_owned(), What::Unreadable));
+        verdict.differences.insert(difference(None, "the id of a job".to_owned(), Kind::Unreadable));
     }
     let sql = concat!(
         "SELECT ",
@@ -296,13 +296,13 @@ async fn verify_chain(
     let mut rows = db.each::<Placed>(sql, args![tenant])?;
     while let Some(Placed { entry, link, is_there, is_purged }) = rows.try_next().await? {
         let Some(link) = link.0 else {
-            verdict.faults.insert(fault(None, "a place in the chain".to_owned(), What::Unreadable));
+            verdict.differences.insert(difference(None, "a place in the chain".to_owned(), Kind::Unreadable));
             continue;
         };
-        let entry = entry.0.as_ref().ok_or(if is_there { What::Unreadable } else { What::Missing });
+        let entry = entry.0.as_ref().ok_or(if is_there { Kind::Unreadable } else { Kind::Missing });
         chain.entry(link, entry, is_purged);
     }
-    verdict.faults.extend(chain.conclude().into_iter().map(|(job, place, what)| fault(job, place, what)));
+    verdict.differences.extend(chain.conclude().into_iter().map(|(job, place, kind)| difference(job, place, kind)));
     Ok(verdict)
 }
 

@@ -96,8 +96,8 @@ async fn store_in(db: &mut Db, key: &Key, rows: &mut Rows<'_>) -> Outcome<()> {
     db.script(AssertSqlSafe(triggers)).await?;
     db.run(CLASS, args![key.job]).await?;
     let verdict = verify_rows(db, &key.tenant, Some(key.job)).await?;
-    if let Some(fault) = verdict.faults.first() {
-        let why = format!("its audit does not agree with its rows: {} is {}", fault.place, fault.what.name());
+    if let Some(difference) = verdict.differences.first() {
+        let why = format!("its audit does not agree with its rows: {} is {}", difference.place, difference.kind.name());
         return Err(given_up(&why).into());
     }
     let caller = Caller { tenant: key.tenant.clone(), actor: actor::IMPORT.into(), origin: Default::default() };

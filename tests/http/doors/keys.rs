@@ -271,7 +271,7 @@ async fn nobody_grants_what_they_have_not() {
     let engineer = post(&app, &admin, "/v1/keys", &json!({"name": "e", "role": "engineer"})).await;
     let place = engineer.header("location").to_owned();
     for (method, path, body) in [
-        (Method::POST, "/v1/keys", json!({"name": "n", "scopes": ["read", "judge"]})),
+        (Method::POST, "/v1/keys", json!({"name": "n", "scopes": ["read", "decide"]})),
         (Method::POST, "/v1/keys", json!({"name": "n", "role": "engineer"})),
         (Method::POST, &format!("{place}/rotate"), json!({"overlap_seconds": 0})),
         (Method::PATCH, &place, json!({"name": "mine"})),

@@ -19,7 +19,7 @@ const NOBODY: &str = "0190b0de-0000-7000-8000-000000000000";
 const ROLES: [(&str, Role, &[&str]); 6] = [
     ("reader", Role::Reader, &["read", "compute"]),
     ("operator", Role::Operator, &["read", "compute", "measure"]),
-    ("engineer", Role::Engineer, &["read", "compute", "measure", "judge"]),
+    ("engineer", Role::Engineer, &["read", "compute", "measure", "decide"]),
     ("auditor", Role::Auditor, &["read", "audit"]),
     ("admin", Role::Admin, &["read", "audit", "admin"]),
     ("root", Role::Root, &["tenants"]),
@@ -99,7 +99,7 @@ fn operations_ask_for_what_they_do() {
         (&admin.map(String::from)[..], &tenants.map(String::from)[..])
     );
     assert_eq!(by_scope["measure"], measure);
-    assert_eq!(by_scope["judge"], judge);
+    assert_eq!(by_scope["decide"], judge);
     assert_eq!(by_scope["audit"], ["list_audit", "list_audit_seals", "verify_audit"]);
     assert!(by_scope["compute"].iter().all(|id| !id.starts_with("create_iteration") && !id.contains("stream")));
 }

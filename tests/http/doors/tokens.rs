@@ -75,7 +75,7 @@ async fn every_algorithm_is_accepted() {
             told.json(),
             json!({
                 "tenant": "default", "actor": format!("jane of {}", key.name), "kind": "token", "role": "engineer",
-                "scopes": ["read", "compute", "measure", "judge"], "expires_at": expected,
+                "scopes": ["read", "compute", "measure", "decide"], "expires_at": expected,
             })
         );
     }

@@ -111,7 +111,7 @@ async fn places_beyond_the_face_are_refused_or_told() {
     assert_eq!(pointers(&app, "/v1/gears/flank-surface", &request).await, ["/z_mm/4"]);
     request["z_mm"][4] = json!(100);
     let told = taken(&app, "/v1/gears/flank-surface", &request).await["warnings"][0].clone();
-    assert_eq!((&told["code"], &told["pointer"]), (&json!("beyond_face_width"), &json!("/z_mm")));
+    assert_eq!((&told["code"], &told["pointer"]), (&json!("outside_face_width"), &json!("/z_mm")));
     assert_eq!(told["message"], "the nodes span 99 mm in z, but the face is 15 mm wide: check the unit");
 }
 

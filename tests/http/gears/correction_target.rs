@@ -85,7 +85,7 @@ async fn what_is_within_its_limits_stays() {
     {
         let of = setting(&made, name);
         assert_eq!((&of["change"], of.get("std_error")), (&json!(0.0), None), "{of}");
-        assert!(["within_limits", "not_distinguishable"].contains(&of["left"].as_str().unwrap()), "{of}");
+        assert!(["within_limits", "not_distinguishable"].contains(&of["unchanged"].as_str().unwrap()), "{of}");
         let of = figure(&made, figure_name);
         close(of["predicted"].as_f64().unwrap(), value, 0.3);
         assert_eq!(
@@ -95,7 +95,9 @@ async fn what_is_within_its_limits_stays() {
     }
     close(figure(&made, "profile_crowning_um")["target"].as_f64().unwrap(), 4.0, 1e-9);
     for (name, figure_name) in [("profile_angle", "profile_slope_um"), ("helix_angle", "helix_slope_um")] {
-        assert!(setting(&made, name)["change"].as_f64().unwrap() != 0.0 && setting(&made, name).get("left").is_none());
+        assert!(
+            setting(&made, name)["change"].as_f64().unwrap() != 0.0 && setting(&made, name).get("unchanged").is_none()
+        );
         let of = figure(&made, figure_name);
         assert_eq!(of["conformity_before"]["verdict"], "does_not_conform", "{of}");
         assert_eq!(of["conformity_predicted"]["verdict"], "conforms", "{of}");
@@ -117,7 +119,7 @@ async fn what_is_within_its_limits_stays() {
     close((square / nodes as f64).sqrt(), kept["result"]["predicted"]["rms_um"].as_f64().unwrap(), 1e-9);
     // with all settings, the middle of the limits is reached
     let all = correct(&app, &path, json!({"settings_used": "all"})).await;
-    assert!(all.get("keep_within").is_none() && setting(&all, "helix_crowning").get("left").is_none());
+    assert!(all.get("keep_within").is_none() && setting(&all, "helix_crowning").get("unchanged").is_none());
     close(figure(&all, "helix_crowning_um")["predicted"].as_f64().unwrap(), 6.5, 0.1);
     // a narrower share of the limits is one more reason to correct
     let strict = correct(&app, &path, json!({"keep_within": 0.05})).await;
@@ -225,8 +227,9 @@ async fn a_crowning_that_nobody_speaks_of_is_not_removed_silently() {
     let said = correct(&app, &path, json!({"target": "nominal"})).await;
     assert!(!warned(&said, "target_removes_crowning"));
     let needed = correct(&app, &path, json!({"settings_used": "needed", "target": "nominal"})).await;
-    let left: Vec<&Value> = needed["settings"].as_array().unwrap().iter().filter(|s| s.get("left").is_some()).collect();
-    assert!(left.iter().all(|setting| setting["left"] == "not_distinguishable"), "{left:?}");
+    let left: Vec<&Value> =
+        needed["settings"].as_array().unwrap().iter().filter(|s| s.get("unchanged").is_some()).collect();
+    assert!(left.iter().all(|setting| setting["unchanged"] == "not_distinguishable"), "{left:?}");
     // target given node by node, equal to the flank: no change
     let (_, z) = axes();
     let own: Vec<f64> = flank([7.0, -9.0, 3.7, 5.5])["nodes"]["z"]

@@ -48,7 +48,7 @@ async fn a_job_tells_who_changed_what() {
     for path in [verify_of(&job), "/v1/audit/verify".to_owned()] {
         let verdict: VerdictBody = serde_json::from_str(&app.get(&path).await.expect(200).text).unwrap();
         // the first seal is made ten seconds after the start
-        assert_eq!(verdict, VerdictBody { intact: true, entries: 3, unsealed: 3, faults: Vec::new() });
+        assert_eq!(verdict, VerdictBody { intact: true, entries: 3, unsealed: 3, differences: Vec::new() });
     }
     // page by page
     let one = app.get(&format!("{}&limit=2", audit_of(&job))).await.expect(200).json();

@@ -6,7 +6,7 @@ use std::{collections::BTreeSet, sync::Arc};
 use flankfit::jobs::{
     Choice, Decision, DecisionEvent, Event, FinishedStream, JobPatch, KeyPatch, NewPlant, NewRun, PageRequest,
     PlantPatch, Precondition, RecordKind, Repository, RepositoryError, Rotation, Tenant,
-    audit::{Evidence, Link, ListedEntry, Seal, Sealing, What, examine},
+    audit::{Evidence, Kind, Link, ListedEntry, Seal, Sealing, examine},
 };
 use tokio::task::JoinSet;
 use uuid::Uuid;
@@ -217,7 +217,7 @@ pub async fn a_chain_that_was_written_anew_is_convicted_by_its_seals(pair: &mut 
     let second = sealed(&pair.handles[1], place.now()).await.remove(0);
     let against = async |kept: &[Seal]| {
         let evidence = Evidence::of(kept.to_vec(), None).unwrap();
-        examine(&*pair.handles[0].auditor(), None, None, &evidence, &|_| {}).await.unwrap().faults
+        examine(&*pair.handles[0].auditor(), None, None, &evidence, &|_| {}).await.unwrap().differences
     };
     assert_eq!(against(&[first.clone(), second.clone()]).await, [].into());
     let mut forged = second.clone();
@@ -231,8 +231,9 @@ pub async fn a_chain_that_was_written_anew_is_convicted_by_its_seals(pair: &mut 
                 UPDATE jobs SET iteration_count = 0, status = 'new', changed_at = updated_at";
     pair.ground.intrude(undo.to_owned()).await;
     intact(&pair.handles[0]).await;
-    let faults: Vec<_> = against(&[first, second]).await.into_iter().map(|fault| (fault.place, fault.what)).collect();
-    assert_eq!(faults, [("entry 2".to_owned(), What::Missing), ("seal 2".to_owned(), What::Missing)]);
+    let differences: Vec<_> =
+        against(&[first, second]).await.into_iter().map(|difference| (difference.place, difference.kind)).collect();
+    assert_eq!(differences, [("entry 2".to_owned(), Kind::Missing), ("seal 2".to_owned(), Kind::Missing)]);
 }
 
 /// Personal data are removed, and what is left is guarded as before.
@@ -263,7 +264,7 @@ pub async fn names_cannot_be_tried_after_a_purge(pair: &mut Pair) {
     ] {
         let table = sql.split(' ').find(|word| word.chars().all(|c| c.is_lowercase() || c == '_')).unwrap();
         pair.ground.intrude(format!("CREATE TABLE kept_{table} AS SELECT * FROM {table}; {sql}")).await;
-        assert!(!verified(&pair.handles[0]).await.faults.is_empty(), "{sql}");
+        assert!(!verified(&pair.handles[0]).await.differences.is_empty(), "{sql}");
         pair.ground.intrude(format!("{}; DROP TABLE kept_{table}", pair.ground.again(table))).await;
         intact(&pair.handles[0]).await;
     }

@@ -7,7 +7,7 @@ use flankfit::jobs::{
     Choice, Decision, DecisionEvent, Event, FinishedStream, JobPatch, NewIteration, NewPlant, Precondition, RecordKind,
     Rotation, Tenant,
     archive::Key,
-    audit::{Contents, What, left},
+    audit::{Contents, Kind, left},
     rows::Row,
 };
 use flankfit_engine::estimation::Nodes;
@@ -120,11 +120,11 @@ async fn tables(pair: &Pair) -> BTreeSet<String> {
 }
 
 /// Does something to a table, says what is found, and brings the table back.
-async fn found(pair: &Pair, table: &str, sql: &str) -> BTreeSet<(String, What)> {
+async fn found(pair: &Pair, table: &str, sql: &str) -> BTreeSet<(String, Kind)> {
     pair.ground.intrude(format!("CREATE TABLE kept_{table} AS SELECT * FROM {table}; {sql}")).await;
-    let faults = verified(&pair.handles[0]).await.faults;
+    let differences = verified(&pair.handles[0]).await.differences;
     pair.ground.intrude(format!("{}; DROP TABLE kept_{table}", pair.ground.again(table))).await;
-    faults.into_iter().map(|fault| (fault.place, fault.what)).collect()
+    differences.into_iter().map(|difference| (difference.place, difference.kind)).collect()
 }
 
 pub async fn every_column_of_every_table_is_guarded(pair: &mut Pair) {
@@ -224,7 +224,7 @@ pub async fn what_is_made_by_hand_is_noticed(pair: &mut Pair) {
         ),
     ] {
         let found = found(pair, table, &sql).await;
-        assert!(found.contains(&(place.to_owned(), What::Unaudited)), "{sql}: {found:?}");
+        assert!(found.contains(&(place.to_owned(), Kind::Unaudited)), "{sql}: {found:?}");
     }
     intact(&pair.handles[0]).await;
 }
@@ -234,11 +234,14 @@ pub async fn one_unreadable_value_hides_nothing(pair: &mut Pair) {
     let nothing = pair.ground.literal(&[0xff, 0xfe]);
     pair.ground.intrude(format!("UPDATE fits SET result = {nothing} WHERE number = 1 AND position = 1")).await;
     pair.ground.intrude("UPDATE decisions SET reason = 'x' WHERE position = 1".to_owned()).await;
-    let faults = verified(&pair.handles[0]).await.faults;
-    let of_job = |what| faults.iter().filter(|fault| fault.job == Some(job) && fault.what == what).count();
-    assert!(of_job(What::Unreadable) == 1 && of_job(What::Missing) == 1, "{faults:#?}");
-    let changed = faults.iter().filter(|fault| (fault.place.as_str(), fault.what) == ("decisions/1/1", What::Changed));
-    assert_eq!(changed.count(), 1, "{faults:#?}");
+    let differences = verified(&pair.handles[0]).await.differences;
+    let of_job =
+        |kind| differences.iter().filter(|difference| difference.job == Some(job) && difference.kind == kind).count();
+    assert!(of_job(Kind::Unreadable) == 1 && of_job(Kind::Missing) == 1, "{differences:#?}");
+    let changed = differences
+        .iter()
+        .filter(|difference| (difference.place.as_str(), difference.kind) == ("decisions/1/1", Kind::Changed));
+    assert_eq!(changed.count(), 1, "{differences:#?}");
 }
 
 /// Inserts an entry of the default tenant, after all others.
@@ -256,9 +259,13 @@ async fn forged_entry(pair: &Pair, job: Uuid, action: &str, subject: &str, conte
 }
 
 /// Returns what verification finds in a job.
-async fn faults_of(pair: &Pair, job: Uuid) -> BTreeSet<(String, What)> {
-    let faults = verified(&pair.handles[0]).await.faults;
-    faults.into_iter().filter(|fault| fault.job == Some(job)).map(|fault| (fault.place, fault.what)).collect()
+async fn differences_of(pair: &Pair, job: Uuid) -> BTreeSet<(String, Kind)> {
+    let differences = verified(&pair.handles[0]).await.differences;
+    differences
+        .into_iter()
+        .filter(|difference| difference.job == Some(job))
+        .map(|difference| (difference.place, difference.kind))
+        .collect()
 }
 
 /// An entry of a purge has digests of the rows as they are, so that changes of before count no
@@ -267,7 +274,7 @@ pub async fn a_forged_purge_hides_nothing(pair: &mut Pair) {
     let job = filled(pair).await;
     let old = purges::filled(pair).await;
     purged(pair, old).await;
-    for (job, what) in [(job, What::Missing), (old, What::Unaudited)] {
+    for (job, kind) in [(job, Kind::Missing), (old, Kind::Unaudited)] {
         let own = pair.ground.id(job);
         pair.ground.intrude(format!("UPDATE decisions SET decision = 'rejected' WHERE job = {own}")).await;
         let key = Key { tenant: Tenant::named("default").unwrap(), job };
@@ -289,8 +296,8 @@ pub async fn a_forged_purge_hides_nothing(pair: &mut Pair) {
         let (read, contents) = tokio::join!(holdings.read(key, rows), digesting);
         read.unwrap();
         forged_entry(pair, job, "job.purge", "/v1/jobs/x", &contents).await;
-        let faults = faults_of(pair, job).await;
-        assert!(faults.contains(&("purges".to_owned(), what)), "{faults:?}");
+        let differences = differences_of(pair, job).await;
+        assert!(differences.contains(&("purges".to_owned(), kind)), "{differences:?}");
     }
 }
 
@@ -309,14 +316,14 @@ pub async fn a_forged_deletion_hides_no_rollback(pair: &mut Pair) {
     let rollback = format!("UPDATE streams SET ({columns}) = (SELECT {columns} FROM of_before) WHERE id = {id}");
     pair.ground.intrude(rollback).await;
     forged_entry(pair, job, "stream.delete", &format!("/v1/streams/{}", stream.id), &Contents::default()).await;
-    let (missing, faults) = (format!("streams/{}/3", stream.id), faults_of(pair, job).await);
-    assert!(faults.contains(&(missing, What::Missing)), "{faults:?}");
+    let (missing, differences) = (format!("streams/{}/3", stream.id), differences_of(pair, job).await);
+    assert!(differences.contains(&(missing, Kind::Missing)), "{differences:?}");
     // nor is a table taken for a stream
     let sql = format!("UPDATE jobs SET version = 1, name = 'wheel', updated_at = created_at WHERE id = {own}");
     pair.ground.intrude(sql).await;
     forged_entry(pair, job, "stream.delete", "/v1/streams/jobs", &Contents::default()).await;
-    let faults = faults_of(pair, job).await;
-    assert!(faults.contains(&("jobs/2".to_owned(), What::Missing)), "{faults:?}");
+    let differences = differences_of(pair, job).await;
+    assert!(differences.contains(&("jobs/2".to_owned(), Kind::Missing)), "{differences:?}");
 }
 
 /// The last estimate of a stream is the one that counts.
@@ -337,6 +344,6 @@ pub async fn an_older_estimate_is_noticed(pair: &mut Pair) {
     pair.ground
         .intrude("DELETE FROM stream_states; INSERT INTO stream_states SELECT * FROM of_before".to_owned())
         .await;
-    let missing = (format!("stream_states/{}/10", stream.id), What::Missing);
-    assert_eq!(faults_of(pair, job).await, BTreeSet::from([missing]));
+    let missing = (format!("stream_states/{}/10", stream.id), Kind::Missing);
+    assert_eq!(differences_of(pair, job).await, BTreeSet::from([missing]));
 }

@@ -6,7 +6,7 @@ import { h, html } from "../../vendor/ui.js";
 import { Empty } from "./states.js";
 
 /** @typedef {import("../../vendor/ui.js").ComponentChildren} Children */
-/** @typedef {"compute" | "measure" | "judge"} Scope */
+/** @typedef {"compute" | "measure" | "decide"} Scope */
 
 /**
  * The children, or why they are not there.

@@ -56,9 +56,9 @@ const sign = (unit) => (unit === "arcmin" || unit === "′" ? "arcmin" : (unitSi
 export const unitOf = (unit) => (unit === "deg" ? sign(unit) : `\u202f${sign(unit)}`);
 
 /** A change as it is entered: of a step all digits, else to the second digit of its error. @param {SettingChange} setting */
-function entered({ change, rounded, limited, fixed, undetermined, left, std_error }) {
+function entered({ change, rounded, limited, fixed, undetermined, unchanged, std_error }) {
   const { value } = fmt;
-  if (left) return t.leave;
+  if (unchanged) return t.leave;
   if (fixed || (undetermined && change === 0)) return ABSENT;
   const signed = (/** @type {string} */ text) => (change > 0 ? `+${text}` : text);
   if (rounded || limited) return signed(value.input(Number(change.toPrecision(12))).replace("-", "−"));
@@ -67,7 +67,7 @@ function entered({ change, rounded, limited, fixed, undetermined, left, std_erro
 
 /** A proposed change as the initial text of the form for entered changes. @param {SettingChange} setting */
 export function proposedText(setting) {
-  const text = setting.left ? ABSENT : entered(setting);
+  const text = setting.unchanged ? ABSENT : entered(setting);
   return text === ABSENT ? "0" : text.replace(/^\+/, "");
 }
 
@@ -83,7 +83,7 @@ function notesOf({ unit, limited, fixed, rounded, unrounded, unlimited, std_erro
   </span>`;
 }
 
-/** Why settings are left alone or their changes mean little, each reason once. @param {{ settings: readonly SettingChange[] }} props */
+/** Why settings are not changed or their changes mean little, each reason once. @param {{ settings: readonly SettingChange[] }} props */
 function Reasons({ settings }) {
   /** @param {(setting: SettingChange) => unknown} of */
   const names = (of) =>
@@ -92,8 +92,8 @@ function Reasons({ settings }) {
       .map(({ name }) => settingName(name))
       .join("; ");
   const reasons = [
-    { reason: t.not_distinguishable, of: names((one) => one.left === "not_distinguishable" || isUnsure(one)) },
-    { reason: t.within_limits, of: names(({ left }) => left === "within_limits") },
+    { reason: t.not_distinguishable, of: names((one) => one.unchanged === "not_distinguishable" || isUnsure(one)) },
+    { reason: t.within_limits, of: names(({ unchanged }) => unchanged === "within_limits") },
     { reason: t.undetermined, of: names(({ undetermined }) => undetermined) },
   ].filter(({ of }) => of !== "");
   return html`${reasons.map(({ reason, of }) => html`<span key=${reason} class="reason">${reason}: ${of}.</span> `)}`;
@@ -103,11 +103,11 @@ function Reasons({ settings }) {
 const isUnsure = (setting) => !isIdle(setting) && !setting.limited && !significant(setting);
 
 /** @param {SettingChange} setting */
-const isIdle = ({ fixed, undetermined, left }) => Boolean(fixed || undetermined || left);
+const isIdle = ({ fixed, undetermined, unchanged }) => Boolean(fixed || undetermined || unchanged);
 
 /** A change as it is drawn; none where none was wanted. @param {SettingChange} setting */
-const drawnOf = ({ change, std_error, bias_bound, fixed, undetermined, left }) =>
-  fixed || left || (undetermined && change === 0) ? [] : [{ value: change, error: std_error, bias: bias_bound }];
+const drawnOf = ({ change, std_error, bias_bound, fixed, undetermined, unchanged }) =>
+  fixed || unchanged || (undetermined && change === 0) ? [] : [{ value: change, error: std_error, bias: bias_bound }];
 
 /** From which settings one cannot be told apart. @param {Correction["result"]} result @param {string} name */
 function inseparableFrom({ indistinguishable }, name) {
@@ -147,7 +147,7 @@ export function Changes({ result, csvName, tools, of }) {
         numeric: true,
         cell: (row) => {
           const text = entered(row);
-          return html`<b class="change" translate="no">${text}${row.left || text === ABSENT ? "" : unitOf(row.unit)}</b>`;
+          return html`<b class="change" translate="no">${text}${row.unchanged || text === ABSENT ? "" : unitOf(row.unit)}</b>`;
         },
         csv: ({ change }) => change,
       },

@@ -43,7 +43,7 @@ export function Decision({ iteration, etag, reason, put, reload }) {
     <p>${iteration.decision ? h(DecisionBadge, { decision: iteration.decision }) : html`<span class="quiet">${t.none}</span>`}
       ${reason && html` <span translate="no">${reason}</span>`}</p>
     ${h(Allowed, {
-      scope: "judge",
+      scope: "decide",
       short: true,
       children: () => html`<div class="actions">
         ${ORDER.map(

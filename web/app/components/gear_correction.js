@@ -35,7 +35,7 @@ export function GearCorrection({ job, iterations, onDone }) {
   });
   if (!job.gear || !iterations.some(({ flank }) => flank)) return null;
   const form = h(Allowed, {
-    scope: "judge",
+    scope: "decide",
     children: () => h(NewCorrection, { job, last: machineOf(kept.data), onDone }),
   });
   return html`<section class="panel" aria-labelledby="gear-correction">

@@ -63,7 +63,7 @@ export function useExclusion({ iteration, fit, columns, onChosen }) {
   const named = (/** @type {readonly number[]} */ nodes) =>
     nodes.map((index) => t.node(placeOf(index, columns))).join("; ");
   return {
-    allowed: may("judge") && fit !== undefined,
+    allowed: may("decide") && fit !== undefined,
     columns,
     excluded,
     sending,

@@ -53,7 +53,7 @@ function Correction({ job, number, news }) {
   useNews(news, [iteration, records, kept]);
   const form = (/** @type {Iteration} */ { node_count }) =>
     h(Allowed, {
-      scope: "judge",
+      scope: "decide",
       children: () =>
         h(CorrectionForm, {
           key: latest?.id ?? "",

@@ -173,7 +173,7 @@ function Measured({ iteration, etag, put }) {
     <h2 id="measured">${t.measurement}</h2>${h(Facts, { items, columns: true })}
     ${
       mayBeFlank(iteration.axes) &&
-      may("judge") &&
+      may("decide") &&
       html`<div class="actions">
         <button type="button" class="button small" onClick=${() => setEditing(true)}>${t.editMeasurand}</button>
       </div>`

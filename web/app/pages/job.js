@@ -44,7 +44,7 @@ export default function JobOverview({ params }) {
   return h(JobPage, {
     jobId,
     actions: (job, { job: resource, trace }) =>
-      may("judge") && h(Actions, { job, resource, empty: trace.data?.iterations.length === 0 }),
+      may("decide") && h(Actions, { job, resource, empty: trace.data?.iterations.length === 0 }),
     children: (job, { trace }) => html`<div class="job-overview">
       ${loaded({
         resource: trace,

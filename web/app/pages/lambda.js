@@ -166,7 +166,7 @@ function Choosing({ iteration, flipU, fit, unit, standing, reload }) {
         ${preview.error !== undefined && selection && preview.current && h(Failure, { error: preview.error })}
         ${!may("compute") ? null : range && movable(spec) ? h(LambdaSlider, { range, value: chosen, symbol, ranks, onMove: (value, rests) => show({ value }, rests) }) : html`<p class="note">${t.nothingToMove}</p>`}
         <div class="actions">
-          ${may("judge") && html`<button type="button" class="button primary" disabled=${!selection || !preview.current || preview.error !== undefined} onClick=${() => setKeeping(true)}>${t.keep}</button>`}
+          ${may("decide") && html`<button type="button" class="button primary" disabled=${!selection || !preview.current || preview.error !== undefined} onClick=${() => setKeeping(true)}>${t.keep}</button>`}
           <button type="button" class="button" disabled=${!selection} onClick=${() => show(undefined)}>${t.back}</button>
         </div>
       </section>

@@ -40,7 +40,7 @@ browserTest(
     await page.evaluate((key) => sessionStorage.setItem("flankfit.key", key), KEY);
     // what the server said before
     await page.route("**/v1/whoami", (route) =>
-      route.fulfill({ json: { actor: "key", role: "engineer", scopes: ["read", "compute", "measure", "judge"] } }),
+      route.fulfill({ json: { actor: "key", role: "engineer", scopes: ["read", "compute", "measure", "decide"] } }),
     );
     await page.goto(`${server.url}/jobs/new`);
     await page.getByLabel("With gear data").uncheck();

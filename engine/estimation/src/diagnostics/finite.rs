@@ -33,7 +33,7 @@ impl Dropped {
 
     fn warn(self, warnings: &mut Vec<Warning>) {
         if !self.0.is_empty() {
-            warnings.push(Warning::BeyondDouble { figures: self.0 });
+            warnings.push(Warning::ExceedsDouble { figures: self.0 });
         }
     }
 }
@@ -41,7 +41,7 @@ impl Dropped {
 /// Error for a fit whose results exceed double precision.
 pub fn beyond() -> FitError {
     let message = "results of this fit exceed the range of double precision: choose another unit or basis";
-    FitError::BeyondDouble(Faults::one("nodes", message))
+    FitError::ExceedsDouble(Faults::one("nodes", message))
 }
 
 fn all(values: &[f64]) -> bool {
@@ -179,14 +179,14 @@ pub fn checked(mut result: FitResult) -> Result<FitResult, FitError> {
     dropped.warn(&mut result.warnings);
     if !all(&result.spectrum.regularized.eigenvalues) {
         let message = "λ* raises an eigenvalue above the range of double precision";
-        return Err(FitError::BeyondDouble(Faults::one("regularization", message)));
+        return Err(FitError::ExceedsDouble(Faults::one("regularization", message)));
     }
     if result.robust.as_ref().is_some_and(|r| {
         !(r.scale.is_none_or(f64::is_finite) && r.objective.is_finite() && r.weights.iter().all(|weights| all(weights)))
     }) {
         let message =
             "scale or sum of this estimator exceed the range of double precision: choose another scale or unit";
-        return Err(FitError::BeyondDouble(Faults::one("estimator", message)));
+        return Err(FitError::ExceedsDouble(Faults::one("estimator", message)));
     }
     let residuals = &result.residuals;
     let sound = result.coefficients.iter().all(|c| all(&[c.value, c.least_squares, c.bias_bound]))

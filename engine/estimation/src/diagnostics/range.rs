@@ -34,5 +34,5 @@ pub(crate) fn within_range(list: &str, heights: &Heights) -> Result<(), FitError
     } else {
         return Ok(());
     };
-    Err(FitError::BeyondDouble(Faults::one(format_args!("nodes.{list}"), message)))
+    Err(FitError::ExceedsDouble(Faults::one(format_args!("nodes.{list}"), message)))
 }

@@ -33,7 +33,7 @@ impl Frame {
     /// heights.
     pub(crate) fn new(design: &Design, factor: &Factor, spec: &FitSpec, weight: f64) -> Result<Self, FitError> {
         let caller = caller_columns(factor);
-        columns_within_range(design, &caller).map_err(FitError::BeyondDouble)?;
+        columns_within_range(design, &caller).map_err(FitError::ExceedsDouble)?;
         let columns = ScaledColumns::new(design, &caller, spec.scaling, weight)?;
         let unit = match spec.scaling {
             Scaling::UnitLength => None,

@@ -84,7 +84,7 @@ impl Factor {
         if self.r.as_slice().iter().chain(&self.qty).chain(self.change.as_slice()).all(|x| x.is_finite()) {
             Ok(self)
         } else {
-            Err(FitError::BeyondDouble(squares_beyond()))
+            Err(FitError::ExceedsDouble(squares_beyond()))
         }
     }
 

@@ -193,7 +193,7 @@ fn with_places(found: Predictions, asked: usize, warnings: &mut Vec<Warning>) ->
     let Some(left) = &found.place_indices else { return Some(found) };
     let mut kept = left.iter().copied().peekable();
     let lost: Vec<usize> = (0..asked).filter(|k| kept.next_if_eq(k).is_none()).collect();
-    warnings.push(Warning::PlacesBeyondDouble { places: lost.iter().copied().take(10).collect(), count: lost.len() });
+    warnings.push(Warning::PlacesExceedDouble { places: lost.iter().copied().take(10).collect(), count: lost.len() });
     Some(found).filter(|found| !found.value.is_empty())
 }
 

@@ -215,7 +215,7 @@ pub(super) fn report(
     let kind = if dimension == 1 { Dimension::Graph } else { Dimension::Space };
     let surface = BSplineSurface::new(problem.bases.clone(), kind, controls, None).map_err(|_| {
         let message = "these numbers exceed the range of double precision: choose another unit";
-        FitError::BeyondDouble(Faults::one("nodes", message))
+        FitError::ExceedsDouble(Faults::one("nodes", message))
     })?;
     Ok(SurfaceFit {
         surface,

@@ -66,7 +66,7 @@ impl Trial<'_> {
             .collect::<Result<Vec<Nodes>, Faults>>()
             .map_err(|faults| translated(self.points, faults.within("nodes")))?;
         let results = fit_together(&nodes, &spec).map_err(|error| match error {
-            FitError::Invalid(faults) | FitError::BeyondDouble(faults) => translated(self.points, faults).into(),
+            FitError::Invalid(faults) | FitError::ExceedsDouble(faults) => translated(self.points, faults).into(),
             other => other,
         })?;
         let mut squares = Vec::new();

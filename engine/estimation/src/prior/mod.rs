@@ -231,7 +231,7 @@ pub(crate) fn weigh(current: &Current, prior: &Prior) -> Result<Option<Outcome>,
         }
     };
     if !mixture.is_finite() {
-        return Err(beyond_double(prior));
+        return Err(exceeds_double(prior));
     }
     let posterior = Some(mixture).filter(|_| !conflict.is_some_and(|found| found.dropped));
     Ok(Some(Outcome { noise, conflict, ratio, posterior, intervals, unequal }))
@@ -246,13 +246,13 @@ fn stepped(links: &[Link], branches: &[Branch], sizes: &[f64], now: &Information
 }
 
 /// Error for a prior whose effect next to these nodes exceeds doubles.
-pub(crate) fn beyond_double(prior: &Prior) -> FitError {
+pub(crate) fn exceeds_double(prior: &Prior) -> FitError {
     let path = match prior {
         Prior::Given { spread: PriorSpread::StdError(_), .. } => "prior.std_error",
         Prior::Given { spread: PriorSpread::Covariance(_), .. } => "prior.covariance",
         Prior::Iterations(_) => "prior.iterations",
     };
-    FitError::BeyondDouble(beyond_at(path))
+    FitError::ExceedsDouble(beyond_at(path))
 }
 
 fn beyond_at(path: &str) -> Faults {

@@ -38,7 +38,9 @@ impl Observed {
         };
         let of = |(k, one): (usize, &Earlier)| {
             Self::of(one, current).map_err(|error| match error {
-                FitError::Invalid(faults) | FitError::BeyondDouble(faults) => of_earlier(&faults, &path(k), one.number),
+                FitError::Invalid(faults) | FitError::ExceedsDouble(faults) => {
+                    of_earlier(&faults, &path(k), one.number)
+                }
                 other => other,
             })
         };

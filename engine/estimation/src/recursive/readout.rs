@@ -80,7 +80,7 @@ impl Sums {
     pub(super) fn factor(&self, design: &Design, heights: &Heights) -> Result<Factor, FitError> {
         let r = self.triangle.r();
         let qty = self.triangle.qty().to_vec();
-        let change = finite_change(design).map_err(FitError::BeyondDouble)?;
+        let change = finite_change(design).map_err(FitError::ExceedsDouble)?;
         // rounding of so many updates adds up like a random walk
         let rounded = (self.summary.count as f64).sqrt();
         let rss = self.triangle.rss().to_f64();

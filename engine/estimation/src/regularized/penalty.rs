@@ -144,7 +144,7 @@ pub(super) fn factor(context: &Context, asked: &Tikhonov) -> Result<Penalty, Fit
     if !RANGE.contains(&penalty.largest()) {
         let message =
             "the square of this penalty exceeds the range of double precision: choose other weights or another unit";
-        return Err(FitError::BeyondDouble(Faults::one("regularization.weights", message)));
+        return Err(FitError::ExceedsDouble(Faults::one("regularization.weights", message)));
     }
     Ok(penalty)
 }

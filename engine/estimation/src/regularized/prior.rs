@@ -20,7 +20,7 @@ use crate::{
     error::{FitError, Unconverged},
     estimate::Estimate,
     factor::multiply_upper_vector,
-    prior::{Current, Mixture, Outcome, beyond_double, weigh},
+    prior::{Current, Mixture, Outcome, exceeds_double, weigh},
     result::{
         BiasReport, NormLimitSource, PriorConflict, PriorReport, RegularizationReport, RegularizedSpectrum,
         UsedCorrection, Warning,
@@ -68,7 +68,7 @@ pub(super) fn apply(context: &Context, prior: &Prior, warnings: &mut Vec<Warning
             context.warn_of_missing("posterior", false, warnings);
             match posterior.applied(context, prior, &outcome) {
                 Ok(applied) if is_finite(&applied) => Ok(applied),
-                Ok(_) | Err(FitError::NotConverged(Unconverged::SingularValues)) => Err(beyond_double(prior)),
+                Ok(_) | Err(FitError::NotConverged(Unconverged::SingularValues)) => Err(exceeds_double(prior)),
                 Err(other) => Err(other),
             }
         }

@@ -128,7 +128,7 @@ fn same(a: Option<Domain>, b: Option<Domain>) -> bool {
 
 /// Error for a piece without singular values: a number whose squares exceed the range of double, if
 /// it has one.
-fn beyond_double(piece: &Piece) -> FitError {
+fn exceeds_double(piece: &Piece) -> FitError {
     let far = |x: f64| !(1e-150..=1e150).contains(&x);
     let place = |list: &[f64]| list.iter().position(|&x| far(x));
     let path = if far(piece.lambda_star) {
@@ -170,7 +170,7 @@ pub(super) fn apply(
     let filtered: Vec<_> = spectrum.lambda.iter().map(|&lambda| Rule::None.at(0, lambda, 0.0)).collect();
     let plain = Estimate::new(columns, spectrum, &filtered, least_squares);
     let removal = filter.removal(columns.scale.iter().map(|s| s.to_f64()).collect());
-    let not_converged = || beyond_double(piece);
+    let not_converged = || exceeds_double(piece);
     let largest = jacobi::svd(removal.clone()).ok_or_else(not_converged)?.sigma.last().copied().unwrap_or(0.0);
     let alignment = filter.alignment(context).ok_or_else(not_converged)?;
     if alignment < ALIKE {

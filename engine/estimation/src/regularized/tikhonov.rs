@@ -93,7 +93,7 @@ pub(super) fn apply(context: &Context, asked: &Tikhonov, warnings: &mut Vec<Warn
     let eigenvalues = match chosen {
         Some(lambda) if !oblique.within_range(lambda) => {
             let message = "λ times this penalty exceeds the range of double precision";
-            return Err(FitError::BeyondDouble(Faults::one("regularization.parameter", message)));
+            return Err(FitError::ExceedsDouble(Faults::one("regularization.parameter", message)));
         }
         Some(lambda) => oblique.eigenvalues(lambda).ok_or(NOT_CONVERGED)?,
         None => spectrum.lambda.clone(),

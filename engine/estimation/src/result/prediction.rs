@@ -12,7 +12,7 @@ use crate::inference::SimultaneousMethod;
 )]
 pub struct Predictions {
     /// Index (from 0, in the requested order) of the place of each entry; present if some were
-    /// omitted because their results exceed double precision (warning `beyond_double`).
+    /// omitted because their results exceed double precision (warning `exceeds_double`).
     pub place_indices: Option<Vec<usize>>,
     /// Level of the bands.
     pub level: f64,

@@ -29,7 +29,7 @@ pub enum Warning {
     "vif_infinite" => InfiniteInflation { terms: Vec<String> },
     /// Figures that are left out.
     #[error("omitted, because they exceed the range of double precision: {}", .figures.join(", "))]
-    "beyond_double" => BeyondDouble { figures: Vec<&'static str> },
+    "exceeds_double" => ExceedsDouble { figures: Vec<&'static str> },
     /// Few digits of the posted numbers arrive in the coefficients.
     #[error("the posted numbers, rounded to doubles, determine the worst coefficient to about {digits:.0} digits only")]
     "few_digits" => FewDigits { digits: f64 },
@@ -345,7 +345,7 @@ pub enum Warning {
         "{} omitted from the predictions (number {}, from 0): results there exceed the range of double precision",
         counted(*.count, "place is", "places are"), first(.places, *.count)
     )]
-    "beyond_double" => PlacesBeyondDouble { places: Vec<usize>, count: usize },
+    "exceeds_double" => PlacesExceedDouble { places: Vec<usize>, count: usize },
     /// A prior that there is no noise to weigh against.
     #[error(
         "the model fits the heights exactly, so the noise, which the prior needs, cannot be estimated: the prior is \

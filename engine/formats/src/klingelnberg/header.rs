@@ -133,7 +133,7 @@ impl Header {
                 word.bytes().any(|b| b.is_ascii_digit()) && word.parse::<f64>().is_ok_and(f64::is_infinite)
             };
             for word in fields.iter().flat_map(|field| field.split_ascii_whitespace()).filter(beyond) {
-                notes.push(line.number, Remark::BeyondDouble(shown(word)));
+                notes.push(line.number, Remark::ExceedsDouble(shown(word)));
             }
             self.lines.push(HeaderLine { code, label: plain_label(label), fields, line: line.number });
             return Ok(true);

@@ -42,7 +42,7 @@ pub use compare::{Answer, Comparison, FigureChange, Measurements, NotEntered, Ve
 pub use damping::{DEFAULT_RESPONSE_UNCERTAINTY, Damping, Trust};
 pub use figures::HeldFigure;
 pub use flank::Flank;
-pub use needed::{DEFAULT_KEEP_WITHIN, LeftAlone};
+pub use needed::{DEFAULT_KEEP_WITHIN, Unchanged};
 pub use problem::{Correction, CorrectionSpec, MOST_ENTRIES, MOST_SETTINGS, ResponseErrors, Setting, SettingsUsed};
 pub use scatter::Scatter;
 pub use solution::{Change, Indistinguishable, Noise, Predicted, Solution};

@@ -39,7 +39,7 @@ pub const DEFAULT_KEEP_WITHIN: f64 = 0.7;
     derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
     serde(rename_all = "snake_case")
 )]
-pub enum LeftAlone {
+pub enum Unchanged {
     /// Its change is not distinguishable from none: less than three standard errors.
     NotDistinguishable,
     /// Every figure that it moves lies well within its limits, with a guard band.
@@ -59,7 +59,7 @@ pub(super) fn left_alone(
     held: &[f64],
     sigma: Option<f64>,
     keep_within: f64,
-) -> Option<Vec<Option<LeftAlone>>> {
+) -> Option<Vec<Option<Unchanged>>> {
     let asked = correction.spec();
     let reduced = Reduced::of(correction, held, sigma);
     let mut kept: Vec<usize> = (0..correction.open.len()).collect();
@@ -100,9 +100,9 @@ pub(super) fn left_alone(
             }
             let mut moved = moved_by(&asked.figures, setting).peekable();
             let why = match () {
-                () if step.cost[place] < least => LeftAlone::NotDistinguishable,
+                () if step.cost[place] < least => Unchanged::NotDistinguishable,
                 () if moved.peek().is_some() && moved.all(|figure| conforms(figure, keep_within)) => {
-                    LeftAlone::WithinLimits
+                    Unchanged::WithinLimits
                 }
                 () => continue,
             };

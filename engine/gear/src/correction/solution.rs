@@ -4,7 +4,7 @@ use super::{
     damping::Trust,
     gain::Gain,
     limits::{Fitted, Limit, fit_free, least_change, stand},
-    needed::{LeftAlone, left_alone},
+    needed::{Unchanged, left_alone},
     problem::{Correction, Setting, SettingsUsed},
     rounding::rounded,
 };
@@ -55,7 +55,7 @@ pub struct Change {
     /// True if it was fixed by the request.
     pub fixed: bool,
     /// Reason for not changing it; absent if it is changed, fixed or undetermined.
-    pub left: Option<LeftAlone>,
+    pub unchanged: Option<Unchanged>,
     /// True if the deviations do not determine the setting (see `absolute`), or other settings have
     /// the same effect, as for a twist with only one profile and one helix. It is not changed, or
     /// only as far as its limits require.
@@ -285,7 +285,7 @@ impl Correction {
         change: &[f64],
         at: &[Option<Limit>],
         unlimited: &[f64],
-        left: &[Option<LeftAlone>],
+        unchanged: &[Option<Unchanged>],
     ) -> Vec<Change> {
         let mut of_free = fit.coefficients.iter().enumerate();
         self.asked
@@ -293,7 +293,7 @@ impl Correction {
             .iter()
             .enumerate()
             .map(|(j, setting)| {
-                let open = self.open.contains(&j) && left[j].is_none();
+                let open = self.open.contains(&j) && unchanged[j].is_none();
                 let own = if at[j].is_none() && open { of_free.next() } else { None };
                 let [std_error, response_std_error] = match own.zip(errors) {
                     Some(((place, _), errors)) => errors[place].map(Some),
@@ -313,7 +313,7 @@ impl Correction {
                     unrounded: setting.increment.filter(|_| open).map(|_| change[j]),
                     rounded: open && setting.increment.is_some(),
                     fixed: setting.fixed,
-                    left: left[j],
+                    unchanged: unchanged[j],
                     undetermined,
                 }
             })

@@ -15,7 +15,7 @@ pub enum GridWarning {
         "{}, from number {first} on, outside the tip form diameter of {} mm, where there is no material",
         counted(*.count, "profile value lies", "profile values lie"), Shown(*.diameter)
     )]
-    "beyond_tip" => BeyondTip { first: usize, count: usize, diameter: f64 },
+    "above_tip" => AboveTip { first: usize, count: usize, diameter: f64 },
     /// They lie below the root form diameter (mm), where fillet or undercut has replaced the
     /// involute.
     #[error(
@@ -25,7 +25,7 @@ pub enum GridWarning {
     "below_form_diameter" => BelowForm { first: usize, count: usize, diameter: f64 },
     /// The places span more than the face width (mm).
     #[error("the places span {} mm, but the face is {} mm wide", Shown(*.span), Shown(*.face_width))]
-    "beyond_face_width" => BeyondFace { span: f64, face_width: f64 },
+    "outside_face_width" => OutsideFace { span: f64, face_width: f64 },
 }
 }
 
@@ -41,7 +41,7 @@ pub(super) fn warnings(gear: &Gear, roll_lengths: &[f64], positions: &[f64]) -> 
         outside.next().map(|(first, _)| (first, 1 + outside.count()))
     };
     if let Some((first, count)) = beyond(geometry.tip_form_roll_length_mm, outward) {
-        found.push(GridWarning::BeyondTip { first, count, diameter: geometry.tip_form_diameter_mm });
+        found.push(GridWarning::AboveTip { first, count, diameter: geometry.tip_form_diameter_mm });
     }
     if let Some((first, count)) = beyond(geometry.form_roll_length_mm, -outward) {
         found.push(GridWarning::BelowForm { first, count, diameter: geometry.form_diameter_mm });
@@ -49,7 +49,7 @@ pub(super) fn warnings(gear: &Gear, roll_lengths: &[f64], positions: &[f64]) -> 
     if let Some(face_width) = gear.data().face_width {
         let (low, high) = positions.iter().fold((f64::MAX, f64::MIN), |(low, high), z| (low.min(*z), high.max(*z)));
         if high - low > face_width + margin {
-            found.push(GridWarning::BeyondFace { span: high - low, face_width });
+            found.push(GridWarning::OutsideFace { span: high - low, face_width });
         }
     }
     found

@@ -80,7 +80,7 @@ pub(super) fn of_part(gear: &Gear, after: &Deviations, rows: &[usize]) -> Vec<Wa
     });
     let beyond = beyond.count();
     if beyond > 0 {
-        warnings.push(Warning::PointsBeyondFlank { count: beyond });
+        warnings.push(Warning::PointsOutsideFlank { count: beyond });
     }
     warnings
 }

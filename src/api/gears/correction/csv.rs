@@ -18,7 +18,7 @@ use crate::{
 };
 use flankfit_engine::{
     formats::gms::{self, Unit},
-    gear::correction::{Change, LeftAlone},
+    gear::correction::{Change, Unchanged},
 };
 
 /// Permission to export a correction whose predicted figures are outside their limits.
@@ -117,8 +117,10 @@ fn description(change: &Change, rounded: f64) -> String {
         let why = match () {
             () if change.fixed => "fixed",
             () if change.undetermined => "not determined by this measurement",
-            () if change.left == Some(LeftAlone::NotDistinguishable) => "its change is not distinguishable from none",
-            () if change.left == Some(LeftAlone::WithinLimits) => "its figures are well within their limits",
+            () if change.unchanged == Some(Unchanged::NotDistinguishable) => {
+                "its change is not distinguishable from none"
+            }
+            () if change.unchanged == Some(Unchanged::WithinLimits) => "its figures are well within their limits",
             () => "no change",
         };
         return format!("{name}: leave ({why})");

@@ -373,7 +373,7 @@ fn stacked(parts: &[Part<'_>], aims: Vec<AimBody>) -> AimBody {
 
 /// Returns the target of a stored correction; the settings that it left alone are fixed.
 fn again(kept: &CorrectionResultBody, settings: &mut [Setting]) -> AimBody {
-    let left = |name: &str| kept.settings.iter().any(|setting| setting.name == name && setting.left.is_some());
+    let left = |name: &str| kept.settings.iter().any(|setting| setting.name == name && setting.unchanged.is_some());
     for setting in settings.iter_mut().filter(|setting| left(&setting.name)) {
         *setting = Setting { fixed: true, ..Setting::free(setting.name.clone(), setting.unit.clone()) };
     }

@@ -30,7 +30,7 @@ pub struct RegistrationBody<'a> {
     /// `rotation_modulo_pitch`: no point names its tooth. `flanks_reassigned`: points lie on other
     /// flanks than were nearest before. Doubts: `flanks_ambiguous`, `teeth_contradict` (points
     /// count on the teeth that they lie on, not on those given), `axial_shift_for_rotation`,
-    /// `poor_fit`, `points_misfit`, `points_beyond_flank`, `registration_not_converged`.
+    /// `poor_fit`, `points_misfit`, `points_outside_flank`, `registration_not_converged`.
     /// `motions_indistinguishable`: rotation and axial shift of a helical part are one motion, and
     /// all of it is taken as rotation; `axial_shift_by_modification`: only modifications that
     /// change along z distinguish the two.

@@ -66,7 +66,7 @@ export default {
     role ? `Ein Schlüssel mit der Rolle „${role}“ darf nicht ${what}.` : `Dieser Schlüssel darf nicht ${what}.`,
   may_compute: "rechnen",
   may_measure: "messen oder Aufträge anlegen",
-  may_judge: "entscheiden oder Aufträge und Anpassungen ändern",
+  may_decide: "entscheiden oder Aufträge und Anpassungen ändern",
   anotherKey: "Anderen Schlüssel benutzen",
   key: "Schlüssel",
   rememberKey: "In diesem Browser behalten",

@@ -19,7 +19,7 @@ export default {
   may_read: "lesen",
   may_compute: "rechnen",
   may_measure: "messen",
-  may_judge: "entscheiden",
+  may_decide: "entscheiden",
   may_audit: "prüfen",
   may_admin: "verwalten",
   may_tenants: "Mandanten verwalten",

@@ -6,7 +6,7 @@ export default {
   attracted_entirely:
     "Kein Abstand zum Zielwert hebt sich vom Rauschen ab: Die Antwort ist der Zielwert selbst, ohne Gewicht.",
   design_range_assumed: "Die Auslegung nennt keinen Bereich für ihre Größen: angenommen sind die Auswertebereiche.",
-  beyond_double: "Einzelne Werte überschreiten den Bereich der Gleitkommazahlen und fehlen.",
+  exceeds_double: "Einzelne Werte überschreiten den Bereich der Gleitkommazahlen und fehlen.",
   condition_unknown: "Die äußersten Eigenwerte sind noch nicht sicher bestimmt; die Kondition ist offen.",
   constraints_active:
     "Nebenbedingungen halten die Funktion fest: Standardabweichungen gelten mit ihnen, Intervalle ohne sie.",
@@ -113,7 +113,7 @@ export default {
   undefined_samples: "Messpunkte ohne Wert blieben außer Acht.",
   // gears and grids
   below_form_diameter: "Orte liegen unter dem Fuß-Formkreis, wo keine Evolvente mehr ist.",
-  beyond_face_width: "Die Orte reichen weiter, als das Rad breit ist.",
+  outside_face_width: "Die Orte reichen weiter, als das Rad breit ist.",
   beyond_tip: "Orte liegen über dem Kopf-Formkreis, wo kein Werkstoff ist.",
   few_teeth: "Für so wenige Zähne hat ISO 1328-1 keine Toleranzen.",
   internal_root: "Ein Zahnstangenwerkzeug schneidet kein Hohlrad: Der Fuß wird als Bogen angenommen.",
@@ -145,7 +145,7 @@ export default {
   motions_indistinguishable: "Diese Punkte unterscheiden einige Bewegungen nicht.",
   nodes_lost: "Einzelne Knoten haben nach dem Zurückdrehen keinen Ort auf der Flanke.",
   one_tooth: "Nur ein Zahn wurde gemessen: Die Streuung zwischen den Zähnen ist nicht bekannt.",
-  points_beyond_flank: "Punkte liegen jenseits von Kopf- oder Fußkreis.",
+  points_outside_flank: "Punkte liegen jenseits von Kopf- oder Fußkreis.",
   points_misfit: "Einzelne Punkte liegen weit ab: Schmutz, eine andere Flanke oder ein Messfehler.",
   poor_fit: "Nach dem Ausrichten bleibt mehr, als eine Flanke abweicht: Bewegungen, Flanken und Rad prüfen.",
   registration_not_converged: "Das Ausrichten war am Ende seiner Schritte noch nicht fertig.",

@@ -18,7 +18,7 @@ export default {
   may_read: "read",
   may_compute: "compute",
   may_measure: "measure",
-  may_judge: "judge",
+  may_decide: "decide",
   may_audit: "audit",
   may_admin: "administer",
   may_tenants: "manage tenants",

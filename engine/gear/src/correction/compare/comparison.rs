@@ -45,7 +45,7 @@ impl Correction {
     /// the computed change by the share `share[j]` (1 as computed, 0 entered regardless of it), and
     /// the noise of the measurement with it. `None` where the singular values do not converge.
     pub fn leverage_of(&self, solution: &Solution, share: &[f64]) -> Option<Vec<f64>> {
-        let is_free = |one: &Change| !one.limited && one.left.is_none() && !one.fixed && !one.undetermined;
+        let is_free = |one: &Change| !one.limited && one.unchanged.is_none() && !one.fixed && !one.undetermined;
         let free: Vec<usize> = (0..share.len()).filter(|&j| is_free(&solution.settings[j])).collect();
         if free.is_empty() {
             return Some(solution.leverage.clone());

@@ -196,7 +196,7 @@ fn beyond_face(gear: &Gear, [low, high]: [f64; 2]) -> Option<SurfaceWarning> {
     let face_width = gear.data().face_width?;
     let span = high - low;
     (span > (1.0 + OVERRUN) * face_width)
-        .then_some(SurfaceWarning::BeyondFace { span_mm: span, face_width_mm: face_width })
+        .then_some(SurfaceWarning::OutsideFace { span_mm: span, face_width_mm: face_width })
 }
 
 /// Nodes on the end of a range belong to it, but for rounding.

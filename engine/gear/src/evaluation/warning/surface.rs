@@ -29,7 +29,7 @@ pub enum SurfaceWarning {
         "the nodes span {} mm in z, but the face is {} mm wide: check the unit",
         Shown(*.span_mm), Shown(*.face_width_mm)
     )]
-    "beyond_face_width" => BeyondFace { span_mm: f64, face_width_mm: f64 },
+    "outside_face_width" => OutsideFace { span_mm: f64, face_width_mm: f64 },
 }
 }
 
@@ -38,7 +38,7 @@ impl SurfaceWarning {
     pub fn path(&self) -> &'static str {
         match self {
             SurfaceWarning::RangeNotCovered { path, .. } => path,
-            SurfaceWarning::BeyondFace { .. } => "z_mm",
+            SurfaceWarning::OutsideFace { .. } => "z_mm",
         }
     }
 }
