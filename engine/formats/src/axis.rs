@@ -80,7 +80,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn knots_told_in_other_ways() {
+    fn knots_as_multiplicities_greville_points_and_clamped() {
         let axis = Axis { degree: 2, knots: vec![0., 0., 0., 1., 1., 1., 2.5, 3., 3., 3.] };
         assert!(axis.is_clamped() && axis.clamped() == axis);
         assert_eq!(axis.multiplicities(), (vec![0., 1., 2.5, 3.], vec![3, 3, 1, 3]));

@@ -350,7 +350,7 @@ mod tests {
     }
 
     #[test]
-    fn what_files_cannot_hold() {
+    fn curves_that_cad_files_cannot_hold_are_refused() {
         let zero = curve(0, &[0., 1., 2.], Dimension::Graph, &[1.0, 2.0], None);
         assert!(curve_pieces(3, &zero).unwrap_err().to_string().starts_with("shape 3 has degree 0;"));
         let knots = [0., 0., 0., 1., 1., 1.];

@@ -189,7 +189,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_gear_or_what_it_lacks() {
+    fn missing_facts_of_a_gear_are_named() {
         let mut facts = GearFacts { teeth: teeth(-52.0), normal_module: Some(1.0), ..GearFacts::default() };
         assert_eq!(facts.missing(), [Datum::PressureAngle, Datum::HelixAngle, Datum::ProfileShift]);
         facts.pressure_angle = Some(radians(20.0));

@@ -298,7 +298,7 @@ mod tests {
     /// All 256 faces over four nodes against the rule: equal neighbours are one corner, and what is
     /// left must have an area.
     #[test]
-    fn what_is_left_of_a_face() {
+    fn degenerate_faces_are_reduced_or_dropped() {
         for k in 0..256_u32 {
             let corners = [k % 4, k / 4 % 4, k / 16 % 4, k / 64];
             let mut left = corners.to_vec();

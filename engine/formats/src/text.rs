@@ -72,7 +72,7 @@ mod tests {
     }
 
     #[test]
-    fn hollerith_counts_what_it_writes() {
+    fn hollerith_counts_the_written_characters() {
         assert_eq!(hollerith("a,b;"), "4Ha,b;");
         assert_eq!(hollerith("Zähne\n"), "6HZ?hne ");
         assert_eq!(hollerith(""), "");

@@ -328,7 +328,7 @@ mod tests {
     }
 
     #[test]
-    fn the_coarsest_class_stands_for_all() {
+    fn the_coarsest_class_is_the_overall_class() {
         assert_eq!(overall([Class::Within(3), Class::Within(7), Class::Within(1)]), Some(Class::Within(7)));
         assert_eq!(overall([Class::Beyond, Class::Within(11)]), Some(Class::Beyond));
         assert_eq!(overall([]), None);

@@ -145,7 +145,7 @@ mod tests {
 
     /// Any text is refused as a name, or is read as one that is its own canonical form.
     #[test]
-    fn what_is_known_by_a_name_is_known_by_it() {
+    fn canonical_tooth_names_are_their_own_canonical_form() {
         const LETTERS: [char; 12] = ['0', '1', '9', '.', ',', '+', '-', ' ', 'k', 'e', 'B', '−'];
         for code in 0..12usize.pow(4) {
             let name: String = (0..4).map(|place| LETTERS[code / 12usize.pow(place) % 12]).collect();

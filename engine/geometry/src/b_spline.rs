@@ -210,7 +210,7 @@ mod tests {
     }
 
     #[test]
-    fn faults_name_the_knot() {
+    fn errors_name_the_knot() {
         let told = |degree, knots: &[f64]| BSplineBasis::new(degree, knots.to_vec()).unwrap_err().to_string();
         assert_eq!(told(1, &[0., 1.]), "2 knots: degree 1 needs at least 4");
         for degree in [usize::MAX, usize::MAX / 2, isize::MAX as usize] {

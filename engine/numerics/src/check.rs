@@ -137,7 +137,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn faults_have_their_place_in_a_larger_object() {
+    fn errors_are_placed_within_a_larger_object() {
         let mut inner = Faults::one("weights[1]", "-1 is not a finite number of at least 0");
         inner.push("[0]", "missing");
         inner.push("", "too many");
@@ -150,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_moved_takes_along_what_is_within_it() {
+    fn moving_a_path_moves_everything_within_it() {
         let mut faults = Faults::one("nodes.z[3][7]", "missing");
         ["nodes", "nodes_read", "model"].into_iter().for_each(|path| faults.push(path, "wrong"));
         let moved = faults.moved("nodes", "grid");
@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn only_the_first_faults_are_kept() {
+    fn only_the_first_errors_are_kept() {
         let mut faults = Faults::default();
         (0..150).for_each(|i| faults.push(format_args!("z[{i}]"), "the number is not finite"));
         assert_eq!((faults.list().len(), faults.count()), (Faults::MOST, 150));

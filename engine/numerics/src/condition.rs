@@ -118,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn not_of_what_overflows() {
+    fn overflow_has_no_largest_singular_value() {
         let huge = |v: &mut [f64]| v.iter_mut().for_each(|x| *x *= f64::MAX * 8.0);
         assert_eq!(largest_singular_value(3, huge, huge), None);
     }

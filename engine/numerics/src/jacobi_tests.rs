@@ -174,7 +174,7 @@ fn trivial_shapes() {
 }
 
 #[test]
-fn what_is_not_finite_is_refused() {
+fn nonfinite_matrices_have_no_svd() {
     for bad in [f64::NAN, f64::INFINITY] {
         let mut a = DMatrix::identity(3, 3);
         a[(1, 2)] = bad;

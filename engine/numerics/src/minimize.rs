@@ -133,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn the_end_is_the_minimum_of_what_only_falls() {
+    fn a_decreasing_function_has_its_minimum_at_the_end() {
         let (x, _) = of(0.0, 1.0, |x| -x);
         assert!(1.0 - x < 1e-7, "{x}");
         // where there is no value, the start remains

@@ -242,7 +242,7 @@ mod tests {
     }
 
     #[test]
-    fn what_excludes_each_other_is_told() {
+    fn contradictory_constraints_are_detected() {
         let mut nearest = NearestPoint::new(vec![0.0, 0.0]);
         nearest.enter(vec![1.0, 0.0], 1.0, 0).unwrap();
         assert_eq!(nearest.enter(vec![-1.0, 0.0], -0.5, 1), Err(Empty));

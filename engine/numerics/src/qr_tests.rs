@@ -115,7 +115,7 @@ fn a_tiny_rest_below_a_large_row_is_kept() {
 }
 
 #[test]
-fn what_is_not_finite_stays_visible() {
+fn nonfinite_entries_stay_visible() {
     for bad in [f64::NAN, f64::INFINITY] {
         let (mut a, y) = waves(5, 3);
         a[(4, 1)] = bad;

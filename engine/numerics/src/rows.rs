@@ -77,7 +77,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn rows_of_any_length_stand_end_to_end() {
+    fn rows_of_any_length_are_stored_end_to_end() {
         let rows = Rows::new(vec![1.0, 2.0, 3.0], vec![0, 2, 0, 1]);
         assert_eq!(rows.iter().map(<[f64]>::len).collect::<Vec<_>>(), [0, 2, 0, 1]);
         assert_eq!((&rows[1], &rows[3]), (&[1.0, 2.0][..], &[3.0][..]));

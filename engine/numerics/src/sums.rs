@@ -50,7 +50,7 @@ mod tests {
     use proptest::prelude::*;
 
     #[test]
-    fn a_sum_that_cancels_keeps_what_is_left() {
+    fn a_sum_that_cancels_keeps_its_remainder() {
         assert_eq!(sum2(&[1e16, 1.0, -1e16, 1e-3]), Dd::sum(1.0, 1e-3));
         assert_eq!(sum2(&[]), Dd::ZERO);
     }

@@ -162,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_positive_definite_has_no_factor() {
+    fn indefinite_matrices_have_no_cholesky_factor() {
         assert_eq!(cholesky(&DMatrix::from_row_slice(2, 2, &[1.0, 2.0, 2.0, 4.0])), None);
         assert_eq!(cholesky(&DMatrix::from_row_slice(2, 2, &[1.0, 2.0, 2.0, 3.0])), None);
         assert_eq!(cholesky(&DMatrix::from_row_slice(1, 1, &[f64::NAN])), None);

@@ -253,7 +253,7 @@ mod tests {
     proptest! {
         /// Every operation is, bit by bit, the scalar one in every lane.
         #[test]
-        fn lanes_do_what_scalars_do(
+        fn lanes_agree_with_scalar_operations(
             x in prop::array::uniform4(any::<f64>()),
             y in prop::array::uniform4(any::<f64>()),
             z in prop::array::uniform4(any::<f64>()),

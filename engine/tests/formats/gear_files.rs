@@ -81,7 +81,7 @@ fn seeds() -> Vec<Vec<u8>> {
 }
 
 #[test]
-fn the_content_says_what_a_file_is() {
+fn the_content_determines_the_kind_of_file() {
     for name in [None, Some("a.csv"), Some("b.mka"), Some("c")] {
         let kinds: Vec<&str> = seeds()
             .iter()

@@ -49,7 +49,7 @@ fn names_and_values() {
 }
 
 #[test]
-fn what_is_no_correction() {
+fn invalid_corrections_are_refused() {
     let one = |change: fn(&mut Correction)| {
         let mut it = correction("c");
         change(&mut it);

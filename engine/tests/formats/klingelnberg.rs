@@ -298,7 +298,7 @@ fn small(from: &str, to: &str) -> Result<Curves, FileError> {
 }
 
 #[test]
-fn what_cannot_be_read_has_line_and_column() {
+fn syntax_errors_have_line_and_column() {
     let place = |line, column| Some(FilePosition { line, column });
     let cases = [
         (" -.25\n", "", place(8, 1), "announces 4 values, found 3"),

@@ -87,7 +87,7 @@ fn every_shape_holds_the_same_results() {
 }
 
 #[test]
-fn what_cannot_be_read_has_line_and_column() {
+fn syntax_errors_have_line_and_column() {
     let head = "HEADER KS.MW.FILE\nTYPE STI\n  7 :ME: 1\n";
     let read = |rest: &str| read_values(format!("{head}{rest}\n").as_bytes());
     for (line, column, text) in [

@@ -86,7 +86,7 @@ fn obj_has_faces_that_turn_with_their_normals() {
 }
 
 #[test]
-fn stl_leaves_out_what_has_no_area() {
+fn stl_omits_faces_without_area() {
     let mesh = Arc::new(cone());
     let text = text(stl::ascii_file(Arc::clone(&mesh), &label()));
     // of 24 × 5 quadrilaterals the 24 at the apex are triangles
@@ -116,7 +116,7 @@ fn stl_leaves_out_what_has_no_area() {
 }
 
 #[test]
-fn numbers_beyond_single_precision_are_refused() {
+fn coordinates_above_single_precision_are_refused() {
     let far = bilinear([[0., 0., 0.], [0., 1e39, 0.], [1., 0., 0.], [1., 1e39, 0.]]);
     let mesh = Arc::new(QuadMesh::of_surfaces(&[&far], [1, 1], 1e-9, true).expect("a mesh"));
     let refused = stl::binary_file(Arc::clone(&mesh), &label()).unwrap_err();
@@ -150,7 +150,7 @@ fn integers(line: &str) -> Vec<usize> {
 }
 
 #[test]
-fn listings_for_finite_elements_tell_the_same_mesh() {
+fn finite_element_lists_describe_the_same_mesh() {
     let right = bilinear([[1., 0., 0.], [1., 2., 0.], [3., 0., 0.], [3., 2., 1.]]);
     let surfaces: [&dyn Surface; 3] = [&left(), &right, &quarter_cone()];
     let mesh = Arc::new(QuadMesh::of_surfaces(&surfaces, [24, 5], 1e-9, true).expect("a mesh"));

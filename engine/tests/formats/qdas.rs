@@ -29,7 +29,7 @@ fn measured() -> Measurement {
 }
 
 #[test]
-fn a_file_says_what_was_handed_in() {
+fn a_file_contains_all_values_given() {
     let part = Part {
         machine: Some("RZ 260".into()),
         instrument: Some("P 40".into()),
@@ -92,7 +92,7 @@ fn letters_that_the_code_page_lacks_make_a_file_of_utf_8() {
 }
 
 #[test]
-fn what_cannot_be_written() {
+fn invalid_characteristics_are_refused() {
     let refused =
         |characteristics: &[Characteristic]| write(&part(), characteristics, &measured()).unwrap_err().to_string();
     assert_eq!(refused(&[]), "characteristics: there is no characteristic");

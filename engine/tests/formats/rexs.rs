@@ -145,7 +145,7 @@ fn topographies_of_every_layout() {
 }
 
 #[test]
-fn faults_have_places() {
+fn xml_errors_have_line_and_column() {
     let text = model(flank(0.25, vec![]), flank(0.25, vec![])).text("1.4");
     let of = |from: &str, to: &str| {
         assert!(text.contains(from), "{from}");
@@ -233,7 +233,7 @@ fn flanks_and_traces_of_every_version() {
 }
 
 #[test]
-fn what_is_left_out_has_a_note() {
+fn omitted_parts_have_a_note() {
     let unknown = read(measured("gear_flank_of_tomorrow").text("2.1").as_bytes()).unwrap();
     let codes: Vec<&str> = unknown.notes.list().iter().map(|note| note.remark.code()).collect();
     assert_eq!(codes, ["flank_not_read", "flank_not_read"]);
@@ -288,7 +288,7 @@ fn json_and_archives_hold_the_same_model() {
 }
 
 #[test]
-fn faults_of_json_have_places() {
+fn json_errors_have_line_and_column() {
     let text = json();
     for (from, to, wanted) in [
         ("4.5", "4.5.1", "a value"),

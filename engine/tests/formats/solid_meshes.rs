@@ -159,7 +159,7 @@ fn flanks_are_where_they_should_be() {
 }
 
 #[test]
-fn what_cannot_be_meshed_is_said() {
+fn gears_without_a_solid_mesh_are_refused() {
     let of = |data: GearData, spec: SolidSpec| {
         let refused = HexMesh::of_gear(&Gear::new(data).unwrap(), &spec).unwrap_err();
         refused.to_string()

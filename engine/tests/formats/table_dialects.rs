@@ -155,7 +155,7 @@ proptest! {
     /// Columns of words, as many as there may be next to two numbers, do not hide the format of a
     /// table.
     #[test]
-    fn words_beside_numbers(
+    fn words_in_other_columns_do_not_hide_the_numbers(
         (separator, decimal) in (
             prop::sample::select(vec![Separator::Comma, Separator::Semicolon, Separator::Tab, Separator::Spaces]),
             prop::sample::select(vec![Decimal::Point, Decimal::Comma]),

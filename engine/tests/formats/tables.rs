@@ -125,7 +125,7 @@ fn a_grid_may_have_holes_and_any_order() {
 }
 
 #[test]
-fn teeth_and_flanks_are_kept_apart() {
+fn teeth_and_flanks_are_separate_node_sets() {
     let mut text = "Zahn;Flanke;Rollweg;Breite;Abweichung\n".to_owned();
     for (tooth, flank) in [("1", "links"), ("2f", "L"), ("1", "R")] {
         for k in 0..4 {
@@ -263,7 +263,7 @@ fn refusals_say_one_thing_of_the_file() {
 }
 
 #[test]
-fn a_mapping_goes_before_what_is_found() {
+fn a_mapping_takes_precedence_over_detection() {
     let column = |meaning, unit| ColumnSpec { name: String::new(), meaning, unit };
     let swapped = Mapping {
         columns: Some(vec![

@@ -54,7 +54,7 @@ proptest! {
     #![proptest_config(config(128))]
 
     #[test]
-    fn observed_sharp_and_paper_stand_in_this_order(
+    fn sharp_bounds_lie_between_observed_and_paper_bounds(
         seed: u64, n in 2usize..9, extra in 0usize..12, log_condition in 1.0f64..12.0, place in 0.0f64..1.0,
         exact: bool, unit: bool, count in 1usize..8, limit in 0.1f64..10.0,
     ) {

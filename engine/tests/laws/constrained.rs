@@ -72,7 +72,7 @@ proptest! {
 
     /// Slopes are looked at directly, bends by differences of slopes.
     #[test]
-    fn curves_do_as_told_at_every_place(
+    fn curves_meet_their_constraints_everywhere(
         seed in 0u64..1000, kind in 0usize..4, degree in 2usize..9, spans in 0usize..7,
     ) {
         let random = &mut Random::new(seed);
@@ -91,7 +91,7 @@ proptest! {
     }
 
     #[test]
-    fn surfaces_do_as_told_at_every_place(
+    fn surfaces_meet_their_constraints_everywhere(
         seed in 0u64..1000, kind in 0usize..4, spline in any::<bool>(), v in any::<bool>(),
     ) {
         let random = &mut Random::new(seed);
@@ -155,7 +155,7 @@ proptest! {
 }
 
 #[test]
-fn what_least_squares_meets_leaves_it_as_it_is() {
+fn inactive_constraints_leave_least_squares_unchanged() {
     let nodes = curve(&mut Random::new(3), 30, |x| x + x * x, 0.01);
     for scaling in [Scaling::UnitLength, Scaling::None, Scaling::Standardized] {
         let plain = FitSpec { scaling, ..spec(chebyshev(Degree::Both(2)), vec![]) };
@@ -175,7 +175,7 @@ fn what_least_squares_meets_leaves_it_as_it_is() {
 /// With slopes allowed down to −ε everywhere, Σ w r² falls by ε Σ multiplier: adding ε x to the
 /// heights has the same effect.
 #[test]
-fn multipliers_are_what_the_constraint_costs() {
+fn multipliers_are_the_cost_of_the_constraints() {
     let rss = |tilt: f64| {
         let nodes = curve(&mut Random::new(11), 30, |x| (5.0 * x).sin() + tilt * x, 0.2);
         fit(&nodes, &spec(chebyshev(Degree::Both(6)), vec![just(ConstraintKind::Increasing)])).constraints.unwrap()
@@ -240,7 +240,7 @@ fn intervals_hold_where_the_constraint_binds() {
 /// A given limit of the norm shortens intervals as without constraints: they are about least
 /// squares that nothing constrains, filtered.
 #[test]
-fn a_told_limit_shortens_intervals_as_without_constraints() {
+fn norm_limits_shorten_intervals_as_without_constraints() {
     let mut random = Random::new(9);
     let nodes = curve(&mut random, 25, |_| 0.0, 0.2);
     let limited =
@@ -255,7 +255,7 @@ fn a_told_limit_shortens_intervals_as_without_constraints() {
 
 /// A slope that the constraint holds at 0 is determined by it alone.
 #[test]
-fn what_constraints_determine_has_no_standard_error() {
+fn active_constraints_leave_no_standard_error() {
     let nodes = curve(&mut Random::new(10), 25, |x| -x, 0.1);
     let found = fit(&nodes, &spec(chebyshev(Degree::Both(1)), vec![just(ConstraintKind::Increasing)]));
     let slope = &found.coefficients[1];
@@ -272,7 +272,7 @@ fn refused(nodes: &Nodes, spec: &FitSpec, told: &str) {
 }
 
 #[test]
-fn what_cannot_be_met_or_is_not_for_constraints_is_refused() {
+fn infeasible_or_unsupported_constraints_are_refused() {
     use ConstraintKind::*;
     let nodes = curve(&mut Random::new(2), 30, |x| -(x - 0.5).abs(), 0.05);
     let rising = || vec![just(Increasing)];

@@ -91,7 +91,7 @@ proptest! {
     #![proptest_config(config(40))]
 
     #[test]
-    fn what_is_chosen_is_best(seed: u64, n in 2usize..6, extra in 4usize..14, log_condition in 0.0f64..4.0) {
+    fn chosen_parameters_are_optimal(seed: u64, n in 2usize..6, extra in 4usize..14, log_condition in 0.0f64..4.0) {
         let problem = Problem::graded(seed, n, extra, log_condition);
         let m = n + extra;
         let nodes = matrix(&problem.x, &problem.y, None);
@@ -248,7 +248,7 @@ fn corrected_predictions_are_no_less_than_the_variance() {
 }
 
 #[test]
-fn what_has_no_answer_is_refused() {
+fn criteria_without_a_solution_are_refused() {
     let x: Vec<Vec<f64>> = (0..9).map(|k| vec![1.0, f64::from(k), 2.0 * f64::from(k)]).collect();
     let y: Vec<f64> = (0..9).map(|k| f64::from(k * 4 % 7)).collect();
     let of = |regularization: Regularization| try_fit(&matrix(&x, &y, None), &FitSpec { regularization, ..linear() });

@@ -386,7 +386,7 @@ proptest! {
     }
 
     #[test]
-    fn faults_name_what_they_refuse((x, values) in nodes(4..9), place in 1usize..3) {
+    fn errors_name_the_invalid_point((x, values) in nodes(4..9), place in 1usize..3) {
         for method in methods(x.len()) {
             let polynomial = matches!(method, Method::Lagrange | Method::Newton | Method::Hermite { .. });
             let of = |x: &[f64], values: &[Vector]| {

@@ -49,7 +49,7 @@ fn graded_columns_keep_their_rank_without_scaling() {
 
 /// Columns whose squares are no doubles are refused, not taken for 0.
 #[test]
-fn columns_beyond_squaring_are_refused() {
+fn columns_whose_squares_overflow_or_underflow_are_refused() {
     let huge = Nodes::matrix(vec![1e160, 0., 2e160, 1., 3e160, 4., 4e160, 2.], 2, vec![1., 2., 3., 4.], None, None);
     let mut spec = FitSpec::new(Model::Linear);
     spec.regularization = Regularization::None;

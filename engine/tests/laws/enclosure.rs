@@ -295,7 +295,7 @@ fn the_noise_may_be_given() {
 
 /// Columns closer to dependent than double-double can tell, and numbers near the ends of double.
 #[test]
-fn what_is_not_proved_says_so() {
+fn unproved_enclosures_are_reported() {
     let x: Vec<Vec<f64>> = (0..9).map(|k| vec![1.0, 1.0 + 1e-300 * f64::from(k * k % 5)]).collect();
     let dependent: Vec<Vec<f64>> = (0..9).map(|k| vec![f64::from(k), 2.0 * f64::from(k)]).collect();
     let y: Vec<f64> = (0..9).map(|k| f64::from(k * 4 % 7)).collect();

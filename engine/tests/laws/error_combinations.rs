@@ -91,7 +91,7 @@ fn same(a: &FitResult, b: &FitResult) {
 /// With a given correlation everything is that of a plain fit to differences of neighbours:
 /// regularised, bias-aware, combined with a prior.
 #[test]
-fn told_correlations_are_a_plain_fit_of_white_rows() {
+fn known_correlations_equal_a_plain_fit_of_whitened_rows() {
     let (rows, y) = problem(71);
     let columns: Vec<Vec<f64>> =
         (0..5).map(|j| whitened(&rows.iter().map(|row| row[j]).collect::<Vec<f64>>())).collect();
@@ -176,7 +176,7 @@ fn dependent_columns_have_names() {
 }
 
 #[test]
-fn what_does_not_exist_is_left_out_and_said() {
+fn unavailable_results_are_omitted_with_a_warning() {
     let (rows, y) = problem(73);
     let nodes = matrix(&rows, &y);
     let include = Include { influence: true, predicted_mse: true, ..Include::default() };
@@ -201,7 +201,7 @@ fn what_does_not_exist_is_left_out_and_said() {
 }
 
 #[test]
-fn what_does_not_go_together_is_refused() {
+fn incompatible_options_are_refused() {
     let (rows, y) = problem(74);
     let nodes = matrix(&rows, &y);
     let refused = |spec: &FitSpec, told: &str| {

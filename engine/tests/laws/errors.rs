@@ -197,7 +197,7 @@ fn intervals_hold_for_unequal_variances() {
 }
 
 #[test]
-fn what_does_not_go_together_is_refused() {
+fn incompatible_options_are_refused() {
     let mut random = Random::new(37);
     let curve = Nodes::curve(axis(20), random.normals(20), None).unwrap();
     let grid = Nodes::grid(axis(4), axis(5), random.normals(20), None, None).unwrap();
@@ -229,7 +229,7 @@ fn what_does_not_go_together_is_refused() {
 /// Heights that alternate, or rise where the model is level, are correlated outside the searched
 /// range.
 #[test]
-fn correlations_beyond_what_is_searched_are_warned_of() {
+fn correlations_at_the_bounds_of_the_search_are_warned_of() {
     let mut random = Random::new(40);
     let asked = spec(0);
     let estimated = Errors { correlation: Correlation::Ar1 { rho: None }, along: Along::Order, lines: None };
@@ -254,7 +254,7 @@ fn correlations_beyond_what_is_searched_are_warned_of() {
 /// With correlation and noise given nothing is estimated: as many coefficients as nodes suffice,
 /// and a height at a node has the error of that node.
 #[test]
-fn told_errors_need_no_residuals() {
+fn known_errors_need_no_residuals() {
     let nodes = Nodes::curve(axis(3), vec![0.8, 1.5, 1.3], None).unwrap();
     let predict = Some(Predict { at: Places::Curve(axis(3)), level: None, kinds: Kinds::default(), slopes: false });
     let told = Correlation::Ar1 { rho: Some(0.5) };
@@ -275,7 +275,7 @@ fn told_errors_need_no_residuals() {
 
 /// White heights on lines of any number: d is 2, and p is below 0.05 in a twentieth of the draws.
 #[test]
-fn white_residuals_are_told_as_white_on_any_lines() {
+fn white_residuals_pass_the_whiteness_test_on_any_lines() {
     let mut random = Random::new(39);
     let asked = FitSpec {
         errors: Some(Errors { correlation: Correlation::Ar1 { rho: Some(0.0) }, along: Along::V, lines: None }),
@@ -299,7 +299,7 @@ fn white_residuals_are_told_as_white_on_any_lines() {
 
 /// Estimates of correlations need neighbours, and those of powers places that differ.
 #[test]
-fn what_nothing_tells_is_refused() {
+fn inestimable_error_parameters_are_refused() {
     let mut random = Random::new(38);
     let refused = |nodes: &Nodes, spec: &FitSpec| match flankfit_engine::estimation::fit(nodes, spec) {
         Err(flankfit_engine::estimation::FitError::Invalid(faults)) => {

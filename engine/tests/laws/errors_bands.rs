@@ -212,7 +212,7 @@ fn intervals_of_an_estimated_power_hold() {
 /// With so few nodes intervals of an estimated power hold less often than stated, with a warning.
 /// Just above, at eight degrees of freedom, the least of fourteen holds in 0.92 of 2,000 draws.
 #[test]
-fn a_power_that_too_few_nodes_tell_is_warned_of() {
+fn powers_estimated_from_few_nodes_are_warned_of() {
     for (count, warned, draws, least) in [(8, true, 500, 0.0), (12, false, 2000, 0.92)] {
         let x: Vec<f64> = (0..count).map(|k| 1.0 + 9.0 * f64::from(k) / f64::from(count - 1)).collect();
         let at = Places::Curve((0..places().len()).map(|k| 1.0 + 1.125 * k as f64).collect());
@@ -275,7 +275,7 @@ fn an_estimated_power_is_reproducible() {
 
 /// A given power leaves nothing to be estimated: the fit is the weighted one.
 #[test]
-fn a_told_power_is_a_weighted_fit() {
+fn a_known_power_is_a_weighted_fit() {
     let x: Vec<f64> = (1..=20).map(f64::from).collect();
     let y = Random::new(606).normals(20);
     let middle = (x.iter().map(|x| x.ln()).sum::<f64>() / 20.0).exp();
@@ -292,7 +292,7 @@ fn a_told_power_is_a_weighted_fit() {
 
 /// The variance of five nodes along a cubic is known by little more than one of them.
 #[test]
-fn a_variance_of_next_to_nothing_is_told() {
+fn group_variances_of_few_degrees_of_freedom_are_warned_of() {
     let group: Vec<i64> = (0..COUNT).map(|k| i64::from(k % 12 != 5)).collect();
     let mut random = Random::new(603);
     let y = group.iter().map(|g| if *g == 0 { 0.01 } else { 1.0 } * random.normal()).collect();

@@ -220,7 +220,7 @@ proptest! {
     #![proptest_config(config(1500))]
 
     #[test]
-    fn answers_are_finite(seed: u64, wildness in 0usize..3) {
+    fn results_are_finite(seed: u64, wildness in 0usize..3) {
         if let Err(fault) = trial(seed, wildness) {
             prop_assert!(false, "{fault}");
         }

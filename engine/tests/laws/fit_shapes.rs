@@ -110,7 +110,7 @@ fn surfaces_have_the_fitted_heights() {
 }
 
 #[test]
-fn shapes_are_answered_when_asked_for_and_where_there_are_any() {
+fn shapes_are_included_on_request_where_they_exist() {
     let x = places([0.0, 1.0], 60);
     let nodes = Nodes::curve(x.clone(), (0..x.len()).map(height).collect(), None).unwrap();
     let model = |degree| Model::Polynomial {

@@ -242,7 +242,7 @@ fn intervals_hold_the_figures_of_the_truth() {
 
 /// The same flank in mm of space, over roll angles in degrees and z in µm.
 #[test]
-fn units_and_signs_are_those_told() {
+fn units_and_signs_are_as_specified() {
     let gear = gear();
     let shape = |u: f64, v: f64| 3.0 + 2.0 * u - 1.5 * v - 0.8 * u * u + 0.4 * u * v - 1.1 * v * v;
     let [u, v, z] = grid(&mut |u, v| shape(u, v));

@@ -207,7 +207,7 @@ fn targets_are_reached() {
 
 /// The tilt is named together with what it is a mixture of, and λ* keeps its change small.
 #[test]
-fn settings_that_cannot_be_told_apart_are_named() {
+fn settings_that_cannot_be_distinguished_are_named() {
     let asked = case::ill_conditioned(3);
     let deviation = flankfit_engine::gear::simulation::Simulation::new(asked.clone()).unwrap().measure();
     let of = |damping| {
@@ -297,7 +297,7 @@ fn bounds_are_of_the_size_of_settings_and_the_default_does_not_warn_against_itse
 }
 
 #[test]
-fn faults_are_named_by_their_place() {
+fn errors_have_the_path_of_their_field() {
     let j = vec![1.0; 8];
     let good = CorrectionSpec::new(vec![1.0; 4], j, settings(2));
     assert_eq!(paths(CorrectionSpec { sensitivity: vec![1.0; 7], ..good.clone() }), ["sensitivity.matrix"]);
@@ -372,7 +372,7 @@ fn a_setting_without_effect_is_undetermined() {
 /// Deviations without a datum: what they have in common changes nothing, and a setting that changes
 /// all nodes alike is left alone.
 #[test]
-fn what_all_nodes_have_in_common_is_no_deviation_without_a_datum() {
+fn without_a_datum_a_common_offset_is_no_deviation() {
     let j: Vec<f64> = (0..9).flat_map(|k| [1.0, f64::from(k), (f64::from(k) - 4.0).powi(2)]).collect();
     let d: Vec<f64> = (0..9).map(|k| 0.7 * f64::from(k) + (1.3 * f64::from(k)).sin()).collect();
     let of = |level: f64| {

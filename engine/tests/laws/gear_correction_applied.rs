@@ -40,7 +40,7 @@ fn answers(plant: &Plant, entered: Entered, least_squares: bool, seed: u64) -> [
 /// At most 3 false alarms in 1,000 runs, and at most 18 in one set-up of 2,000, where at most 8 are
 /// expected; the response ratio is 1 within four standard errors of its mean.
 #[test]
-fn a_machine_that_did_what_was_entered_is_called_nothing_else() {
+fn the_entered_change_rarely_raises_a_false_alarm() {
     const PAIRS: u64 = 2000;
     let mut alarms = 0;
     for (name, plant, entered, least_squares) in [

@@ -34,7 +34,7 @@ fn count(verdict: Verdict, factor: f64, extra: impl Fn(usize) -> f64 + Copy) -> 
 }
 
 #[test]
-fn weak_and_strong_answers_are_told() {
+fn weak_and_strong_responses_are_detected() {
     assert!(count(Verdict::Weaker, 0.6, |_| 0.0) >= 196);
     assert!(count(Verdict::NoResponse, 0.0, |_| 0.0) >= 196);
     assert!(count(Verdict::Stronger, 1.5, |_| 0.0) >= 196);
@@ -42,7 +42,7 @@ fn weak_and_strong_answers_are_told() {
 
 /// A bump that no multiple of the prediction explains, and a machine that went the other way.
 #[test]
-fn other_answers_are_different() {
+fn other_responses_are_different() {
     assert!(count(Verdict::Different, 1.0, |k| if k % 9 < 3 { 4.0 } else { -2.0 }) >= 190);
     assert!(count(Verdict::Different, -1.0, |_| 0.0) >= 196);
 }
@@ -94,7 +94,7 @@ fn one_setting(sigma: f64, response_uncertainty: f64, came: f64) -> Answer {
 }
 
 #[test]
-fn what_cannot_be_told_is_undecided_and_has_no_ratio() {
+fn ambiguous_responses_are_undecided_without_a_ratio() {
     for (noise, response) in [(0.1, 0.02), (0.5, 0.1), (3.5, 0.0)] {
         let answer = one_setting(noise, response, 1.0);
         assert_eq!(answer.verdict, Verdict::AsPredicted, "{}", answer.sentence);
@@ -238,7 +238,7 @@ fn the_interval_of_the_ratio_is_wide() {
 }
 
 #[test]
-fn nothing_predicted_has_no_ratio_and_faults_have_their_places() {
+fn a_zero_prediction_has_no_ratio_and_errors_have_paths() {
     let still = Comparison {
         before: vec![0.1; 5],
         measured: vec![9.0; 5],

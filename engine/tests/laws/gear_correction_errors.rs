@@ -83,7 +83,7 @@ fn coverage(way: &Way) -> Vec<f64> {
 
 /// With least squares the error is all random.
 #[test]
-fn standard_errors_cover_what_they_say() {
+fn standard_errors_have_their_coverage() {
     let eta = |eta: f64, whole: bool| Plant { eta, whole, ..BASE };
     let off = ResponseErrors::PerSetting;
     for (name, way) in [
@@ -150,7 +150,7 @@ fn regularised_errors_are_about_their_average_and_bounds_do_the_rest() {
 
 /// Bounds that limits cap cover what is wanted within the limits as often as the sharp ones would.
 #[test]
-fn bounds_capped_by_limits_cover_what_is_wanted() {
+fn bounds_capped_by_limits_have_their_coverage() {
     for (name, plant) in [
         ("near mixture", Plant { apart: 1e-3, eta: 0.02, ..BASE }),
         ("collinear, noisy", Plant { apart: 0.03, eta: 0.01, sigma: 1.0, off: 5.0, ..BASE }),

@@ -82,7 +82,7 @@ fn all_settings_may_be_at_their_limits() {
 
 /// A setting that is fixed is as good as none: the others make up for it.
 #[test]
-fn fixed_settings_stay_as_they_are() {
+fn fixed_settings_stay_unchanged() {
     let j: Vec<f64> = (0..9).flat_map(|k| [1.0, f64::from(k) - 4.0, (f64::from(k) - 4.0).powi(2)]).collect();
     let d: Vec<f64> = (0..9).map(|k| (1.3 * f64::from(k)).sin() + 2.0).collect();
     let mut asked = plain(d.clone(), j.clone(), settings(3));
@@ -170,7 +170,7 @@ fn multiples_have_the_digits_of_their_step() {
 /// A bound from limits does not exceed them: two settings that are nearly indistinguishable, one of
 /// which may go far and the other may not.
 #[test]
-fn a_bound_that_comes_from_limits_does_not_lie_beyond_them() {
+fn a_bound_from_limits_does_not_exceed_them() {
     let j: Vec<f64> = (0..12).flat_map(|k| [f64::from(k), f64::from(k) + 1e-4 * f64::from(k * k % 7)]).collect();
     let deviation = times(&j, &[-3.0, 2.0]);
     let with = |limits: [[f64; 2]; 2], given: Option<f64>| {

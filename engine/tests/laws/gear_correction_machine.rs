@@ -302,7 +302,7 @@ fn crowning_has_its_natural_twist_in_generating_grinding_only() {
 /// On one flank alone a shifted worm and a thicker tooth are the same; on both they are
 /// distinguished.
 #[test]
-fn one_flank_cannot_tell_offset_from_thickness() {
+fn one_flank_cannot_distinguish_offset_from_thickness() {
     for gear in gears() {
         let (nodes, ranges) = nodes(&gear);
         let solve = |nodes: &[FlankNode]| {

@@ -107,7 +107,7 @@ fn machine(profiles: &[f64], helices: &[f64]) -> (Vec<Setting>, Vec<f64>, Vec<us
 /// Settings of a machine are determined where a trace along which they act is there, however many
 /// others are.
 #[test]
-fn settings_are_told_by_traces_along_which_they_act() {
+fn settings_are_determined_by_traces_along_which_they_act() {
     let five = [-0.8, -0.4, 0.0, 0.4, 0.8];
     let along = ["profile_angle", "profile_crowning"];
     let across = ["helix_angle", "helix_crowning"];

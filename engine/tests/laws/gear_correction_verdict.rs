@@ -200,7 +200,7 @@ fn a_forgotten_setting_is_named() {
 /// With noise alone hardly anything is called weak or strong, and nothing that did not respond is
 /// said to have responded as predicted.
 #[test]
-fn nothing_is_told_of_noise() {
+fn noise_alone_has_no_verdict() {
     let plant = Plant { off: 0.02, eta: 0.0, ..SIX };
     for factor in [0.0, 0.5, 1.0] {
         let of = |what: fn(Verdict) -> bool| count(&plant, Way { factor, ..PLAIN }, 400, what);

@@ -115,7 +115,7 @@ proptest! {
 
     /// A slope of so many µm over the range, a crowning and a height come back, on every flank.
     #[test]
-    fn what_is_put_in_comes_back(
+    fn slope_crowning_and_height_are_recovered(
         slope in -30.0..30.0f64, crowning in -30.0..30.0f64, height in -200.0..200.0f64, count in 20usize..300,
         kind in prop::sample::select(KINDS.to_vec()), side in prop::sample::select(SIDES.to_vec()),
     ) {
@@ -212,7 +212,7 @@ fn figures(values: &Values) -> [f64; 4] {
 }
 
 #[test]
-fn plus_material_counts_as_asked() {
+fn plus_material_counts_as_requested() {
     let gear = gear();
     // a burr of 10 µm at the upper end, outside the range, a hole at the other
     let helix = trace(&gear, Kind::Helix, Side::Left, 101, |u| {
@@ -253,7 +253,7 @@ fn undefined_samples_are_left_out_and_counted() {
 }
 
 #[test]
-fn what_cannot_be_evaluated_is_said() {
+fn traces_that_cannot_be_evaluated_are_warned_of() {
     let gear = gear();
     let short = trace(&gear, Kind::Helix, Side::Left, 100, |u| if u < 0.5 { u } else { f64::NAN });
     let empty = trace(&gear, Kind::Profile, Side::Left, 100, |_| f64::NAN);

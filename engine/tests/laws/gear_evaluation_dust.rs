@@ -65,7 +65,7 @@ fn long_dust_is_suspected() {
 
 /// A relief, and a break of the edge, fall off to the end.
 #[test]
-fn what_falls_off_to_the_end_is_no_dust() {
+fn relief_at_an_end_is_not_dust() {
     let mut random = Random::new(23);
     for wide in [2, 4, 9] {
         let mut broken = clean(&mut random, 214);
@@ -100,7 +100,7 @@ fn clean_reliefs_with_holes_are_not_suspected() {
 
 /// Dust is found next to holes as at ends: with a step, or a single sample.
 #[test]
-fn dust_beside_holes_is_suspected() {
+fn dust_next_to_holes_is_suspected() {
     let (mut random, mut missed) = (Random::new(26), 0);
     for run in 0..60 {
         let count = [214, 480][run % 2];

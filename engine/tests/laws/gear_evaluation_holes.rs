@@ -201,7 +201,7 @@ fn a_slope_that_the_hole_leaves_open_has_no_class() {
 /// Ends that are not reached: to a twentieth of the range the figures go on, with errors and
 /// without classes.
 #[test]
-fn nothing_is_extended_far_beyond_the_samples() {
+fn figures_are_extended_only_slightly_past_the_samples() {
     let gear = gear();
     let cut = |beyond: f64| {
         let mut trace = trace(&gear, Kind::Helix, Side::Left, 214, |u| 3.0 * u - 20.0 * u * u);

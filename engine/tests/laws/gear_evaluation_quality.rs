@@ -221,7 +221,7 @@ fn over_a_hole_there_is_no_form() {
 }
 
 #[test]
-fn few_samples_are_told_to_be_few() {
+fn sparse_samples_are_warned_of() {
     let gear = gear();
     let answer = all(&gear, &[trace(&gear, Kind::Helix, Side::Left, 16, |u| u)], &settings());
     assert_eq!(codes(&answer), ["sparse_samples"]);
@@ -230,7 +230,7 @@ fn few_samples_are_told_to_be_few() {
 
 /// Dust of 40 µm on a trace of a good flank.
 #[test]
-fn dust_is_suspected_and_left_out_where_asked() {
+fn suspected_dust_is_excluded_on_request() {
     let (gear, mut random) = (gear(), Random::new(4));
     let mut clean = trace(&gear, Kind::Helix, Side::Left, 214, |u| 3.0 * u - 6.0 * u * u);
     clean.deviation.iter_mut().for_each(|d| *d += 0.2 * random.normal());

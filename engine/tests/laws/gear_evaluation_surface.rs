@@ -267,7 +267,7 @@ fn impossible_requests_name_their_place() {
 /// A border that cuts the outermost nodes off leaves a range that the others reach little of: its
 /// figures are returned, but not compared with limits, with the share in a warning.
 #[test]
-fn what_the_nodes_do_not_cover_is_held_against_no_limits() {
+fn uncovered_ranges_are_not_compared_with_limits() {
     let gear = gear();
     let full = grid(5, 9, second_order([0.0, 1.0, 1.0, 1.0, 1.0, 0.0]));
     let wide = Some([-90.0, 90.0]);
@@ -301,7 +301,7 @@ fn what_the_nodes_do_not_cover_is_held_against_no_limits() {
 
 /// Lengths that no gear has are errors at their field, and those outside the face have a warning.
 #[test]
-fn places_beyond_the_face_are_told() {
+fn places_outside_the_face_are_warned_of_or_refused() {
     let gear = gear();
     let width = gear.data().face_width.unwrap();
     let mut far = grid(5, 9, |_, _| 0.0);
@@ -324,7 +324,7 @@ fn places_beyond_the_face_are_told() {
 /// the twist, wherever they cross; one trace determines nothing, and regularisation does not
 /// matter.
 #[test]
-fn figures_are_told_as_far_as_the_nodes_reach() {
+fn figures_are_given_where_the_nodes_determine_them() {
     let gear = gear();
     let put = [3.0, -8.0, 5.0, 4.0, -6.0, 7.0];
     let spec = FitSpec {

@@ -177,7 +177,7 @@ fn centring_is_a_column_for_each_zero() {
 /// Three profiles determine nothing across, a cross no twist, two pairs everything; a lone trace
 /// has no surface.
 #[test]
-fn figures_are_answered_where_the_traces_tell_them() {
+fn figures_are_given_where_the_traces_determine_them() {
     let gear = gear();
     let (mut random, terms) = (Random::new(11), [3.0, 4.0, -2.0, 6.0, 5.0, -7.0]);
     // which of u, v, u², uv, v² are determined
@@ -229,7 +229,7 @@ fn figures_are_answered_where_the_traces_tell_them() {
 
 /// Profiles alone, without a range of helices: over what was measured.
 #[test]
-fn without_a_range_the_figures_are_over_what_was_measured() {
+fn without_a_range_figures_refer_to_the_measured_range() {
     let gear = gear();
     let traces = lines(&gear, &[-0.5, 0.5], &[], 80, [0.0, 1.0, 0.0, 0.0, 3.0, 0.0]);
     let found = surface(&gear, &traces, &Settings { helix: None, ..plain() });

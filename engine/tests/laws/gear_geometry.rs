@@ -98,7 +98,7 @@ fn a_textbook_pinion_is_undercut_below_17_teeth() {
 }
 
 #[test]
-fn a_pointed_tooth_is_told() {
+fn a_pointed_tooth_is_warned_of() {
     let gear = Gear::new(GearData { profile_shift: 1.2, ..data(12, 2.0, 20.0, 0.0) }).unwrap();
     let geometry = Geometry::of(&gear);
     let at = geometry.warnings.iter().find_map(|w| match w {

@@ -201,7 +201,7 @@ fn one_flank_alone_is_modified() {
 }
 
 #[test]
-fn a_topography_goes_through_its_nodes_and_on_beyond_them() {
+fn a_topography_interpolates_its_nodes_and_is_constant_outside() {
     let gear = gear();
     let range = Range::whole(&gear).unwrap();
     let (rolls, z) = ([10.0, 11.0, 13.0, 14.0], [0.0, 4.0, 9.0, 15.0, 20.0]);
@@ -232,7 +232,7 @@ fn a_topography_goes_through_its_nodes_and_on_beyond_them() {
 }
 
 #[test]
-fn faults_have_fields() {
+fn errors_have_the_path_of_their_field() {
     let gear = gear();
     let base = 2.0 * gear.base_radius();
     let paths = |spec: &GridSpec| -> Vec<String> {

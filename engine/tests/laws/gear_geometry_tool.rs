@@ -85,7 +85,7 @@ proptest! {
     /// Brute force: wherever the tool gets to, no material is left; and it gets everywhere to the
     /// profile's border.
     #[test]
-    fn the_profile_is_what_the_moving_tool_leaves(gear in generated()) {
+    fn the_profile_is_the_envelope_of_the_moving_tool(gear in generated()) {
         let steps = Steps { involute: 600, fillet: 600, tip: 4, root: 4 };
         let Ok(tooth) = Tooth::new(&gear, steps) else { return Ok(()) };
         let flank = tooth.flank();
@@ -372,7 +372,7 @@ fn a_protuberance_starts_the_involute_higher() {
 }
 
 #[test]
-fn a_root_circle_and_a_tool_that_disagree_are_told() {
+fn a_root_circle_that_disagrees_with_the_tool_is_warned_of() {
     let tool = Tool { tip_radius: 0.5, addendum_factor: 1.25, protuberance: 0.0 };
     let codes = |root: f64| {
         let gear =

@@ -154,7 +154,7 @@ proptest! {
 }
 
 #[test]
-fn rotation_and_axial_shift_on_one_flank_are_told_to_be_the_same() {
+fn rotation_and_axial_shift_on_one_flank_are_indistinguishable() {
     for (hand, k) in [(Hand::Right, 0), (Hand::Left, 1)] {
         let gear = helical(28.0, hand);
         let reference = Reference::new(&gear);
@@ -180,7 +180,7 @@ fn rotation_and_axial_shift_on_one_flank_are_told_to_be_the_same() {
 }
 
 #[test]
-fn a_spur_gear_tells_no_axial_shift() {
+fn a_spur_gear_does_not_determine_the_axial_shift() {
     let gear = helical(0.0, Hand::Right);
     let reference = Reference::new(&gear);
     let pose = Pose { values: [0.0, 0.0, 0.0, 0.0, 0.0, 200.0], pivot: 0.0 };
@@ -248,7 +248,7 @@ fn standard_errors_are_those_of_the_noise() {
 }
 
 #[test]
-fn modified_flanks_and_forms_are_what_remains() {
+fn modified_flanks_are_registered_without_residual() {
     let gear = helical(23.0, Hand::Right);
     let [low, high] = rolls(&gear);
     let relief = |_: Side, l: f64, z: f64| 20.0 * ((l - low) / (high - low)).powi(2) + 0.03 * (z - 22.0).powi(2);

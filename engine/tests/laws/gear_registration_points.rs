@@ -117,7 +117,7 @@ proptest! {
     }
 
     #[test]
-    fn relief_is_the_flank_that_was_asked_for(seed: u64) {
+    fn deviations_refer_to_the_relief_of_the_flank(seed: u64) {
         let gear = gear(seed);
         let mut random = Random::new(seed ^ 3);
         let [low, high] = rolls(&gear);
@@ -246,7 +246,7 @@ fn points_that_are_not_of_the_flank_are_named() {
 }
 
 #[test]
-fn a_normal_tells_the_flank() {
+fn a_normal_determines_the_flank() {
     // in the middle of a tooth space both flanks are as near
     let gear = helical(20.0, Hand::Left);
     let space = std::f64::consts::PI / gear.teeth();

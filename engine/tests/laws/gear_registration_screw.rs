@@ -69,7 +69,7 @@ fn a_part_that_was_only_turned_is_not_shifted() {
 }
 
 #[test]
-fn crowning_tells_a_real_axial_shift() {
+fn crowning_determines_the_axial_shift() {
     for (helix, hand) in [(22.0, Hand::Right), (22.0, Hand::Left), (0.0, Hand::Right)] {
         let gear = helical(helix, hand);
         for (axial, turn) in [(300.0, 0.0), (-40.0, 0.0), (300.0, 0.3e6), (-1500.0, -2.0e6)] {

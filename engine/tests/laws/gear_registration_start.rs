@@ -92,7 +92,7 @@ proptest! {
 
     /// With teeth and flanks given, the rotation is known over the full circle.
     #[test]
-    fn told_teeth_and_flanks_leave_no_question(seed: u64, side: bool) {
+    fn known_teeth_and_flanks_make_the_rotation_unique(seed: u64, side: bool) {
         let gear = gear(seed);
         let mut random = Random::new(seed ^ 32);
         let pose = anywhere(&gear, &mut random);
@@ -169,7 +169,7 @@ fn rotations_alone_are_found() {
 }
 
 #[test]
-fn what_does_not_fit_is_said() {
+fn misfits_are_warned_of() {
     let gear = helical(22.0, Hand::Right);
     let mut random = Random::new(50);
     let still = Pose { pivot: 22.0, ..Pose::default() };
@@ -209,7 +209,7 @@ fn what_does_not_fit_is_said() {
 
 /// Points of one section of a spur gear say nothing of a tilt about a pivot in it.
 #[test]
-fn motions_that_these_points_do_not_tell_have_no_error() {
+fn motions_that_the_points_do_not_determine_have_no_error() {
     let gear = helical(0.0, Hand::Right);
     let point = |k: usize| crate::gear_registration::above(&gear, 1, Side::Left, 12.0 + k as f64, 20.0, 0.0);
     let touches: Vec<MeasuredPoint> = (0..9)

@@ -174,7 +174,7 @@ fn without_a_majority_of_names_there_is_no_place() {
 /// A part that is turned, with only the axial shift free: the equivalent screw is returned, with a
 /// warning.
 #[test]
-fn an_axial_shift_that_stands_for_a_rotation_is_said() {
+fn an_axial_shift_equivalent_to_a_rotation_is_warned_of() {
     let gear = helical(22.0, Hand::Right);
     let mut random = Random::new(64);
     let turn = 0.58e6;

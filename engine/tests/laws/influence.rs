@@ -279,7 +279,7 @@ fn figures_without_any_noise_are_warned_of() {
 }
 
 #[test]
-fn what_has_no_influences_says_why() {
+fn missing_influences_are_warned_of() {
     let x: Vec<Vec<f64>> = (0..9).map(|k| vec![1.0, f64::from(k), 2.0 * f64::from(k)]).collect();
     let y: Vec<f64> = (0..9).map(|k| f64::from(k * 4 % 7)).collect();
     let dependent = FitSpec { regularization: Regularization::TruncatedSvd { rank: 2 }, ..linear() };

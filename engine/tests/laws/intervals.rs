@@ -59,7 +59,7 @@ fn intervals_hold_whatever_the_coefficients_are() {
 }
 
 #[test]
-fn what_would_be_formed_from_standard_errors_does_not_hold() {
+fn intervals_from_standard_errors_lack_coverage() {
     let design = &designs()[0];
     let truth = design.truth(Truth::Smallest, 1.0);
     let mut random = Random::new(11);
@@ -122,7 +122,7 @@ fn kinds(result: &FitResult) -> Vec<IntervalKind> {
 }
 
 #[test]
-fn kinds_say_what_intervals_rest_on() {
+fn interval_kinds_name_their_basis() {
     let problem = Problem::graded(3, 5, 12, 6.0);
     let of = |spec: &FitSpec| fit(&problem.nodes(), spec);
     assert!(kinds(&of(&spec(None))).iter().all(|kind| *kind == IntervalKind::LeastSquares));
@@ -179,7 +179,7 @@ fn the_upper_confidence_limit_of_the_norm_is_shown_with_its_estimate() {
 }
 
 #[test]
-fn a_norm_that_is_not_told_from_noise_is_warned_of_where_it_matters() {
+fn norms_indistinguishable_from_noise_are_warned_of() {
     let design = &designs()[0];
     let warned = |truth: Truth, noise: f64, spec: &FitSpec| {
         let (coefficients, mut random) = (design.truth(truth, 1.0), Random::new(3));

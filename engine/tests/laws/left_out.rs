@@ -71,7 +71,7 @@ fn a_predicted_error_that_nothing_corrects() {
 
 /// One place far away, whose powers exceed doubles, takes nothing from the others.
 #[test]
-fn places_beyond_doubles() {
+fn places_whose_powers_overflow_are_omitted() {
     let all = Kinds { confidence: true, prediction: true, simultaneous: true };
     let asked = |at: Vec<f64>, slopes: bool| FitSpec {
         predict: Some(Predict { at: Places::Curve(at), level: None, kinds: all, slopes }),

@@ -183,7 +183,7 @@ fn adaptive_knots_leave_no_swings_between_the_points() {
 }
 
 #[test]
-fn averaged_knots_and_faults() {
+fn averaged_knots_fit_and_errors_have_paths() {
     let coordinates = helix(50);
     let by = Parameters::By(Parametrization::Centripetal);
     let found = fitted(&coordinates, by, &asked(3, KnotPlacement::Averaged { controls: 12 }, None));

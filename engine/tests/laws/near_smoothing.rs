@@ -166,7 +166,7 @@ fn criteria_against_a_fine_scan() {
 }
 
 #[test]
-fn faults_name_the_point() {
+fn errors_name_the_point() {
     let of = |x: &[f64], y: &[f64], weight: Option<&[f64]>| {
         smoothing_spline(&Points { x, coordinates: &[y.to_vec()], weight }, &fixed(1.0)).unwrap_err().list()[0]
             .path

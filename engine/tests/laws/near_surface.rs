@@ -159,7 +159,7 @@ fn nodes_of_weight_0_say_nothing() {
 }
 
 #[test]
-fn criteria_choose_what_the_service_chooses() {
+fn criteria_choose_as_in_the_dense_fit() {
     let data = data(7, 1200, false);
     for criterion in [Criterion::Gcv, Criterion::Discrepancy, Criterion::LCurve] {
         let parameter = Parameter::Criterion(criterion);
@@ -243,7 +243,7 @@ fn delicate_nodes_are_factored_in_double_double() {
 }
 
 #[test]
-fn what_big_surfaces_do_not_have_is_refused_by_name() {
+fn options_unsupported_for_large_surfaces_are_refused() {
     let data = data(1, 50, false);
     let coordinates = [data.z.clone()];
     let points = SurfacePoints { u: &data.u, v: &data.v, coordinates: &coordinates, weight: None };

@@ -87,7 +87,7 @@ fn places(seed: u64) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
 }
 
 #[test]
-fn a_stream_refuses_at_opening_what_its_fit_would_refuse_in_the_end() {
+fn streams_refuse_at_opening_what_their_fit_would_refuse() {
     let (u, v, z) = places(5);
     let nodes = [Nodes::curve(u.clone(), z.clone(), None).unwrap(), Nodes::scattered(u, v, z, None).unwrap()];
     let (mut refused, mut opened) = (0, 0);

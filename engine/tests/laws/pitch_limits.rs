@@ -36,7 +36,7 @@ fn single(limits: PitchLimits, of: &Pitch, uncertainty: Option<f64>) -> Held {
 
 /// Class 5 of z 50, m 2, b 20: f_pT 5.9, F_pT 19.1, F_rT 17.19 (ISO 1328-1, computed by hand).
 #[test]
-fn classes_bound_what_has_no_limits_of_its_own() {
+fn classes_apply_where_no_limits_are_given() {
     let class = |class| PitchLimits { class: Some(class), ..PitchLimits::default() };
     let found = single(class(5), &measured(pair()), None);
     assert!((found.limits_um[1] - 5.9).abs() < 1e-12 && found.limits_um[0] == -found.limits_um[1], "{found:?}");
@@ -73,7 +73,7 @@ fn every_single_pitch_must_lie_within() {
 
 /// Φ(1) = 0.841 where the limit is one standard uncertainty away, Φ(2) = 0.977 at two.
 #[test]
-fn decisions_take_the_uncertainty_that_is_told() {
+fn decisions_use_the_given_uncertainty() {
     let told = |high: f64| PitchLimits { single_pitch_um: Some([-100.0, high]), ..PitchLimits::default() };
     let decided = |high: f64| single(told(high), &measured(pair()), Some(1.0)).conformity.unwrap();
     assert!((decided(8.0).probability[0] - 0.841_344_746).abs() < 1e-8);

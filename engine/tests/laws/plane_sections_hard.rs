@@ -260,7 +260,7 @@ fn sides_and_corners() {
 /// If the plane touches so flatly that no second derivative decides on the kind of contact, the
 /// place is reported and does not go missing.
 #[test]
-fn flat_contact_is_told() {
+fn flat_contact_is_reported() {
     let cubic = [[0.0], [0.0], [0.0], [1.0]];
     let quartic = [[0.0], [0.0], [0.0], [0.0], [1.0]];
     let monkey = [[0.0, 0.0, 0.0], [0.0, 0.0, -3.0], [0.0; 3], [1.0, 0.0, 0.0]];
@@ -298,7 +298,7 @@ fn a_part_in_the_plane() {
 
 /// Weights that nearly vanish make the parameters nearly constant at the sides.
 #[test]
-fn parameters_that_nearly_stand_still() {
+fn sections_with_nearly_stationary_parameters() {
     let basis = BSplineBasis::uniform(2, 1, 0.0, 1.0).unwrap();
     let point = |k: usize| Vector::new((k / 3) as f64, (k % 3) as f64, ((k / 3) * (k % 3)) as f64);
     for light in [0.1, 1e-2, 1e-4, 1e-6] {

@@ -38,7 +38,7 @@ fn cut(surface: &SurfaceShape, at: &Plane, how: Description) -> Section {
 
 /// Every plane cuts one circle, once around, as long as it is.
 #[test]
-fn circles_of_a_sphere_beside_its_poles() {
+fn circles_of_a_sphere_near_its_poles() {
     let (radius, mut random) = (2.0, Random::new(501));
     let sphere = sphere(radius);
     for _ in 0..300 {
@@ -76,7 +76,7 @@ fn circles_of_a_sphere_beside_its_poles() {
 
 /// The apple that a circle turned about one of its chords makes: its poles are tips, not planes.
 #[test]
-fn sections_of_a_torus_beside_its_tips() {
+fn sections_of_a_torus_near_its_tips() {
     let (major, minor, mut random) = (0.5, 1.0, Random::new(502));
     // from tip to tip over the equator, in quadratic arcs of 60 degrees
     let profile: Vec<([f64; 2], f64)> = (0..9)

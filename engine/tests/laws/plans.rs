@@ -46,7 +46,7 @@ proptest! {
 
 /// Refusals are not remembered as anything else.
 #[test]
-fn what_is_refused_stays_refused() {
+fn refusals_are_repeated_from_the_cache() {
     let plans = Plans::default();
     let nodes = Nodes::grid(vec![0.0, 1.0], vec![0.0, 1.0], vec![1.0; 4], None, None).unwrap();
     let spec = spec(0);

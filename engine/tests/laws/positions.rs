@@ -242,7 +242,7 @@ fn grids_are_scattered_nodes() {
 }
 
 #[test]
-fn what_takes_positions_as_exact_says_so() {
+fn results_that_take_positions_as_exact_are_warned_of() {
     let nodes = drawn(&mut Random::new(65), false);
     let warned = |nodes: &Nodes, spec: &FitSpec| {
         let found = fit(nodes, spec);

@@ -227,7 +227,7 @@ fn bands_of_a_surface_hold() {
 }
 
 #[test]
-fn bands_hold_where_a_norm_limit_is_told() {
+fn bands_have_coverage_where_a_norm_limit_is_given() {
     let places: Vec<f64> = (0..=20).map(|i| 30.0 + 0.2 * f64::from(i)).collect();
     // all coefficients along the worst determined direction would be the worst case; here a usual
     // one

@@ -86,7 +86,7 @@ fn answered(all: &[Nodes], moves: Moves) -> FitResult {
 }
 
 #[test]
-fn what_does_not_move_is_one_fit_of_all_nodes() {
+fn without_moves_all_iterations_are_one_fit() {
     for seed in 0..20 {
         let measured = measured(seed, 4, 3, 0.0);
         let together = matrix(
@@ -296,7 +296,7 @@ fn a_flank_that_jumps_lets_its_prior_go() {
 }
 
 #[test]
-fn what_cannot_be_meant_is_refused_by_its_place() {
+fn invalid_priors_are_refused_with_their_path() {
     let all = nodes(&measured(1, 3, 3, 0.1));
     let given = |n: usize| Prior::Given { mean: vec![0.0; n], spread: PriorSpread::StdError(vec![1.0; n]) };
     let covariance = |rows: Vec<Vec<f64>>| Prior::Given { mean: vec![0.0; 3], spread: PriorSpread::Covariance(rows) };

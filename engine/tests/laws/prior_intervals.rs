@@ -261,7 +261,7 @@ fn intervals_hold_whatever_the_noise_before_was() {
 /// A step that no prior allows for leads to a dropped prior after two iterations too: the interval
 /// is Student's about least squares.
 #[test]
-fn what_is_too_far_off_leaves_students_interval() {
+fn a_prior_too_far_off_leaves_students_interval() {
     let flank = Flank::same(2, 20);
     for (step, least) in [(3e3, 0.9), (1e5, 1.0), (1e7, 1.0)] {
         let found = flank.sets(400, |_, _, _| step);

@@ -100,7 +100,7 @@ fn equal_abscissae_leave_one_dimension() {
 }
 
 #[test]
-fn nodes_on_a_diagonal_do_not_tell_u_from_v() {
+fn nodes_on_a_diagonal_do_not_distinguish_u_from_v() {
     let t: Vec<f64> = (0..9).map(|i| 2.0 + 0.25 * i as f64).collect();
     let z = t.iter().map(|t| 1.0 + t + 0.5 * t * t).collect::<Vec<f64>>();
     let nodes = Nodes::scattered(t.clone(), t, z, None).expect("checked nodes");

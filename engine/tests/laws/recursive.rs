@@ -219,7 +219,7 @@ fn columns_of_a_matrix_and_their_constant() {
 }
 
 #[test]
-fn what_cannot_be_streamed_is_refused_with_its_place() {
+fn unsupported_streams_are_refused_with_their_path() {
     let refused =
         |spec: &FitSpec, forgetting: f64| Recursive::new(spec, forgetting).err().map(|f| f.list()[0].path.clone());
     let monomial = polynomial(Degree::Both(2), PolynomialBasis::Monomial);

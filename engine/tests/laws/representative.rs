@@ -192,7 +192,7 @@ fn second_heights(nodes: &Nodes) -> Vec<f64> {
 /// A piece whose directions are none of the smallest: it does not serve its purpose, and a warning
 /// says so.
 #[test]
-fn a_piece_of_other_directions_is_told() {
+fn a_piece_of_other_directions_is_warned_of() {
     let random = &mut Random::new(4);
     let x: Vec<f64> = (0..15).map(|k| 5.0 + f64::from(k) / 14.0).collect();
     let plain = FitSpec { include: ALL, ..FitSpec::new(powers(2)) };

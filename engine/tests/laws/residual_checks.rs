@@ -49,7 +49,7 @@ fn white_noise_seldom_looks_correlated() {
 /// At ρ = 0.8 the standard errors of a cubic at 60 nodes are 3.28 times too small on average
 /// (numpy: traces of the exact covariances).
 #[test]
-fn the_factor_is_about_what_standard_errors_lack() {
+fn the_factor_corrects_standard_errors_on_average() {
     let mut random = Random::new(6);
     let mut factors = Vec::new();
     for _ in 0..200 {

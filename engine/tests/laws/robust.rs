@@ -170,7 +170,7 @@ fn vertex(problem: &Problem, nodes: &[usize]) -> Option<Vec<f64>> {
 }
 
 #[test]
-fn answers_that_are_not_unique_say_so() {
+fn non_unique_solutions_are_reported() {
     // the median of an even number of heights
     let problem = Problem { x: vec![vec![1.0]; 4], y: vec![0.0, 1.0, 3.0, 7.0], weight: None };
     let result = problem.fit(Estimator::LeastAbsolute);
@@ -406,7 +406,7 @@ fn reweighting_by_hand_ends_in_the_same_place() {
 }
 
 #[test]
-fn every_estimator_is_equivariant_and_answers_the_same_bits_again() {
+fn every_estimator_is_equivariant_and_reproducible() {
     let problem = Problem::new(42, 40, 3, false);
     let shifted = Problem {
         x: problem.x.clone(),

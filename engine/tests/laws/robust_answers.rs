@@ -17,7 +17,7 @@ use flankfit_engine::estimation::{
 };
 
 #[test]
-fn standard_errors_tell_how_far_estimates_scatter() {
+fn standard_errors_agree_with_the_scatter_of_estimates() {
     let repetitions = 300;
     for estimator in estimators() {
         let (mut squares, mut told) = (0.0, 0.0);

@@ -127,7 +127,7 @@ fn figures_are_those_of_the_fits() {
 /// statsmodels 0.15: OLS(y, vander(x, d + 1)).fit(), y = 1 − x + x²/2 + sin(7x²)/10 at x = 0, 1/4,
 /// … 3; bic of RegressionResults counts no σ²: ln 13 is added, and 2 to aic.
 #[test]
-fn beside_statsmodels() {
+fn information_criteria_agree_with_statsmodels() {
     let x: Vec<f64> = (0..13).map(|k| 0.25 * f64::from(k)).collect();
     let y = x.iter().map(|x| 1.0 - x + 0.5 * x * x + 0.1 * (7.0 * x * x).sin()).collect();
     let nodes = Nodes::curve(x, y, None).unwrap();
@@ -267,7 +267,7 @@ fn refused(nodes: &Nodes, spec: FitSpec) -> String {
 }
 
 #[test]
-fn what_cannot_be_chosen_is_refused() {
+fn invalid_selections_are_refused() {
     let nodes = Surface::new().nodes();
     let bic = ModelCriterion::Bic;
     assert_eq!(refused(&nodes, selecting(Degree::Each(8, 8), bic)), "select.degrees");
@@ -298,7 +298,7 @@ fn what_cannot_be_chosen_is_refused() {
 }
 
 #[test]
-fn terms_that_cannot_stand_together_are_refused() {
+fn invalid_term_lists_are_refused() {
     let nodes = Surface::new().nodes();
     let of = |listed: &[[usize; 2]]| {
         let terms = Terms::Listed(listed.to_vec());

@@ -76,7 +76,7 @@ proptest! {
     #![proptest_config(config(64))]
 
     #[test]
-    fn attraction_is_what_it_is_defined_as(
+    fn attraction_agrees_with_its_definition(
         seed: u64, n in 1usize..8, extra in 2usize..15, log_condition in 1.0f64..8.0, unit: bool, k in 0.0f64..3.0,
     ) {
         let problem = Problem::graded(seed, n, extra, log_condition);
@@ -110,7 +110,7 @@ proptest! {
     }
 
     #[test]
-    fn james_stein_is_what_it_is_defined_as(
+    fn james_stein_agrees_with_its_definition(
         seed: u64, n in 3usize..9, extra in 1usize..15, log_condition in 1.0f64..8.0, unit: bool, aimed: bool,
         which in 0usize..3,
     ) {
@@ -221,7 +221,7 @@ fn the_grand_mean_is_not_shrunk() {
 }
 
 #[test]
-fn what_cannot_be_shrunk_is_refused() {
+fn invalid_shrinkage_is_refused() {
     let problem = Problem::graded(3, 4, 5, 2.0);
     let nodes = problem.nodes();
     let field = |regularization| match try_fit(&nodes, &FitSpec { regularization, ..linear() }) {

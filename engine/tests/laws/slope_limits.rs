@@ -173,7 +173,7 @@ fn borders_and_a_missing_face_width() {
 /// with limits in the same direction; tolerances of a class are converted, so that a figure has the
 /// same share of them in either.
 #[test]
-fn figures_count_in_the_direction_asked_for() {
+fn figures_refer_to_the_requested_direction() {
     let gear = gear();
     // sin β_b = sin β cos α_n
     let scale = (15f64.to_radians().sin() * 20f64.to_radians().cos()).asin().cos();

@@ -270,7 +270,7 @@ fn the_tip_of_a_triangle_has_its_limits() {
 
 /// Curvatures near a pole against those from the surface's equation at the same radius.
 #[test]
-fn curvatures_beside_a_pole() {
+fn curvatures_near_a_pole() {
     let sphere = revolved(&QUARTER.map(|[x, y, w]| [2.0 * x, 2.0 * y, w]));
     // z = r²
     let paraboloid = revolved(&[[1.0, 1.0, 1.0], [0.5, 0.0, 1.0], [0.0, 0.0, 1.0]]);

@@ -342,7 +342,7 @@ fn every_method_on_a_grid() {
 }
 
 #[test]
-fn nets_and_boundaries_at_the_door() {
+fn control_nets_and_boundary_curves_are_built_and_checked() {
     let row = |i: usize| (0..4).map(|j| Vector::new(i as f64, j as f64, (i * j) as f64)).collect::<Vec<_>>();
     let net = Net {
         rows: (0..4).map(row).collect(),
@@ -417,7 +417,7 @@ fn nets_and_boundaries_at_the_door() {
 }
 
 #[test]
-fn faults_of_grids_at_the_door() {
+fn errors_of_grids_have_paths() {
     let (u, v, z) = grid();
     let place = |u: &[f64], v: &[f64], z: &[Vec<f64>], method: Method| {
         build(Given::Grid { u: u.to_vec(), v: v.to_vec(), z: z.to_vec() }, method).unwrap_err().list()[0].path.clone()

@@ -266,7 +266,7 @@ fn a_single_span_is_a_polynomial() {
 
 /// Straight lines have no second derivative: a heavy penalty leaves the line of least squares.
 #[test]
-fn a_heavy_penalty_leaves_what_is_free() {
+fn a_heavy_penalty_leaves_the_unpenalised_part() {
     let (x, y) = wave(2, 20);
     let nodes = Nodes::curve(x, y, None).expect("checked nodes");
     for scaling in [Scaling::UnitLength, Scaling::None, Scaling::Standardized] {
@@ -324,7 +324,7 @@ fn gaps_are_bridged() {
 }
 
 #[test]
-fn what_cannot_be_penalised_is_refused() {
+fn invalid_penalties_are_refused() {
     let (x, y) = wave(2, 20);
     let nodes = Nodes::curve(x, y, None).expect("checked nodes");
     let field = |nodes: &Nodes, spec: FitSpec| match try_fit(nodes, &spec) {

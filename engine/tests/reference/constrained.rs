@@ -40,7 +40,7 @@ fn model(value: &Value) -> Model {
 }
 
 #[test]
-fn least_squares_of_what_rises_and_bends_as_told() {
+fn monotone_and_convex_least_squares() {
     let file = reference("constrained");
     let cases = file["cases"].as_array().unwrap();
     assert_eq!(cases.len(), 5);

@@ -162,7 +162,7 @@ fn the_sign_of_the_curve_file_leads_to_the_same_slopes() {
 
 /// Means leave out the traces of the twist measurement.
 #[test]
-fn twist_and_means_are_told_apart() {
+fn twist_traces_are_kept_out_of_the_means() {
     let text = file("97340-neu_nodes.csv");
     let answer = evaluated(&traces(&text, Column::Din), &settings(DeviationSign::Din));
     let counts: BTreeMap<_, _> = answer.summaries.iter().map(|s| ((s.kind, s.flank), s.count)).collect();

@@ -74,7 +74,7 @@ fn a_chain_with_moves_that_it_estimates() {
 }
 
 #[test]
-fn a_chain_with_moves_that_are_told() {
+fn a_chain_with_given_moves() {
     let file = reference("prior_chain");
     let deviations = numbers(&file["move_std_error"]);
     let prior = agrees(&file, &file["told"], &chained(&file, Moves::StdError(deviations.clone())));

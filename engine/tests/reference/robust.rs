@@ -101,7 +101,7 @@ fn m_estimators_of_the_stack_loss() {
 }
 
 #[test]
-fn least_absolute_deviations_stand_at_the_exact_vertex() {
+fn least_absolute_deviations_find_the_exact_vertex() {
     for name in ["robust_cubic_outliers_lad", "robust_stackloss_lad"] {
         let reference = reference(name);
         let (nodes, spec) = problem(&reference);

@@ -99,7 +99,7 @@ mod tests {
 
     /// Values by hand: two lines of two.
     #[test]
-    fn lines_are_apart() {
+    fn pairs_across_lines_are_not_counted() {
         let found = Whiteness::of(&[1.0, 2.0, -1.0, 3.0], &even(2, 2), 1).unwrap();
         // differences 1 and 4 over two pairs, squares 15 over four nodes; products 2 and -3
         assert!((found.durbin_watson - (17.0 / 2.0) / (15.0 / 4.0)).abs() < 1e-15, "{found:?}");

@@ -113,7 +113,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn cells_stand_for_their_surroundings() {
+    fn cells_extend_halfway_to_their_neighbours() {
         assert_eq!(cells(&[0.0, 1.0, 2.0, 3.0]), [1.0; 4]);
         assert_eq!(cells(&[0.0, 1.0, 3.0]), [1.0, 1.5, 2.0]);
         assert_eq!(cells(&[0.0, 1.0, 1.0, 2.0]), [1.0, 0.5, 0.5, 1.0]);

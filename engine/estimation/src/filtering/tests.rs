@@ -232,7 +232,7 @@ fn missing_nodes_have_no_say_and_stay_missing() {
 
 /// A window has the requested size, but at most that of the grid, and takes no more memory.
 #[test]
-fn windows_beyond_the_grid_are_the_whole_grid() {
+fn windows_larger_than_the_grid_cover_all_of_it() {
     let (u, v) = (axis(12, 1.0), axis(9, 1.0));
     let z: Vec<f64> = (0..108).map(|i| if i == 40 { 9.0 } else { 0.01 * (i as f64 * 1.3).sin() }).collect();
     let grid = Nodes::grid(u, v, z, None, None).unwrap();

@@ -122,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn what_takes_longer_than_usual_is_long() {
+    fn costly_criteria_and_includes_are_not_short() {
         let nodes = grid(5, 9);
         let usual = FitSpec {
             regularization: Regularization::Spectral {

@@ -174,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn without_error_the_limits_belong_to_what_conforms() {
+    fn without_error_the_limits_themselves_conform() {
         for (value, outcome) in [(2.0, ConformityVerdict::Conforms), (2.1, ConformityVerdict::DoesNotConform)] {
             assert_eq!(normal(value, 0.0, 0.0).conformity([-2.0, 2.0]).verdict, outcome);
         }
@@ -216,13 +216,13 @@ mod tests {
     }
 
     #[test]
-    fn limits_closer_than_the_error_are_never_told_to_be_kept() {
+    fn limits_closer_than_the_error_never_conform() {
         assert_eq!(normal(0.0, 1.0, 0.0).conformity([-1.0, 1.0]).verdict, ConformityVerdict::CannotBeTold);
     }
 
     /// The value that is refused solves 1 − Φ(x − 0.02 − b) + 1 − Φ(x + 0.02 + b) = 0.05.
     #[test]
-    fn a_value_in_the_middle_of_narrow_limits_is_not_told_to_miss_them() {
+    fn a_value_centred_in_narrow_limits_is_undecided() {
         let narrow = normal(0.0, 1.0, 0.0).conformity([-0.02, 0.02]);
         assert!((narrow.probability[1] - 0.015_956_5).abs() < 1e-6, "{narrow:?}");
         assert_eq!(narrow.verdict, ConformityVerdict::CannotBeTold);
@@ -254,7 +254,7 @@ mod tests {
         /// A part within limits, however close, is found not to conform in one measurement of
         /// twenty at most, and at a limit in just as many where the bias is the worst.
         #[test]
-        fn what_lies_within_is_seldom_told_not_to_conform(
+        fn values_within_limits_are_rarely_found_nonconforming(
             (low, width, place) in (-8.0..4.0f64, prop_oneof![0.0..0.1f64, 0.1..6.0f64], 0.0..=1.0f64),
             (std_error, bound, share) in (0.01..4.0f64, prop_oneof![Just(0.0), 0.0..3.0f64], -1.0..=1.0f64),
         ) {

@@ -326,7 +326,7 @@ mod tests {
     /// Without prior knowledge the interval is Student's; with much it is as short as Pratt's bound
     /// allows, 0.85 of it on average at a truth that is as predicted.
     #[test]
-    fn what_is_known_makes_it_shorter() {
+    fn prior_knowledge_shortens_the_interval() {
         let noise = Noise::known(1.0, 0.95);
         let far = prediction(&[(1.0, 0.0, 1e12)]);
         assert!((far.end(1.0, &noise) - noise.quantile()).abs() < 1e-3);

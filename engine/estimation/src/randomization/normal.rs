@@ -57,7 +57,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn streams_are_reproducible_and_apart() {
+    fn streams_are_reproducible_and_distinct() {
         let first = Normals::new(7, 3).take(5);
         assert_eq!(first, Normals::new(7, 3).take(5));
         assert_ne!(first, Normals::new(7, 4).take(5));

@@ -71,7 +71,7 @@ fn plain(x: &[Vec<f64>], y: &[f64]) -> Plain {
 
 /// One repetition, written out: the same draws, the estimate as a difference of vectors.
 #[test]
-fn a_level_is_what_it_is_defined_as() {
+fn a_level_agrees_with_its_definition() {
     let study = study(|s| (s.levels, s.repetitions) = (vec![0.2], 1));
     let result = run(&study).unwrap();
     let mut normals = normal::Normals::new(11, 0);
@@ -299,7 +299,7 @@ fn near_dependence_keeps_its_digits() {
 }
 
 #[test]
-fn dependent_columns_are_told_not_invented() {
+fn dependent_columns_are_reported() {
     let result = run(&study(|s| change_rows(s, |x| x.iter_mut().for_each(|row| row[2] = 2.0 * row[1])))).unwrap();
     assert!(result.references.spectral_exact.is_none() && result.references.least_squares.condition.is_none());
     assert!(result.levels[0].results.condition.is_none() && result.levels[2].results.condition.is_some());
@@ -326,7 +326,7 @@ fn unit_length_takes_units_away() {
 /// In unit columns a coefficient is as long as its column was: what leaves double precision by that
 /// is the column's fault, and a coefficient's own is its own.
 #[test]
-fn columns_too_long_are_not_the_fault_of_coefficients() {
+fn overflow_from_column_lengths_is_reported_at_x() {
     let fields = |change: fn(&mut Setup)| -> Vec<String> {
         let mut setup = setup();
         setup.scaling = ColumnScaling::UnitLength;

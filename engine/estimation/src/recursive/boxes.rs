@@ -25,7 +25,7 @@ mod tests {
     use flankfit_geometry::Mapping;
 
     #[test]
-    fn boxes_have_room_and_map_exactly() {
+    fn boxes_are_wide_enough_and_map_exactly() {
         for [low, high] in [[0.0, 0.0], [30.0, 34.0], [-1e-9, 1e-9], [1e9, 1e9], [1e300, 1e300], [0.1, 0.3]] {
             let [a, b] = roomy([low, high]);
             assert!(a <= low && high <= b && a < b, "{low} {high}: {a} {b}");

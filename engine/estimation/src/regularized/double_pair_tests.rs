@@ -146,7 +146,7 @@ fn heights_without_noise_are_taken_in_twice_the_precision() {
 }
 
 #[test]
-fn of_many_coefficients_the_least_condition_is_sought_when_asked_for() {
+fn min_condition_is_searched_in_large_models_only_on_request() {
     let nodes = surface([true, true], false);
     let model = Model::BSpline { degree: Degree::Both(3), knots: Knots::Spans(6), weights: None };
     let by = |parameter, lambda_curve| {

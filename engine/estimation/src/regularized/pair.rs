@@ -238,7 +238,7 @@ mod tests {
     }
 
     #[test]
-    fn what_neither_sees_is_undetermined() {
+    fn a_common_null_space_is_undetermined() {
         let mut r = upper(5);
         r.column_mut(0).fill(Dd::ZERO);
         let penalised_elsewhere = DMatrix::from_fn(1, 5, |_, j| if j == 3 { Dd::ONE } else { Dd::ZERO });

@@ -202,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn blocks_stand_for_the_whole_matrix() {
+    fn blocks_represent_the_whole_matrix() {
         let forms = [[mirrored(4)], [mirrored(3)]];
         let parity = std::rc::Rc::new(Parity::new([&forms[0], &forms[1]]));
         let blocks = parity.blocks().map(|[a, c]| {

@@ -290,7 +290,7 @@ mod tests {
 
     /// The laid-out sums against their definitions, direction by direction.
     #[test]
-    fn sums_are_what_they_are_defined_as() {
+    fn sums_agree_with_their_definitions() {
         let variance = 1e-5;
         let problem = Spectral::new(&LAMBDA, &A, Some(variance), 0.25, 9, 1);
         for rule in rules() {

@@ -312,7 +312,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_missing_is_said() {
+    fn missing_parameters_are_reported() {
         let path = |found: Result<ChosenLambda, Faults>| found.unwrap_err().list()[0].path.clone();
         assert_eq!(path(by(Criterion::Discrepancy, None)), "noise_sigma");
         assert_eq!(path(by(Criterion::Hkb, None)), "parameter.criterion");

@@ -188,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn far_away_rho_is_what_the_books_say() {
+    fn rho_far_out_agrees_with_the_literature() {
         assert_eq!(Loss::HUBER.rho(10.0), 1.345 * (10.0 - 0.6725));
         assert!((Loss::TUKEY.rho(50.0) - 4.685f64.powi(2) / 6.0).abs() < 1e-14);
         assert_eq!(Loss::HAMPEL.rho(50.0), 10.0);

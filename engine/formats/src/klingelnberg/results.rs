@@ -187,7 +187,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn codes_mean_what_instruments_print() {
+    fn result_codes_are_decoded() {
         let is = |code: u32| code_of(code).map(|m| (m.characteristic.symbol(), m.place, m.statistic, m.side));
         assert_eq!(is(10113), Some(("f_Hbeta", MeasuringPosition::Middle, Statistic::Tooth, Some(Side::Left))));
         assert_eq!(is(10100), Some(("f_Hbeta", MeasuringPosition::Middle, Statistic::Min, Some(Side::Right))));

@@ -321,7 +321,7 @@ mod tests {
     }
 
     #[test]
-    fn zeros_are_told_from_noise() {
+    fn shared_zeros_are_distinguished_from_noise() {
         assert!(plane(0.0, 0.0).share_zero() && plane(1.0, 0.0).share_zero() && plane(5.0, 0.0).share_zero());
         assert!(!plane(0.0, 0.5).share_zero() && !plane(1.0, 1.5).share_zero());
         // the zeros are all that differs

@@ -78,7 +78,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn separator_and_decimal_sign_are_told_by_the_numbers() {
+    fn separator_and_decimal_sign_are_detected_from_the_numbers() {
         for (lines, separator, decimal) in [
             (&["1,2,3"][..], Separator::Comma, Decimal::Point),
             (&["1.5;2;3"], Separator::Semicolon, Decimal::Point),

@@ -199,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn lines_by_what_they_are() {
+    fn rows_comments_and_blocks_are_recognised() {
         let text = "# c\r\n\r[A] ;\n1;\"2\n3\"\r4\n;;\n\"5;\n6";
         let kinds: Vec<String> = Rows::new(text)
             .map(|kind| match kind {

@@ -180,7 +180,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_and_points_come_back_as_they_were() {
+    fn numbers_and_points_are_written_as_they_were_read() {
         for text in ["[1.0,-2.5]", "[[1.0,2.0],[3.0,4.0]]", "[[1.0,2.0,3.0]]"] {
             let read: Vec<Point> = serde_json::from_str(text).unwrap();
             let (dimension, values) = values(&read, "at", &mut Faults::default()).unwrap();

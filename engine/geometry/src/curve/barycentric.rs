@@ -262,7 +262,7 @@ mod tests {
     }
 
     #[test]
-    fn nodes_that_half_of_their_distance_cannot_tell_apart() {
+    fn adjacent_doubles_are_refused_as_nodes() {
         let tiny = Barycentric::new(vec![0.0, f64::from_bits(1)], vec![Vector::zeros(); 2]);
         assert_eq!(tiny, Err(check::not_representable(0)));
         // but far below and above what squares of doubles can tell
@@ -283,7 +283,7 @@ mod tests {
 
     /// Against sums of exact fractions over the same doubles.
     #[test]
-    fn where_equal_steps_amplify_beyond_the_digits_of_a_double() {
+    fn equidistant_nodes_amplify_as_exact_fractions_do() {
         for (n, t, value, amplification) in [
             (31, 0.97, 1662.1783381525581, 4605639.866054569),
             (71, -1.0 + 1.0 / 70.0, 5127422237.461793, 1.16946415881031e18),

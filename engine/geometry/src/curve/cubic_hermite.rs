@@ -96,7 +96,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_refused() {
+    fn invalid_input_is_refused() {
         let values = [0.0, 1.0, 2.0].map(|y| Vector::new(y, 0.0, 0.0));
         let new = |nodes: &[f64], t: &Tangents| {
             cubic_hermite(Dimension::Graph, nodes, &values, t).unwrap_err().list()[0].clone()

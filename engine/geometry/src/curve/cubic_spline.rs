@@ -173,7 +173,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_refused() {
+    fn invalid_input_is_refused() {
         let fault = cubic_spline(Dimension::Graph, &[0.0, 1.0, 2.0], &graph(&[0.0, 1.0, 0.5]), &Ends::Periodic);
         assert_eq!(fault.unwrap_err().list()[0].path, "values[2]");
         let ends = Ends::clamped(Vector::zeros(), Vector::x() * f64::INFINITY);

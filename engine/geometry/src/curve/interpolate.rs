@@ -225,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_refused() {
+    fn invalid_input_is_refused() {
         let t = [0.0, 1.0, 2.0, 3.0];
         let values = t.map(|t| Vector::new(t * t, 0.0, 0.0));
         let new = |degree, knots: &[f64]| {

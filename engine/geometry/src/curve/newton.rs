@@ -139,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_refused() {
+    fn invalid_input_is_refused() {
         let mut newton = Newton::default();
         for _ in 0..=HIGHEST_ORDER {
             newton.push(1.0, Vector::zeros()).unwrap();

@@ -112,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_refused() {
+    fn invalid_input_is_refused() {
         assert_eq!(curve(&[0.0, 1.0, 1.0], 0, &[1.0, 2.0]).unwrap_err().list()[0].path, "breaks[2]");
         let told = |breaks: &[f64], degree, c: &[f64]| curve(breaks, degree, c).unwrap_err().to_string();
         assert!(told(&[0.0, 1.0], 1, &[1.0]).contains("where 2 are needed"));

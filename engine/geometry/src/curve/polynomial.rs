@@ -242,7 +242,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_refused() {
+    fn invalid_input_is_refused() {
         let new = |x: &[f64], y: &[f64]| Polynomial::lagrange(Dimension::Graph, x.to_vec(), graph(y)).unwrap_err();
         let told = |x: &[f64], y: &[f64]| new(x, y).to_string();
         assert_eq!(told(&[1.0], &[1.0]), "nodes: 1 is too few: at least 2 are needed");

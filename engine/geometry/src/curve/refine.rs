@@ -199,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_refused() {
+    fn invalid_input_is_refused() {
         let circle = circle();
         let told = |refused: Result<BSplineCurve, Faults>| refused.unwrap_err().to_string();
         assert!(told(circle.refine(&[4.5])).contains("not within the domain"));

@@ -144,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn more_than_was_said_and_less_than_was_said_are_no_fault() {
+    fn more_or_fewer_parts_than_announced_are_allowed() {
         let handle = Handle::new();
         handle
             .run(|| {
@@ -162,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_divided_is_left_for_what_comes_after() {
+    fn work_without_parts_leaves_all_progress_to_later_parts() {
         let handle = Handle::new();
         handle.run(|| ()).unwrap();
         assert_eq!(handle.progress(), 0.0);
@@ -171,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_cancelled_or_panics_puts_the_share_back() {
+    fn cancellation_and_panics_restore_the_share() {
         let handle = Handle::new();
         let inner = || {
             let two = parts(2);
@@ -190,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_counted_leaves_all_to_what_comes_after() {
+    fn uncounted_parts_leave_all_progress_to_later_parts() {
         let handle = Handle::new();
         let work = || {
             uncounted(|| parts(2).run(1, || ()));

@@ -218,7 +218,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_was_found_lately_is_what_would_be_found() {
+    fn cached_quantiles_equal_searched_ones() {
         for round in 0..3 {
             for k in 0..7 {
                 let (student, tail) = (Student::new(3.0 + f64::from(k % 5)), 0.025 / f64::from(1 + k % 2));

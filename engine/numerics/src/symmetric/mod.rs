@@ -195,7 +195,7 @@ mod tests {
     }
 
     #[test]
-    fn not_of_what_is_not_finite() {
+    fn nonfinite_matrices_have_no_eigenvalues() {
         assert_eq!(eigen(DMatrix::from_element(2, 2, f64::NAN)), None);
         assert_eq!(eigenvalues(DMatrix::from_element(2, 2, f64::INFINITY)), None);
     }

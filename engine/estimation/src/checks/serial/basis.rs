@@ -185,7 +185,7 @@ mod tests {
     }
 
     #[test]
-    fn an_axis_stands_for_all_lines() {
+    fn an_axis_represents_all_lines() {
         let (whole, axis) = grid((5, 2), (9, 3));
         let (a, b) = (whole.moments().unwrap(), axis.moments().unwrap());
         for (a, b) in [(a.mean, b.mean), (a.variance, b.variance), (a.skewness, b.skewness), (a.kurtosis, b.kurtosis)] {

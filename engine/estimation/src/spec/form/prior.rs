@@ -143,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fault_has_the_path_of_its_field() {
+    fn errors_have_the_path_of_their_field() {
         for (value, path) in [
             (json!({"std_error": [1]}), "at `mean`: "),
             (json!({"mean": [1], "std_error": [1], "covariance": [[1]]}), "at `covariance`: "),

@@ -237,7 +237,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sentences_name_what_they_speak_of() {
+    fn messages_name_flanks_figures_and_places() {
         let flank = |tooth: &str| FlankName { tooth: tooth.to_owned(), side: Side::Left };
         let flanks: Vec<FlankName> = (1..=7).map(|tooth: u32| flank(&tooth.to_string())).collect();
         let figures = vec![SurfaceFigure::Mean, SurfaceFigure::Twist];

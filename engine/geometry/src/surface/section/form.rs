@@ -257,7 +257,7 @@ mod tests {
     }
 
     #[test]
-    fn a_form_tells_where_it_ascends() {
+    fn a_form_knows_where_it_is_monotone() {
         // u + v², which has no slope along v on one side
         let form = Form { counts: [2, 3], coefficients: vec![0.0, 0.0, 1.0, 1.0, 1.0, 2.0] };
         assert!(form.is_monotone(0, 1e-15) && !form.is_monotone(1, 1e-15));
