@@ -259,7 +259,7 @@ mod tests {
     }
 
     #[test]
-    fn the_first_fault_stands_in_the_detail() {
+    fn the_detail_begins_with_the_first_error() {
         let mut faults = Faults::default();
         let mut said = |pointer: &str, detail: &str| {
             faults.push(pointer, detail);
@@ -276,7 +276,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_request_says_is_not_said_again_at_length() {
+    fn long_input_is_shortened_in_problems() {
         let mut faults = Faults::default();
         faults.push("/type", format!("`{}é` is not known; expected `a` or `b`", "x".repeat(50_000)));
         faults.push(format!("/a/{}", "é".repeat(5_000)), "there is no such field");
@@ -289,7 +289,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_missing_in_what_is_missing_is_not_said() {
+    fn members_of_a_missing_object_are_not_reported() {
         let mut faults = Faults::default();
         for (pointer, detail) in [("/gear", "missing"), ("/gear/teeth", "missing"), ("/gears", "missing")] {
             faults.push_missing(pointer, detail);
@@ -303,7 +303,7 @@ mod tests {
     }
 
     #[test]
-    fn what_happened_inside_is_not_written() {
+    fn internal_causes_are_not_serialized() {
         let text = serde_json::to_string(&Problem::internal("secret path").retry_after(3)).unwrap();
         assert!(!text.contains("secret") && !text.contains("cause") && !text.contains("null"), "{text}");
     }

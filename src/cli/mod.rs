@@ -175,7 +175,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_wrong_is_said_with_its_file() {
+    fn errors_name_their_file() {
         let mut faults = crate::api::faults::Faults::default();
         faults.push("/nodes/z/3/7", "expected a number");
         faults.push("", "expected an object");

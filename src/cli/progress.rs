@@ -181,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn what_takes_long_shows_how_far_it_is_and_leaves_nothing_behind() {
+    fn long_runs_show_progress_and_clear_it() {
         let text = drawn(Duration::from_millis(20), |screen| screen.until(|text| text.contains(" 50 %")));
         assert!(text.contains("study") && text.contains(" 50 %"), "{text}");
         assert!(text.ends_with("<cleared>"), "{text}");
@@ -206,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_over_soon_shows_nothing() {
+    fn short_runs_show_no_progress() {
         assert_eq!(drawn(Duration::from_secs(60), |_| ()), "");
     }
 

@@ -58,7 +58,7 @@ mod tests {
     }
 
     #[test]
-    fn what_no_server_can_do_is_refused_with_the_bounds() {
+    fn settings_out_of_bounds_are_refused_with_the_bounds() {
         for (flag, least, most) in [
             ("--body-limit", 1024_u64, 1_099_511_627_776),
             ("--body-memory", 1_048_576, 1_099_511_627_776),

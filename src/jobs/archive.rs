@@ -262,7 +262,7 @@ mod tests {
 
     /// A line that would fill the memory is named by its number, and no more of it is read.
     #[test]
-    fn a_line_without_an_end_is_told_by_its_number() {
+    fn overlong_and_cut_lines_are_named_by_number() {
         let text = [b"{}\n".as_slice(), &b" ".repeat(2 << 20)].concat();
         let mut reader = ArchiveReader { longest: 1 << 20, ..ArchiveReader::new(&text[..]) };
         assert_eq!(reader.next_line().unwrap(), "{}\n");

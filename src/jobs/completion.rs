@@ -50,7 +50,7 @@ mod tests {
     use super::*;
 
     #[tokio::test]
-    async fn what_is_left_is_finished_all_the_same() {
+    async fn a_dropped_future_runs_to_completion() {
         let (go, going) = oneshot::channel();
         let (ended, end) = oneshot::channel();
         let mut future = to_completion(async move {

@@ -211,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_trace_tells_is_as_it_was_answered() {
+    fn the_trace_shows_coefficients_and_prior_verbatim() {
         let told = |text| {
             let Told { coefficients, prior } = Told::of(text);
             (coefficients, prior)
@@ -228,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn of_long_results_it_is_kept_beside_them() {
+    fn coefficients_and_prior_of_long_results_are_kept_with_them() {
         let result = |padding| format!(r#"{{"coefficients":[{}],"prior":{{"of":1}}}}"#, "1,".repeat(padding) + "2");
         let short = EncodedResult::from(result(10_000));
         assert!(short.len() > LONG && *short.kept_beside() == KeptBeside::default());

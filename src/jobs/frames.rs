@@ -64,7 +64,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_refused_takes_no_room() {
+    fn refused_frames_take_no_memory() {
         // 1 GiB in some 100 kB
         let mut encoder = zstd::stream::write::Encoder::new(Vec::new(), 3).unwrap();
         let zeros = vec![0; 1 << 20];

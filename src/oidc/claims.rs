@@ -146,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn what_says_too_little_is_refused() {
+    fn incomplete_claims_are_refused() {
         let of = |claims: Value| holder(claims, "role", Some("plant")).unwrap_err();
         assert_eq!(of(json!({"sub": "jd", "plant": "a"})), TokenError::Role);
         assert_eq!(of(json!({"sub": "jd", "plant": "a", "role": "god"})), TokenError::Role);

@@ -133,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn a_key_is_told_by_what_it_is() {
+    fn a_key_is_identified_by_its_content() {
         let set = |x: &str, name: &str| {
             let text = json!({"keys": [{"kty": "OKP", "crv": "Ed25519", "kid": name, "x": x}]}).to_string();
             KeySet::read(text.as_bytes()).unwrap()

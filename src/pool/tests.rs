@@ -30,7 +30,7 @@ async fn work_is_done_and_a_panic_costs_only_its_own_request() {
 }
 
 #[tokio::test]
-async fn a_slot_is_that_of_an_idle_worker_or_the_one_beside() {
+async fn a_slot_is_an_idle_worker_or_the_extra_one() {
     let pool = Arc::new(WorkPool::new(1, 4).unwrap());
     while pool.shared.lock().idle == 0 {
         std::thread::yield_now();
@@ -89,7 +89,7 @@ async fn work_that_nobody_waits_for_any_more_ends() {
 }
 
 #[tokio::test]
-async fn a_handle_of_the_caller_does_not_hang_on_the_one_who_waits() {
+async fn work_with_a_callers_handle_outlives_its_waiter() {
     let pool = WorkPool::new(1, 4).unwrap();
     let (begun, work) = endless();
     let handle = Handle::new();
@@ -114,7 +114,7 @@ async fn a_handle_of_the_caller_does_not_hang_on_the_one_who_waits() {
 }
 
 #[tokio::test]
-async fn a_stopped_pool_cancels_what_runs_and_what_waits() {
+async fn a_stopped_pool_cancels_running_and_waiting_work() {
     let pool = Arc::new(WorkPool::new(1, 4).unwrap());
     let (begun, work) = endless();
     let running = tokio::spawn({

@@ -34,7 +34,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_series_is_asked_for_once() {
+    fn a_series_is_created_once() {
         let known = Known::<String, u32>::default();
         let mut asked = 0;
         for _ in 0..3 {

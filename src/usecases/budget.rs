@@ -198,7 +198,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_held_never_exceeds_the_budget_and_comes_back() {
+    fn reservations_never_exceed_the_budget_and_are_returned() {
         let budget = Budget::new(32 << 20);
         let most = budget.limit_for(usize::MAX);
         assert_eq!(most, 30 << 20);

@@ -215,7 +215,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_key_allows_is_said_once() {
+    fn rights_of_a_new_key_are_specified_once() {
         for (text, wrong) in [
             (r#"{"name":"n","role":"reader"}"#, &[][..]),
             (r#"{"name":"n","scopes":["read","read"],"expires_at":"2026-11-23T12:00:01Z"}"#, &[]),

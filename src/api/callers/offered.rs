@@ -40,7 +40,7 @@ mod tests {
 
     /// Everything else is offered.
     #[test]
-    fn what_a_tenant_can_have_is_offered() {
+    fn roles_and_scopes_of_tenants_are_listed() {
         let roles = Role::ALL.map(Role::name);
         assert_eq!(roles.iter().filter(|role| **role != "root").copied().collect::<Vec<_>>(), ROLES);
         assert_eq!(Scopes::OF_TENANT.iter().map(Scope::name).collect::<Vec<_>>(), SCOPES);

@@ -82,7 +82,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn forms_beside_json_and_mixtures_go() {
+    fn alternative_bodies_and_mixed_unions_are_removed() {
         let reference = |name: &str| json!({"schema": {"$ref": format!("#/components/schemas/{name}")}});
         let mut document = json!({
             "paths": {

@@ -138,7 +138,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_3_0_does_not_know_is_translated() {
+    fn openapi_3_1_constructs_are_translated() {
         let document = json!({
             "openapi": "3.1.0",
             "info": {"title": "t", "version": "1", "license": {"name": "MIT", "identifier": "MIT"}},

@@ -386,7 +386,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wrong_unit_is_told_with_the_one_that_fits() {
+    fn an_implausible_unit_is_reported_with_one_that_fits() {
         let of = |units, factors| implausible(&nodes(factors), &axes(units), Some(&gear()), None);
         assert_eq!(of(["mm", "mm", "um"], [1.0, 1.0, 1.0]), None);
         assert_eq!(of(["mm", "mm", "mm"], [1.0, 1.0, 1e-3]), None);

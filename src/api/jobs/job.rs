@@ -227,7 +227,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_patch_tells_what_stays_from_what_is_cleared() {
+    fn a_patch_distinguishes_kept_from_cleared_fields() {
         let read = |text: &str| serde_json::from_str::<JobPatchBody>(text).unwrap().try_into();
         let patch: JobPatch = read(r#"{"clear":["machine"],"part_number":"P"}"#).unwrap();
         assert_eq!((patch.machine, patch.serial_number), (Update::Clear, Update::Keep));

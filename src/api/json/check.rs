@@ -377,7 +377,7 @@ mod tests {
     }
 
     #[test]
-    fn every_fault_is_found_once() {
+    fn every_error_is_reported_once() {
         assert_eq!(pointers("[]"), [""]);
         assert_eq!(pointers("{}"), ["/name"]);
         assert_eq!(pointers(r#"{"name":"w","gear":[]}"#), ["/gear"]);

@@ -445,7 +445,7 @@ mod tests {
         }
 
         #[test]
-        fn what_serde_refuses_is_refused(text in r#"[-+0-9.eE]{1,8}|[\[\]{},:"a1 \\-]{1,10}"#) {
+        fn the_parser_accepts_what_serde_accepts(text in r#"[-+0-9.eE]{1,8}|[\[\]{},:"a1 \\-]{1,10}"#) {
             let mine = whole(&text).is_ok();
             let serde = serde_json::from_str::<serde_json::Value>(&text);
             // serde stops at a number above the range of double, which is well-formed here.

@@ -155,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_gathered_in_a_part_is_gathered_once() {
+    fn warnings_gathered_in_a_part_are_not_gathered_twice() {
         let part = of(r#"{"warnings":[{"code":"own"}],"result":{"warnings":[{"code":"x"}]}}"#);
         let all = of(&format!(r#"{{"result":{part}}}"#));
         let list = r#""warnings":[{"code":"own","at":"/result"},{"code":"x","at":"/result/result"}]"#;
@@ -166,7 +166,7 @@ mod tests {
     }
 
     #[test]
-    fn what_warns_of_nothing_and_what_was_asked_stay_as_they_are() {
+    fn empty_and_echoed_warnings_are_left_unchanged() {
         for text in [
             "{}",
             "[]",

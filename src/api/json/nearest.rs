@@ -39,7 +39,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn typing_errors_are_told_from_strangers() {
+    fn misspelt_names_are_matched_and_unrelated_ones_are_not() {
         let known = ["teeth", "normal_module_mm", "helix_angle_deg", "type"];
         let near = |name: &str| nearest(name, known);
         assert_eq!(near("theeth"), Some("teeth"));

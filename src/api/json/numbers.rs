@@ -264,7 +264,7 @@ mod tests {
     }
 
     #[test]
-    fn heights_stand_end_to_end_and_some_are_missing() {
+    fn rows_of_heights_are_concatenated_with_missing_ones() {
         let mut faults = Faults::default();
         let rows = read_heights(b"[[1, null], [], [3]]", "/p", &mut faults).unwrap();
         assert_eq!(rows.rows, Some(vec![2, 0, 1]));

@@ -27,7 +27,7 @@ fn a_field_of_serde_that_is_not_finite_is_named() {
 }
 
 #[test]
-fn objects_are_what_serde_reads() {
+fn written_objects_are_valid_json() {
     let text = written(|object| {
         object
             .field("a", &"x\"y")
@@ -43,7 +43,7 @@ fn objects_are_what_serde_reads() {
 }
 
 #[test]
-fn a_number_that_json_cannot_hold_is_told() {
+fn numbers_that_json_cannot_hold_are_reported() {
     for wrong in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         let mut json = Json::with_capacity(0);
         json.object().numbers("a", &[1.0, wrong, 2.0]).end();

@@ -359,7 +359,7 @@ mod tests {
     }
 
     #[test]
-    fn what_u_and_v_are_is_known_or_refused() {
+    fn quantities_and_units_of_axes_are_known_or_refused() {
         let of = |quantity: &str, unit: &str| {
             axes(&format!(
                 r#"{{"u":{{"quantity":"{quantity}","unit":"{unit}"}},"v":{{"quantity":"{quantity}","unit":"{unit}"}}}}"#

@@ -74,7 +74,7 @@ mod tests {
     use super::*;
 
     #[tokio::test]
-    async fn a_page_is_read_once_for_all_who_were_woken_by_the_same() {
+    async fn listeners_woken_together_share_one_read() {
         let (pages, reads) = (EventPages::default(), AtomicU64::new(0));
         let key = |number| PageKey { tenant: Tenant::root(), job: None, after: EventPlace { change: 0, number } };
         let read = async || {

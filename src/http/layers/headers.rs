@@ -83,7 +83,7 @@ mod tests {
     }
 
     #[test]
-    fn what_may_be_kept_follows_from_the_answer() {
+    fn cache_control_depends_on_the_response() {
         let tag = [(header::ETAG, "\"1\"")];
         let keeps = |headers: HeaderMap| headers[header::CACHE_CONTROL].to_str().unwrap().to_owned();
         assert_eq!(keeps(of(true, 200, &tag)), "private, no-cache");

@@ -68,7 +68,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_client_wrote_itself_stands_before_what_the_proxies_appended() {
+    fn the_last_forwarded_address_is_the_peer() {
         assert_eq!(peer("10.0.0.1", &["127.0.0.1, 198.51.100.7, 10.0.0.2"]), "198.51.100.7");
         assert_eq!(peer("10.0.0.1", &["127.0.0.1", "198.51.100.7"]), "198.51.100.7");
         assert_eq!(peer("10.0.0.1", &["198.51.100.7, unknown"]), "10.0.0.1");

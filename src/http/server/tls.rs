@@ -257,14 +257,14 @@ mod tests {
     }
 
     #[test]
-    fn a_pair_is_loaded_and_nothing_asked_for_is_none() {
+    fn a_key_pair_is_loaded_and_absent_settings_mean_no_tls() {
         assert!(load(&TlsSettings::default()).unwrap().is_none());
         let tls = load(&Written::new(pair()).settings).unwrap().unwrap();
         assert!(tls.current.read().unwrap().ends > 1_700_000_000);
     }
 
     #[test]
-    fn what_cannot_be_used_is_named() {
+    fn unusable_certificates_and_keys_are_named() {
         let written = Written::new(pair());
         written.write("key.pem", &pair().1);
         assert!(written.refused().contains("cannot be used"), "{}", written.refused());
@@ -277,7 +277,7 @@ mod tests {
     }
 
     #[test]
-    fn clients_are_asked_only_with_authorities() {
+    fn client_certificates_need_authorities() {
         let mut written = Written::new(pair());
         written.settings.client_authentication = ClientAuthentication::Required;
         assert!(written.refused().contains("--tls-client-ca"));
@@ -288,7 +288,7 @@ mod tests {
     }
 
     #[test]
-    fn clients_are_asked_only_by_tls() {
+    fn client_certificates_need_tls() {
         for client_authentication in [ClientAuthentication::Optional, ClientAuthentication::Required] {
             let settings = TlsSettings { client_authentication, ..TlsSettings::default() };
             let refused = load(&settings).err().unwrap().to_string();

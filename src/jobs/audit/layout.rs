@@ -67,7 +67,7 @@ mod tests {
     }
 
     #[test]
-    fn fields_are_told_apart_by_their_lengths() {
+    fn fields_are_distinguished_by_their_lengths() {
         let of =
             |fields: &[Option<&str>]| fields.iter().fold(Fields::default(), |all, field| all.maybe(*field)).digest();
         let all =

@@ -51,7 +51,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_shown_misleads() {
+    fn invisible_characters_are_misleading() {
         for c in ['\0', '\n', '\u{7f}', '\u{85}', '\u{202e}', '\u{2066}', '\u{200f}', '\u{61c}', '\u{2028}'] {
             assert!(misleads(c), "{c:?}");
         }

@@ -253,7 +253,7 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn a_key_is_asked_about_once_in_a_while_and_at_every_change() {
+    async fn a_key_is_reread_at_intervals_and_after_every_change() {
         let (store, known, told, secret) = one_key(LONG);
         for _ in 0..100 {
             assert_eq!(lets_in(&known, &secret).await, Some(true));
@@ -297,7 +297,7 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn who_is_in_goes_when_the_key_ends() {
+    async fn ended_resolves_when_the_key_is_revoked() {
         let (store, known, told, secret) = one_key(LONG);
         let key = known.of_secret(secret.expose().as_bytes()).await.unwrap().unwrap();
         let ended = known.ended(&key);
@@ -312,7 +312,7 @@ mod tests {
 
     /// The key may be a good one: the store is the reason.
     #[tokio::test]
-    async fn who_is_in_hears_that_the_store_is_away() {
+    async fn ended_fails_while_the_store_is_unavailable() {
         let (store, known, told, secret) = one_key(Duration::from_millis(100));
         let key = known.of_secret(secret.expose().as_bytes()).await.unwrap().unwrap();
         store.away.store(true, Ordering::Relaxed);

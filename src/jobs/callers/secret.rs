@@ -92,7 +92,7 @@ mod tests {
     }
 
     #[test]
-    fn no_two_keys_are_alike() {
+    fn two_secrets_differ() {
         let (one, other) = (Secret::generate().unwrap(), Secret::generate().unwrap());
         assert!(one.0 != other.0 && one.1.expose()[SECRET.0..] != other.1.expose()[SECRET.0..]);
     }

@@ -66,7 +66,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_written_is_read_again_in_texts_that_are_not_too_long() {
+    fn messages_round_trip_in_texts_of_limited_length() {
         let job = |id| Wake::Job(Owned { tenant: Tenant::named(&"t".repeat(63)).unwrap(), id: Uuid::from_u128(id) });
         let wakes: Vec<Wake> = (0..500).map(job).chain([Wake::StreamEnd, Wake::Keys, Wake::Anything]).collect();
         let (from, sent) = (Uuid::from_u128(7), Duration::from_micros(1_234_567));
@@ -79,7 +79,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_understood_may_be_anything() {
+    fn unknown_wakes_are_read_as_anything() {
         let text = format!("{} 5 what/ever? . default/{}", Uuid::max().simple(), Uuid::nil());
         let job = Wake::Job(Owned { tenant: Tenant::default(), id: Uuid::nil() });
         assert_eq!(Message::read(&text).unwrap().wakes, [Wake::Anything, Wake::StreamEnd, job]);

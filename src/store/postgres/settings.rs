@@ -149,7 +149,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_password_is_not_part_of_what_is_told() {
+    fn passwords_are_in_no_address_or_error() {
         let settings = PostgresSettings::of_url("postgres://app:canary@db.example:6432/plant").unwrap();
         assert_eq!(settings.address(), "db.example:6432/plant");
         for wrong in [

@@ -85,7 +85,7 @@ fn all_types_of_nodes_are_read() {
 }
 
 #[test]
-fn what_is_not_json_is_refused_with_its_place() {
+fn malformed_json_is_refused_with_its_position() {
     for (text, place, word) in [
         ("", "Line 1, column 1", "ends"),
         ("{\n \"nodes\": nope}", "Line 2, column 11", "a value"),
@@ -134,7 +134,7 @@ fn other_requests_may_have_more_fields_or_no_nodes() {
 }
 
 #[test]
-fn tables_are_read_and_their_faults_have_line_and_column() {
+fn tables_are_read_and_their_errors_have_line_and_column() {
     let spec = format!("{{{LINE}}}");
     let read =
         |table: &str| read_fit_with_table::<()>(spec.as_bytes(), table.as_bytes(), None).map(|(nodes, _, _)| nodes);

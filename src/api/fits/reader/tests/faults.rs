@@ -14,7 +14,7 @@ fn every_bad_node_is_named_at_once() {
 }
 
 #[test]
-fn of_many_faults_a_hundred_are_listed_and_all_are_counted() {
+fn of_many_errors_the_first_hundred_are_listed_and_all_counted() {
     let text = with_nodes(&format!(r#"{{"type":"curve","x":[{}],"y":[1]}}"#, vec!["null"; 1000].join(",")));
     let Err(ReadError::Invalid(faults)) = read(&text) else { panic!() };
     assert_eq!((faults.list().len(), faults.count()), (100, 1000));
@@ -22,7 +22,7 @@ fn of_many_faults_a_hundred_are_listed_and_all_are_counted() {
 }
 
 #[test]
-fn faults_of_nodes_are_pointed_at() {
+fn errors_in_nodes_have_pointers() {
     for (nodes, expected) in [
         (r#"{"type":"grid","u":[0,1],"v":[0,1],"z":[[1,2],[3]]}"#, vec!["/nodes/z/1"]),
         (r#"{"type":"grid","u":[0,1],"v":[0,1],"z":[[1,2]]}"#, vec!["/nodes/z"]),
@@ -64,7 +64,7 @@ fn faults_of_nodes_are_pointed_at() {
 }
 
 #[test]
-fn faults_of_the_spec_are_pointed_at() {
+fn errors_in_the_spec_have_pointers() {
     let model = |text: &str| format!(r#""model":{text}"#);
     let beside = |text: &str| format!("{LINE},{text}");
     for (spec, expected) in [
@@ -163,7 +163,7 @@ fn faults_of_the_spec_are_pointed_at() {
 }
 
 #[test]
-fn faults_of_nodes_and_spec_are_answered_together() {
+fn errors_in_nodes_and_spec_are_reported_together() {
     let text = r#"{"nodes":{"type":"curve","x":[1,null],"y":[1,2]},"model":{"type":"fourier"},"noise":1}"#;
     assert_eq!(pointers(text), ["/noise", "/nodes/x/1", "/model/type"]);
 }
