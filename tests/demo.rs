@@ -189,7 +189,7 @@ fn own_nodes_in_csv_are_taken() {
 }
 
 #[test]
-fn what_cannot_work_is_said_plainly() {
+fn unusable_files_and_addresses_are_reported() {
     let folder = tempfile::tempdir().unwrap();
     let output = demo(folder.path(), &["--exit", "--nodes", "nowhere.csv"]);
     let error = String::from_utf8_lossy(&output.stderr);
@@ -203,7 +203,7 @@ fn what_cannot_work_is_said_plainly() {
 }
 
 #[test]
-fn the_committed_grids_are_what_the_generator_makes() {
+fn the_committed_grids_match_the_generator() {
     for flank in &make_flank_grid::FLANKS {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples").join(flank.file);
         let committed = std::fs::read_to_string(&path).unwrap();
@@ -293,7 +293,7 @@ fn a_reader_that_leaves_ends_the_program_quietly() {
 
 /// Errors name the file and the place in it.
 #[test]
-fn what_is_wrong_with_a_file_is_said_with_its_name() {
+fn errors_in_a_file_name_the_file() {
     let folder = tempfile::tempdir().unwrap();
     let write = |name: &str, text: &str| {
         let file = folder.path().join(name);

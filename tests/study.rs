@@ -12,7 +12,7 @@ fn study(arguments: &[&str]) -> Output {
 }
 
 #[test]
-fn the_tables_of_the_document_are_what_the_command_prints() {
+fn the_tables_of_the_document_match_the_output() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let output = study(&[]);
     let text = String::from_utf8(output.stdout).unwrap();
@@ -162,7 +162,7 @@ fn levels_at_which_columns_depend_are_joined_as_well() {
 }
 
 #[test]
-fn what_is_not_the_whole_is_refused_in_a_sentence() {
+fn incomplete_parts_are_refused_in_one_sentence() {
     let own = InParts::of(MATRIX);
     let (a, b, c) = (own.part("0..40", "a"), own.part("40..60", "b"), own.part("70..100", "c"));
     let said = refused(&["join", &c, &a]);
@@ -234,7 +234,7 @@ fn study_of(levels: u32, folder: &Path) -> PathBuf {
 }
 
 #[test]
-fn what_takes_long_shows_a_bar_on_a_terminal_alone() {
+fn long_runs_show_a_bar_only_on_a_terminal() {
     let folder = tempfile::tempdir().unwrap();
     // the time is that of the levels, and 200, as many as there may be, take several seconds
     for levels in [40, 100, 200] {

@@ -80,7 +80,7 @@ async fn bad_specs_are_pointed_at() {
 }
 
 #[tokio::test]
-async fn what_only_the_fit_can_see_is_refused_too() {
+async fn errors_found_by_the_fit_are_refused_too() {
     let app = TestApp::start().await;
     let three = r#"{"type":"curve","x":[0,1,2],"y":[0,1,4]}"#;
     let grid = r#"{"type":"grid","u":[0,1,2],"v":[0,1,2],"z":[[1,2,3],[4,5,6],[7,8,9.5]]}"#;

@@ -16,7 +16,7 @@ fn number(value: &Value) -> f64 {
 }
 
 #[tokio::test]
-async fn a_flank_rises_and_bends_as_told() {
+async fn a_flank_meets_its_constraints() {
     let app = TestApp::start().await;
     let fit = app.fit(&example().to_string()).await.json();
     let proof = &fit["constraints"];
@@ -64,7 +64,7 @@ async fn a_flank_rises_and_bends_as_told() {
 }
 
 #[tokio::test]
-async fn what_cannot_be_had_is_refused_by_its_place() {
+async fn invalid_constraints_are_refused_with_their_pointer() {
     let app = TestApp::start().await;
     let with = |name: &str, value: Value| {
         let mut body = example();

@@ -256,7 +256,7 @@ async fn every_answer_is_as_the_document_says() {
 }
 
 #[test]
-fn the_copy_for_generators_has_what_they_can_do() {
+fn the_document_for_generators_has_only_what_they_support() {
     let copy: Value = serde_json::from_str(&openapi_3_0_json()).unwrap();
     assert_eq!(copy["openapi"], "3.0.3");
     walk(&copy["components"]["schemas"], "", &mut |at, value| {

@@ -40,7 +40,7 @@ async fn preflight(app: &TestApp, origin: &str, wanted: &str) -> Answer {
 }
 
 #[tokio::test]
-async fn a_named_origin_may_call_and_sees_what_it_needs() {
+async fn an_allowed_origin_may_call_and_read_the_headers() {
     let app = TestApp::start_with(with_origins("http://localhost:3000, https://cell.example:443")).await;
     for (request, status) in [(app.post("/v1/fits", CURVE), 200), (app.get("/v1/nothing"), 404)] {
         let answer = send(request.header("origin", CELL)).await;
@@ -59,7 +59,7 @@ async fn a_named_origin_may_call_and_sees_what_it_needs() {
 }
 
 #[tokio::test]
-async fn other_origins_are_told_nothing() {
+async fn other_origins_get_no_cors_headers() {
     let app = TestApp::start_with(with_origins(CELL)).await;
     for other in ["https://other.example", "http://cell.example", "https://cell.example.evil", "null"] {
         let answer = send(app.post("/v1/fits", CURVE).header("origin", other)).await;
@@ -70,7 +70,7 @@ async fn other_origins_are_told_nothing() {
 }
 
 #[tokio::test]
-async fn preflights_need_no_key_and_name_what_may_be_sent() {
+async fn preflights_need_no_key_and_list_the_allowed_headers() {
     let digest = Digest(sha2::Sha256::digest(b"key").into());
     let app = TestApp::start_with(|settings| {
         with_origins(CELL)(settings);

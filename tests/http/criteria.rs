@@ -14,7 +14,7 @@ fn example(regularization: Value) -> Value {
 }
 
 #[tokio::test]
-async fn what_is_asked_for_stands_among_the_choices() {
+async fn the_requested_criterion_is_among_the_choices() {
     let app = TestApp::start().await;
     for (criterion, corrected) in [("reml", true), ("press", false), ("sure", true), ("gcv", true)] {
         for (kind, parameter) in [("ridge", "parameter"), ("spectral", "lambda_star")] {

@@ -68,7 +68,7 @@ async fn no_estimator_takes_rounding_for_a_scale() {
 }
 
 #[tokio::test]
-async fn a_scale_that_nothing_tells_is_left_out() {
+async fn an_undetermined_scale_is_omitted() {
     let app = TestApp::start().await;
     let estimator = |name: &str| json!({"estimator": {"type": name}});
     for name in ["least_absolute_deviations", "rank"] {

@@ -129,7 +129,7 @@ fn unions_have_discriminators_whose_variants_name_themselves() {
 }
 
 #[test]
-fn every_example_stands_in_the_document() {
+fn every_example_is_in_the_document() {
     let document: Value = serde_json::from_str(openapi_json()).unwrap();
     let operations = operations(&document);
     for example in REQUEST_EXAMPLES {

@@ -38,7 +38,7 @@ async fn correlated_errors_are_estimated() {
 }
 
 #[tokio::test]
-async fn told_parameters_and_variances_come_back() {
+async fn given_parameters_and_variances_are_returned() {
     let app = TestApp::start().await;
     let mut asked = example("fit_correlated");
     for (errors, parameters) in [
@@ -101,7 +101,7 @@ async fn told_parameters_and_variances_come_back() {
 }
 
 #[tokio::test]
-async fn what_is_wrong_is_pointed_at() {
+async fn errors_have_pointers() {
     let app = TestApp::start().await;
     let base = example("fit_correlated");
     let refused = async |change: &[(&str, Value)], pointer: &str| {
@@ -159,7 +159,7 @@ async fn they_are_stored_and_replayed() {
 /// The table of docs/explanation/errors.md on selections, constraints and criteria that leave nodes
 /// out.
 #[tokio::test]
-async fn what_does_not_go_together_with_a_model_of_the_errors_is_refused() {
+async fn incompatible_options_of_an_error_model_are_refused() {
     let app = TestApp::start().await;
     let x: Vec<f64> = (0..24).map(|k| 1.0 + 0.5 * f64::from(k)).collect();
     let y: Vec<f64> = x.iter().enumerate().map(|(k, x)| 0.3 * x + 0.02 * x * x + (37 * k % 11) as f64 / 30.0).collect();
@@ -270,7 +270,7 @@ async fn positions_that_are_off_are_counted_stored_and_replayed() {
 }
 
 #[tokio::test]
-async fn what_leaves_nothing_to_estimate_from_says_so() {
+async fn an_exact_fit_with_an_error_model_is_refused() {
     let app = TestApp::start().await;
     let nodes = json!({"type": "grid", "u": [0, 1, 2, 3, 4], "v": [0, 1, 2, 3], "z": vec![[0; 4]; 5]});
     let level = json!({"nodes": nodes, "model": {"type": "polynomial", "degree": 1}});

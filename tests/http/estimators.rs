@@ -19,7 +19,7 @@ async fn fitted(app: &TestApp, estimator: Value) -> Value {
 }
 
 #[tokio::test]
-async fn what_was_estimated_beside_the_coefficients_is_answered() {
+async fn additional_estimates_are_returned() {
     let app = TestApp::start().await;
     let huber = |more: Value| {
         let mut estimator = json!({"type": "m_estimator", "loss": "huber"});
@@ -100,7 +100,7 @@ async fn impossible_estimators_are_pointed_at() {
 
 /// Nearly dependent terms, their sum that is determined, and B as a product.
 #[tokio::test]
-async fn sums_of_nearly_dependent_terms_are_answered_when_asked_for() {
+async fn sums_of_nearly_dependent_terms_are_returned_on_request() {
     let app = TestApp::start().await;
     let x: Vec<[f64; 2]> = (0..12).map(f64::from).map(|t| [1.0 + t, 1.0 + t + 0.01 * (1.7 * t).sin()]).collect();
     let y: Vec<f64> = (0..12).map(|t| 5.0 * (1.0 + f64::from(t)) + 0.1 * f64::from(t % 3 - 1)).collect();

@@ -71,7 +71,7 @@ fn told(answer: &Answer) -> Vec<(String, String)> {
 
 /// Bytes that are not UTF-8 are refused in every place of a URL that takes a value.
 #[tokio::test]
-async fn bytes_that_are_not_utf_8_are_no_fault_of_the_server() {
+async fn invalid_utf_8_in_urls_is_a_client_error() {
     let app = TestApp::start().await;
     let accepting = |request: RequestBuilder, accept: &str| request.header("accept", accept);
     let mut asked = 0;
@@ -106,7 +106,7 @@ async fn bytes_that_are_not_utf_8_are_no_fault_of_the_server() {
 }
 
 #[tokio::test]
-async fn query_parameters_are_known_and_stand_once() {
+async fn query_parameters_are_known_and_occur_once() {
     let app = TestApp::start().await;
     for operation in Operation::all() {
         let known = operation.parameters("query");
@@ -134,7 +134,7 @@ async fn query_parameters_are_known_and_stand_once() {
 }
 
 #[tokio::test]
-async fn what_no_answer_has_is_not_acceptable() {
+async fn unavailable_media_types_get_406() {
     let app = TestApp::start().await;
     let mut single = 0;
     for operation in Operation::all() {
@@ -230,7 +230,7 @@ async fn a_key_is_for_one_body() {
 
 /// A replay says nothing, so nothing that is said passes unseen.
 #[tokio::test]
-async fn what_a_replay_is_told_is_refused() {
+async fn a_replay_refuses_a_body() {
     let app = TestApp::start().await;
     let job = send(app.post("/v1/jobs", r#"{"name":"w"}"#)).await.header("location").to_owned();
     let made = send(app.post(&format!("{job}/iterations"), crate::harness::CURVE)).await.json();

@@ -159,7 +159,7 @@ async fn encodings_that_nobody_takes() {
 }
 
 #[tokio::test]
-async fn exponents_beyond_all_counting() {
+async fn enormous_exponents_are_no_internal_error() {
     let app = TestApp::start().await;
     for exponent in ["-31700000000000000000000000000000", "-9223372036854775807", "-9223372036854775800"] {
         let number = format!("8.289046e{exponent}");
@@ -173,7 +173,7 @@ async fn exponents_beyond_all_counting() {
 
 /// Members of something that is not an object, or not there, are not reported as missing.
 #[tokio::test]
-async fn one_fault_is_one_error() {
+async fn one_mistake_is_one_error() {
     let app = TestApp::start().await;
     for (path, body, expected) in [
         ("/v1/curves", "[0,100]", vec![""]),

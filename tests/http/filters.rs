@@ -10,7 +10,7 @@ fn example(name: &str) -> Value {
 }
 
 #[tokio::test]
-async fn every_filter_says_what_it_changed() {
+async fn every_filter_reports_its_changes() {
     let app = TestApp::start().await;
     let body = app.fit(&example("fit_filtered").to_string()).await.json();
     let filters = body["filters"].as_array().unwrap();

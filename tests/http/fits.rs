@@ -49,7 +49,7 @@ async fn a_straight_line_has_known_coefficients() {
 }
 
 #[tokio::test]
-async fn what_is_included_is_there() {
+async fn includes_are_returned() {
     let app = TestApp::start().await;
     let grid = REQUEST_EXAMPLES.iter().find(|example| example.name == "fit_grid").unwrap();
     let body = app.fit(grid.text).await.json();
@@ -92,7 +92,7 @@ async fn a_fixed_lambda_star_is_taken_as_it_is() {
 
 /// Heights that swing about a line, each close to its neighbours.
 #[tokio::test]
-async fn residuals_that_follow_their_neighbours_are_told() {
+async fn correlated_residuals_are_warned_of() {
     let app = TestApp::start().await;
     let x: Vec<f64> = (0..40).map(f64::from).collect();
     let request = |y: Vec<f64>| {

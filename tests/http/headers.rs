@@ -3,7 +3,7 @@
 use crate::harness::{CURVE, TestApp, raw, send};
 
 #[tokio::test]
-async fn every_answer_says_what_may_be_made_of_it() {
+async fn every_response_has_its_cache_and_security_headers() {
     let app = TestApp::start().await;
     let job = send(app.post("/v1/jobs", r#"{"name":"z52"}"#)).await;
     let place = job.header("location").to_owned();

@@ -15,7 +15,7 @@ fn list(value: &Value) -> &[Value] {
 }
 
 #[tokio::test]
-async fn the_node_that_is_off_stands_out() {
+async fn an_outlier_has_the_largest_influence() {
     let app = TestApp::start().await;
     let body = app.fit(&example().to_string()).await.json();
     let found = &body["influence"];
@@ -48,7 +48,7 @@ async fn the_node_that_is_off_stands_out() {
 }
 
 #[tokio::test]
-async fn what_has_none_says_why() {
+async fn missing_influences_are_warned_of() {
     let app = TestApp::start().await;
     let mut robust = example();
     robust["estimator"] = json!({"type": "least_absolute_deviations"});

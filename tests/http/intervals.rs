@@ -20,7 +20,7 @@ fn numbers(value: &Value) -> Vec<f64> {
 }
 
 #[tokio::test]
-async fn each_interval_says_what_it_rests_on() {
+async fn each_interval_has_its_kind() {
     let app = TestApp::start().await;
     let body = app.fit(&example().to_string()).await.json();
     for c in body["coefficients"].as_array().unwrap() {
@@ -97,7 +97,7 @@ async fn predictions_are_there_for_every_place() {
 }
 
 #[tokio::test]
-async fn faults_are_told_by_pointer() {
+async fn errors_have_pointers() {
     let app = TestApp::start().await;
     let of = async |change: fn(&mut Value)| {
         let mut request = example();

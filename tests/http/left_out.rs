@@ -40,7 +40,7 @@ async fn warnings_name_the_fields_of_the_request() {
 }
 
 #[tokio::test]
-async fn a_place_beyond_doubles_leaves_the_others() {
+async fn a_place_whose_powers_overflow_is_omitted() {
     let app = TestApp::start().await;
     let body = with(json!({"model": {"type": "polynomial", "degree": 3}, "regularization": {"type": "none"},
                            "predict": {"at": {"x": [1.0, 1e120, 2.0]}, "kinds": ["confidence", "simultaneous"]}}));
@@ -53,7 +53,7 @@ async fn a_place_beyond_doubles_leaves_the_others() {
 }
 
 #[tokio::test]
-async fn refusals_stand_where_the_fault_is_and_say_what_to_do() {
+async fn refusals_have_pointers_and_say_what_to_do() {
     let app = TestApp::start().await;
     for std_error in [1e160, 1e300] {
         let body = with(json!({"prior": {"mean": [1, 1], "std_error": [std_error, std_error]}}));

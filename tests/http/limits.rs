@@ -214,7 +214,7 @@ async fn a_file_is_made_as_it_is_read() {
 
 /// The result of a short request is reserved in the budget before it is computed.
 #[tokio::test]
-async fn what_is_computed_has_room_before_it_is() {
+async fn memory_is_reserved_before_the_computation() {
     let app = TestApp::start_with(|settings| settings.body_memory = 1 << 20).await;
     let gear = r#"{"teeth":40,"normal_module_mm":2}"#;
     let profile =

@@ -61,7 +61,7 @@ async fn metrics_count_requests_by_route_and_status() {
 }
 
 #[tokio::test]
-async fn keys_are_asked_for_when_there_are_some() {
+async fn keys_are_required_if_there_are_any() {
     let digest = Digest(sha2::Sha256::digest(b"a-long-random-key").into());
     let app = TestApp::start_with(|settings| settings.api_keys_sha256 = vec![digest]).await;
     let answer = app.fit(CURVE).await;
@@ -76,7 +76,7 @@ async fn keys_are_asked_for_when_there_are_some() {
 }
 
 #[tokio::test]
-async fn answers_are_compressed_when_asked() {
+async fn responses_are_compressed_on_request() {
     let app = TestApp::start().await;
     let plain = app.fit(CURVE).await;
     assert_eq!(plain.header("content-encoding"), "");
@@ -103,7 +103,7 @@ fn one_worker(settings: &mut ServeSettings) {
 }
 
 #[tokio::test]
-async fn a_full_queue_answers_503_and_when_to_try_again() {
+async fn a_full_queue_returns_503_and_retry_after() {
     let app = TestApp::start_with(|settings| {
         one_worker(settings);
         settings.request_timeout = 60;
@@ -146,7 +146,7 @@ async fn an_answer_that_takes_too_long_is_503() {
 }
 
 #[tokio::test]
-async fn a_shutdown_finishes_what_was_accepted_and_nothing_else() {
+async fn a_shutdown_finishes_only_accepted_requests() {
     let app = TestApp::start_with(|settings| {
         one_worker(settings);
         settings.request_timeout = 60;

@@ -148,7 +148,7 @@ async fn five_iterations_and_a_correction() {
 }
 
 #[tokio::test]
-async fn a_replay_stands_on_the_same_iterations_whatever_is_said_later() {
+async fn a_replay_uses_the_same_iterations_later() {
     let app = TestApp::start().await;
     let (job, last, _) = corrected(&app).await;
     let fit = &last["fits"][0]["id"];
@@ -192,7 +192,7 @@ async fn a_changed_tool_lets_the_prior_go() {
 }
 
 #[tokio::test]
-async fn what_is_no_prior_of_these_nodes_is_refused() {
+async fn invalid_priors_are_refused() {
     let app = TestApp::start().await;
     let (job, _, _) = corrected(&app).await;
     let mut curve = json!({"nodes": {"type": "curve", "x": [0, 1, 2, 3], "y": [0, 1, 0, 2]}, "flank": "left",
@@ -250,7 +250,7 @@ async fn what_is_no_prior_of_these_nodes_is_refused() {
 
 /// A prior above doubles is refused, and is no internal error.
 #[tokio::test]
-async fn a_prior_beyond_doubles_is_refused() {
+async fn a_prior_that_exceeds_double_precision_is_refused() {
     let app = TestApp::start().await;
     let nodes = json!({"type": "curve", "x": [0, 1, 2, 3, 4], "y": [0.1, 1.0, 2.2, 2.9, 4.1]});
     for (mean, std_error) in [(1.7e308, 1.0), (1e308, 1.0), (0.0, 5e-324), (0.0, 1e-308)] {
@@ -301,7 +301,7 @@ fn standing_still() -> Value {
 /// Half of the proposed changes were entered. The prior takes these, whether they were entered
 /// after the correction or with the measurement; without them it contradicts the nodes.
 #[tokio::test]
-async fn a_prior_takes_what_was_entered() {
+async fn a_prior_uses_the_entered_changes() {
     let app = TestApp::start().await;
     let half = [BEFORE[0], 0.5 * BEFORE[1], 0.5 * BEFORE[2]];
     let entry = json!({"settings": {"a": -0.5 * BEFORE[1], "b": -0.5 * BEFORE[2]}});

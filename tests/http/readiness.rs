@@ -152,7 +152,7 @@ impl Server {
 }
 
 #[tokio::test]
-async fn the_store_is_asked_once_a_second_however_many_ask() {
+async fn the_store_is_pinged_once_a_second_for_any_load() {
     let server = Server::start().await;
     assert_eq!(server.pings(), 0);
     server.ask_at_once(50, 200).await;

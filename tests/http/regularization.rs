@@ -15,7 +15,7 @@ fn number(value: &Value) -> f64 {
 }
 
 #[tokio::test]
-async fn each_kind_says_what_it_did() {
+async fn each_kind_reports_its_choice() {
     let app = TestApp::start().await;
     let answer = async |name: &str| app.fit(&example(name).to_string()).await.json();
 
@@ -77,7 +77,7 @@ async fn each_kind_says_what_it_did() {
 }
 
 #[tokio::test]
-async fn what_is_wrong_is_pointed_at() {
+async fn errors_have_pointers() {
     let app = TestApp::start().await;
     let cases = [
         (json!({"type": "tikhonov", "order": 4}), "/regularization/order"),

@@ -155,7 +155,7 @@ async fn an_iteration_without_a_piece_of_use_is_pointed_at() {
 }
 
 #[tokio::test]
-async fn what_is_no_piece_is_refused_by_its_place() {
+async fn invalid_pieces_are_refused_with_their_pointer() {
     let app = TestApp::start().await;
     let job = job(&app).await;
     let iterations = format!("{job}/iterations");

@@ -147,7 +147,7 @@ fn is_of(value: &Value, kind: &str) -> bool {
 }
 
 #[test]
-fn what_a_schema_does_not_allow_is_found() {
+fn violations_of_a_schema_are_found() {
     use serde_json::json;
     let document = json!({"components": {"schemas": {"A": {"type": "object", "required": ["a"],
         "additionalProperties": false,

@@ -49,7 +49,7 @@ async fn every_candidate_has_its_figures() {
 }
 
 #[tokio::test]
-async fn terms_are_answered_by_name_and_can_be_asked_for() {
+async fn selected_terms_are_named_and_can_be_requested() {
     let app = TestApp::start().await;
     for (terms, alpha) in [("backward", None), ("elastic_net", Some(0.8))] {
         let mut request = example("fit_select_terms");
@@ -76,7 +76,7 @@ async fn terms_are_answered_by_name_and_can_be_asked_for() {
 }
 
 #[tokio::test]
-async fn what_is_wrong_is_pointed_at() {
+async fn errors_have_pointers() {
     let app = TestApp::start().await;
     let refused = async |name: &str, change: Value, pointer: &str| {
         let mut request = example(name);

@@ -186,7 +186,7 @@ async fn heights_that_were_not_measured_pass() {
 
 /// An error within the first of two fields of a name does not hide that there are two.
 #[tokio::test]
-async fn what_stands_twice_is_said_beside_other_faults() {
+async fn repeated_fields_are_reported_with_other_errors() {
     let app = TestApp::start().await;
     let trace = r#"{"flank":"left","kind":"helix","tooth":1,"z_mm":[1,2,3],"deviation_um":[]}"#;
     let gear = r#""gear":{"teeth":20,"normal_module_mm":2,"face_width_mm":20}"#;
@@ -222,7 +222,7 @@ async fn every_entry_is_named() {
 
 /// A field that is not known in a part does not hide what else is wrong there.
 #[tokio::test]
-async fn a_misspelt_field_hides_nothing_beside_it() {
+async fn a_misspelt_field_does_not_hide_other_errors() {
     let app = TestApp::start().await;
     let curve = r#"{"points":{"x":[0,1,"2"],"y":[0,null,1],"z":[1]},"method":{"type":"newton"},"regularisation":1}"#;
     let mut pointers = send(app.post("/v1/curves", curve)).await.pointers();
@@ -233,7 +233,7 @@ async fn a_misspelt_field_hides_nothing_beside_it() {
 
 /// Two entries of one name in a map are refused.
 #[tokio::test]
-async fn a_name_of_a_map_stands_once() {
+async fn a_key_of_a_map_occurs_once() {
     let app = TestApp::start().await;
     let answer = send(app.post("/v1/jobs", r#"{"name": "a", "tags": {"a": "1", "a": "2"}}"#)).await;
     assert!(answer.text.contains("occurs twice"), "{}", answer.text);

@@ -52,7 +52,7 @@ async fn the_documented_examples_are_answered() {
 }
 
 #[tokio::test]
-async fn nodes_may_stand_for_the_matrix_and_for_a() {
+async fn nodes_may_replace_the_matrix_and_the_coefficients() {
     let app = TestApp::start().await;
     let nodes = json!({"type": "curve", "x": [1, 2, 3, 4, 5, 6], "y": [1.1, 1.9, 3.2, 3.9, 5.1, 6.0]});
     let rest = json!({"levels": [0.1], "repetitions": 5, "seed": 3});
@@ -122,7 +122,7 @@ async fn impossible_studies_are_pointed_at() {
 }
 
 #[tokio::test]
-async fn each_number_out_of_range_is_told_once_and_at_its_place() {
+async fn each_number_out_of_range_is_reported_once_with_its_pointer() {
     let app = TestApp::start().await;
     let study_of = |x: Value, coefficients: Value| {
         json!({"x": x, "coefficients": coefficients, "noise_sigma": 1,

@@ -89,7 +89,7 @@ async fn a_proposal_is_a_mapping() {
 }
 
 #[tokio::test]
-async fn what_cannot_be_read_is_one_sentence_and_five_places() {
+async fn unreadable_tables_have_one_summary_and_five_places() {
     let app = TestApp::start().await;
     let table = format!("u,v,z\n{}", "5,97;0,75;-10,28\n".repeat(135));
     let mapping = r#"{"separator": ","}"#;
@@ -210,7 +210,7 @@ async fn a_form_takes_the_axes_of_its_table() {
 
 /// Faults of a mapping are pointed at in the mapping, by every endpoint that takes one.
 #[tokio::test]
-async fn faults_of_a_mapping_are_pointed_at_there() {
+async fn errors_of_a_mapping_have_pointers_into_it() {
     let app = TestApp::start().await;
     let job = job(&app).await;
     let spec = r#"{"model":{"type":"polynomial","degree":[1,1]}}"#;

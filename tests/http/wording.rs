@@ -65,7 +65,7 @@ async fn tiny_and_huge_numbers_are_written_with_an_exponent() {
 }
 
 #[tokio::test]
-async fn the_detail_alone_is_worth_logging() {
+async fn the_detail_alone_identifies_the_error() {
     let app = TestApp::start().await;
     let curve = r#""nodes":{"type":"curve","x":[0,1,2,3],"y":[1,3.1,4.9,7.2]}"#;
     for (request, detail) in [
@@ -112,7 +112,7 @@ async fn the_detail_alone_is_worth_logging() {
 
 /// Numbers that no computation survives are named where they were sent, with what to do.
 #[tokio::test]
-async fn what_leaves_double_precision_is_named_by_its_place() {
+async fn values_that_exceed_double_precision_have_pointers() {
     let app = TestApp::start().await;
     let post = async |path: &str, body: &serde_json::Value| {
         let problem = send(app.post(path, body.to_string())).await.problem(422, "invalid_request");
@@ -144,7 +144,7 @@ async fn what_leaves_double_precision_is_named_by_its_place() {
 }
 
 #[tokio::test]
-async fn lists_that_are_no_lines_are_told_apart() {
+async fn invalid_lists_of_lines_have_distinct_errors() {
     let app = TestApp::start().await;
     let fit = |line: serde_json::Value| {
         json!({"nodes": {"type": "curve", "x": [0, 1, 2, 3], "y": [1, 3.1, 4.9, 7.2]},
@@ -265,7 +265,7 @@ async fn parts_of_the_url_are_called_by_their_names() {
 }
 
 #[tokio::test]
-async fn every_fault_of_a_gear_is_listed_and_names_are_clean() {
+async fn all_errors_of_a_gear_are_listed_and_names_are_clean() {
     let app = TestApp::start().await;
     let job = json!({"name": "w", "gear": {
         "teeth": 0, "normal_module_mm": -1, "helix_angle_deg": 120, "hand": "up", "colour": 1,

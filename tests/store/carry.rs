@@ -234,7 +234,7 @@ async fn one_job_is_exported_alone_and_no_file_is_overwritten() {
 }
 
 #[tokio::test]
-async fn what_is_not_as_it_was_written_is_not_stored() {
+async fn truncated_or_altered_jobs_are_not_stored() {
     let (place, job) = filled().await;
     let whole = exported(&url(&place.file()));
     let lines: Vec<&str> = whole.split_inclusive('\n').collect();
@@ -291,7 +291,7 @@ fn doctored(whole: &str, change: impl Fn(&str, &mut Value)) -> String {
 
 /// An archive with correct digests is also refused if a value cannot be read, with its place.
 #[tokio::test]
-async fn what_could_not_be_read_later_is_not_stored() {
+async fn unreadable_values_are_not_stored() {
     let (place, job) = filled().await;
     let whole = exported(&url(&place.file()));
     let unfit = "{\"teeth\":2147483648,\"normal_module_mm\":1.0}";
@@ -331,7 +331,7 @@ async fn what_could_not_be_read_later_is_not_stored() {
 
 /// An archive whose decision was turned, with or without its entries.
 #[tokio::test]
-async fn what_its_audit_contradicts_is_not_stored() {
+async fn archives_that_contradict_their_audit_are_not_stored() {
     let (place, job) = filled().await;
     let whole = exported(&url(&place.file()));
     let turn = |name: &str, columns: &mut Value| {
@@ -383,7 +383,7 @@ async fn a_database_without_a_schema_says_how_it_gets_one() {
 
 /// A timer purges what nobody has touched for long, while a server has the database open.
 #[tokio::test]
-async fn old_jobs_are_purged_beside_a_server() {
+async fn old_jobs_are_purged_while_a_server_runs() {
     let place = Place::new();
     let opened = place.open().await;
     let recent = |days: i64| SystemClock.now() - SignedDuration::from_hours(24 * days);

@@ -164,7 +164,7 @@ async fn a_transaction_that_was_lost_before_is_done_again() {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 #[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
-async fn what_nobody_can_know_is_said_to_be_unknown() {
+async fn lost_commits_have_an_unknown_outcome() {
     let lossy = Lossy::new(Duration::from_secs(2)).await;
     let (store, values, cut) = (&lossy.repository, &lossy.values, &lossy.proxy.cut);
     let job = values.stored_job(store).await.id;

@@ -70,7 +70,7 @@ async fn a_newer_database_is_refused_in_words() {
 }
 
 #[tokio::test]
-async fn what_cannot_be_opened_is_explained() {
+async fn unopenable_databases_are_explained() {
     let place = Place::new();
     let open = async |settings: StoreSettings| match open_sqlite(settings, still(place.now())).await {
         Ok(_) => String::new(),

@@ -111,7 +111,7 @@ async fn of_concurrent_writes_every_answered_one_survives_a_power_loss() {
 }
 
 #[tokio::test]
-async fn the_watched_disk_does_lose_what_is_not_synced() {
+async fn the_watched_disk_loses_unsynced_data() {
     disk::register();
     let place = Place::new();
     let mut careless = SqliteConnectOptions::new()
@@ -137,7 +137,7 @@ async fn the_watched_disk_does_lose_what_is_not_synced() {
 /// A full disk is no power loss, but it is reported: nothing is stored, and all is well again when
 /// there is space.
 #[tokio::test]
-async fn a_full_disk_is_told_and_got_over() {
+async fn a_full_disk_is_reported_and_recovered_from() {
     let place = Place::new();
     let store = open_watched(&place).await;
     let job = place.stored_job(&store).await;

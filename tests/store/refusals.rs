@@ -41,7 +41,7 @@ async fn say(url: &str, sql: &str) {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 #[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
-async fn a_server_that_may_lose_what_it_says_is_stored_is_refused() {
+async fn servers_with_unsafe_settings_are_refused() {
     let server = Server::start();
     let name = server.with_schema().await;
     let url = server.url(&name);
@@ -148,7 +148,7 @@ impl Hindered {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 #[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
-async fn what_was_in_anothers_way_is_tried_three_times_more() {
+async fn serialization_failures_are_retried_three_times() {
     for code in ["40001", "40P01", "55P03"] {
         let body = format!(
             "IF nextval('attempts') % 10 <> 4 THEN RAISE EXCEPTION 'in the way' USING ERRCODE = '{code}'; END IF;"
@@ -166,7 +166,7 @@ async fn what_was_in_anothers_way_is_tried_three_times_more() {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 #[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
-async fn what_will_not_be_had_is_not_tried_again() {
+async fn other_failures_are_not_retried() {
     for (code, unavailable) in [("22003", false), ("23514", false), ("53100", true), ("57014", true), ("XX000", false)]
     {
         let body = format!("PERFORM nextval('attempts'); RAISE EXCEPTION 'no' USING ERRCODE = '{code}';");

@@ -171,7 +171,7 @@ async fn a_server_that_is_killed_loses_nothing() {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 #[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
-async fn commits_whose_answers_are_lost_are_neither_lost_nor_repeated() {
+async fn commits_with_lost_responses_are_stored_exactly_once() {
     let proxy = Proxy::new().await;
     let writers = Writers::start(proxy.settings()).await;
     for _ in 0..10 * INTERRUPTIONS {

@@ -201,7 +201,7 @@ async fn a_clock_far_from_the_databases_is_not_served_with() {
 /// setting.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 #[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
-async fn who_may_not_make_the_schema_is_told_what_to_say_instead() {
+async fn a_role_without_rights_on_the_schema_gets_advice() {
     let [_, url] = served().await;
     let refused = open(settings(&url)).await.map(drop).unwrap_err();
     assert!(matches!(refused, PostgresError::Migration { .. }), "{refused}");

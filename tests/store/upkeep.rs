@@ -85,7 +85,7 @@ fn keyed(key: &str) -> Keyed<Job> {
 }
 
 #[tokio::test]
-async fn kept_answers_are_forgotten_while_the_service_runs() {
+async fn stored_responses_expire_while_the_service_runs() {
     let place = Place::new();
     let store = place.open().await;
     let hands = Hands(Arc::new(AtomicI64::new(place.now().as_second())));
@@ -145,7 +145,7 @@ async fn old_events_are_forgotten_while_the_service_runs() {
 /// A dump contains events of a server whose transactions had larger numbers.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 #[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
-async fn what_another_server_told_hides_nothing_that_happens_here() {
+async fn events_of_another_server_hide_no_local_events() {
     let url = Server::shared().database().await;
     let mut db = PgConnection::connect(&url).await.unwrap();
     let brought = "INSERT INTO told_until (at, changed_by, gone) VALUES (now() - interval '8 days', 4000000000, true);

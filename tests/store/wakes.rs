@@ -26,7 +26,7 @@ const COMMITS: usize = 400;
 /// A notification for each commit would have commits wait for each other.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 #[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
-async fn what_many_commits_have_to_tell_is_gathered() {
+async fn notifications_of_many_commits_are_batched() {
     let url = Server::shared().database().await;
     let mut settings = PostgresSettings::of_url(&url).unwrap();
     settings.unsafe_store = true;

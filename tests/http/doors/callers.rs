@@ -48,7 +48,7 @@ async fn each_key_has_its_share_of_requests() {
 }
 
 #[tokio::test]
-async fn the_log_names_who_is_refused_by_the_limit() {
+async fn rate_limited_callers_are_named_in_the_log() {
     let folder = tempfile::tempdir().unwrap();
     let digest: String = digest("one").0.iter().map(|byte| format!("{byte:02x}")).collect();
     let arguments = ["--api-keys-sha256", &digest, "--rate-limit", "1"];

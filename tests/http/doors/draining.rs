@@ -26,7 +26,7 @@ async fn readiness_and_metrics_have_a_listener_of_their_own() {
 }
 
 #[tokio::test]
-async fn what_readiness_is_for_is_checked() {
+async fn the_parameter_of_readiness_is_checked() {
     let app = TestApp::start().await;
     assert_eq!(send(app.get("/readyz?for=compute")).await.status, 200);
     for wrong in ["/readyz?for=store", "/readyz?for=", "/readyz?for=Compute"] {
@@ -36,7 +36,7 @@ async fn what_readiness_is_for_is_checked() {
 }
 
 #[tokio::test]
-async fn a_draining_server_answers_and_says_that_it_ends() {
+async fn a_draining_server_responds_and_closes_connections() {
     let app = TestApp::start_with(|settings| {
         // as long as a busy machine may take for what is asked meanwhile
         settings.drain_delay = 10;

@@ -91,7 +91,7 @@ async fn counts(asked: &Asked) -> Counts {
 }
 
 #[tokio::test]
-async fn callers_are_counted_by_what_their_key_is() {
+async fn callers_are_counted_by_the_kind_of_their_key() {
     let folder = tempfile::tempdir().unwrap();
     let url = in_file(&folder.path().join("test.db"));
     let create = ["keys", "create", "--tenant", "default", "--role", "reader", "--database-url", &url];
@@ -138,14 +138,14 @@ async fn callers_of_an_open_server_are_counted_too() {
 
 /// Nobody requests readiness here.
 #[tokio::test]
-async fn a_server_tells_whether_its_store_answers_by_itself() {
+async fn the_store_is_checked_without_readiness_requests() {
     let asked = Asked::start(&[]);
     // a store that takes longer than a second is asked again
     asked.until("flankfit_store_up", |figure| figure == 1.0).await;
 }
 
 #[tokio::test]
-async fn a_server_tells_that_it_drains() {
+async fn draining_is_a_metric() {
     // longer than this test: what is left of it is killed
     let asked = Asked::start(&["--drain-delay", "600"]);
     assert_eq!(asked.figure("flankfit_draining").await, Some(0.0));
@@ -157,7 +157,7 @@ async fn a_server_tells_that_it_drains() {
 
 /// The age grows while seals cannot be written, and is nothing once they are.
 #[tokio::test]
-async fn the_age_of_the_last_seal_is_told() {
+async fn the_age_of_the_last_seal_is_a_metric() {
     let folder = tempfile::tempdir().unwrap();
     let seals = folder.path().join("seals");
     std::fs::create_dir(&seals).unwrap();
@@ -181,7 +181,7 @@ async fn the_age_of_the_last_seal_is_told() {
 }
 
 #[tokio::test]
-async fn a_server_tells_whether_its_identity_provider_answers() {
+async fn availability_of_the_identity_provider_is_a_metric() {
     let there = Issuer::start();
     there.publish(&[&SigningKey::es256("one")]);
     let nobody = format!("http://{}/realms/plant", free_address());

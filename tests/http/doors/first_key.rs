@@ -90,7 +90,7 @@ async fn the_first_key_over_http_is_an_administrators_and_shuts_nobody_out() {
 /// The recovery described in docs/how-to/security.md, and the effect of the command line on a
 /// running server.
 #[tokio::test]
-async fn the_command_line_makes_a_key_for_whoever_is_locked_out() {
+async fn the_command_line_makes_a_key_after_a_lockout() {
     let folder = tempfile::tempdir().unwrap();
     let url = database::in_file(&folder.path().join("test.db"));
     let create = |role: &'static str| {

@@ -22,7 +22,7 @@ fn check(environment: &[(&str, &str)]) -> (Option<i32>, String) {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn the_listener_for_operation_is_asked_where_there_is_one() {
+async fn the_operations_listener_is_checked_if_there_is_one() {
     let app = TestApp::start_with(beside).await;
     let (here, operation) = (app.address.to_string(), app.operation.unwrap().to_string());
     let healthy = (Some(0), String::new());
@@ -39,7 +39,7 @@ async fn the_listener_for_operation_is_asked_where_there_is_one() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_server_by_tls_is_asked_by_tls() {
+async fn a_tls_server_is_checked_over_tls() {
     let authority = Authority::new();
     let certificate = authority.file("cert.pem").display().to_string();
     let app = TestApp::start_with(|settings| authority.serve(settings)).await;
@@ -57,7 +57,7 @@ async fn a_server_by_tls_is_asked_by_tls() {
 
 /// Who has no certificate to show asks the other listener, which speaks plain HTTP.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn where_clients_show_certificates_the_listener_for_operation_is_asked_plainly() {
+async fn with_client_certificates_the_operations_listener_is_checked() {
     let authority = Authority::new();
     let certificate = authority.file("cert.pem").display().to_string();
     let app = TestApp::start_with(|settings| {

@@ -208,7 +208,7 @@ async fn a_key_is_replaced_once_and_does_not_come_back() {
 
 /// One text for whatever is wrong with a key.
 #[tokio::test]
-async fn what_is_no_key_is_told_alike() {
+async fn invalid_keys_get_the_same_response() {
     let app = start().await;
     let (admin, other) = (key_of(&app, "default", Role::Admin).await, key_of(&app, "default", Role::Reader).await);
     let slip = format!("{}{}", &other[..92], if other.ends_with('0') { '1' } else { '0' });
@@ -232,7 +232,7 @@ async fn what_is_no_key_is_told_alike() {
 
 /// Refusals name the admissible values, and the bounds that hold.
 #[tokio::test]
-async fn refusals_name_what_can_be_chosen() {
+async fn refusals_list_the_admissible_values() {
     let app = start().await;
     let admin = key_of(&app, "default", Role::Admin).await;
     for (body, pointer, ends) in [
@@ -258,7 +258,7 @@ async fn refusals_name_what_can_be_chosen() {
 }
 
 #[tokio::test]
-async fn nobody_grants_what_they_have_not() {
+async fn nobody_grants_rights_that_they_lack() {
     let app = start().await;
     let admin = key_of(&app, "default", Role::Admin).await;
     for role in ["reader", "operator", "engineer", "auditor", "admin"] {

@@ -54,7 +54,7 @@ fn of_nothing(path: &str) -> String {
 }
 
 #[test]
-fn operations_ask_for_what_they_do() {
+fn operations_need_the_scope_of_their_effect() {
     let mut by_scope: BTreeMap<String, Vec<String>> = BTreeMap::new();
     for (id, method, _, scope) in operations() {
         assert!(scope != "read" || method == Method::GET, "{id} changes or computes something");

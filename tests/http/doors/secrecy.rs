@@ -32,7 +32,7 @@ fn holds(bytes: &[u8], key: &str) -> bool {
 }
 
 #[tokio::test]
-async fn a_secret_is_told_once_and_nowhere_else() {
+async fn a_secret_is_returned_once_and_nowhere_else() {
     let folder = tempfile::tempdir().unwrap();
     let database = folder.path().join("test.db");
     let made = Command::new(env!("CARGO_BIN_EXE_flankfit"))
@@ -156,7 +156,7 @@ fn parts(token: &str) -> Vec<&str> {
 }
 
 #[tokio::test]
-async fn a_token_is_told_nowhere() {
+async fn a_token_appears_nowhere() {
     let folder = tempfile::tempdir().unwrap();
     let database = folder.path().join("test.db");
     let (issuer, key) = (Issuer::start(), SigningKey::es256("one"));
@@ -210,7 +210,7 @@ fn told(arguments: &[&str], environment: &[(&str, &str)]) -> (Option<i32>, Strin
 const PASSWORD: &str = "canary-2718281828";
 
 #[test]
-fn help_tells_no_secret() {
+fn help_shows_no_secret() {
     let url = format!("postgres://u:{PASSWORD}@h/d");
     let variables: Vec<(&str, &str)> = [
         "FLANKFIT_DATABASE_URL",
@@ -246,7 +246,7 @@ fn help_tells_no_secret() {
 
 /// Whatever is wrong with a URL, it is not repeated.
 #[test]
-fn errors_tell_no_password() {
+fn errors_show_no_password() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("file");
     let (file, here) = (file.to_str().unwrap(), in_file(&folder.path().join("here.db")));

@@ -51,7 +51,7 @@ async fn asked_for(app: &TestApp, host: &str) -> u16 {
 }
 
 #[tokio::test]
-async fn an_open_server_of_this_machine_answers_to_its_own_names_only() {
+async fn an_open_local_server_accepts_only_local_host_names() {
     let app = TestApp::start_with(|_| {}).await;
     for host in ["localhost", "localhost:1234", "127.0.0.1:8080", "[::1]"] {
         assert_eq!(asked_for(&app, host).await, 200, "{host}");
@@ -82,7 +82,7 @@ async fn named_hosts_are_served_and_a_key_makes_every_name_good() {
 }
 
 #[tokio::test]
-async fn health_says_what_may_be_sent() {
+async fn health_reports_body_limit_and_key_requirement() {
     let app = TestApp::start_with(|settings| settings.body_limit = 1_000_000).await;
     let health = send(app.get("/healthz")).await.json();
     assert_eq!((&health["body_limit_bytes"], &health["key_required"]), (&1_000_000.into(), &false.into()));

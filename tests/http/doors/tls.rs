@@ -162,7 +162,7 @@ async fn fits_are_the_same_over_both_versions_of_tls() {
 }
 
 #[tokio::test]
-async fn who_does_not_speak_tls_gets_nothing() {
+async fn clients_without_tls_get_no_response() {
     let authority = Authority::new();
     let app = TestApp::start_with(|settings| authority.serve(settings)).await;
     let mut stream = TcpStream::connect(app.address).await.unwrap();
@@ -222,7 +222,7 @@ async fn a_new_certificate_is_taken_without_losing_a_request() {
 /// Time left of the certificate in use, a new one included. (A process of its own: servers of one
 /// process share their metrics.)
 #[tokio::test]
-async fn the_time_left_of_the_certificate_is_told() {
+async fn the_time_to_expiry_of_the_certificate_is_a_metric() {
     let authority = Authority::new();
     let [certificate, key] = ["cert.pem", "key.pem"].map(|name| authority.file(name).display().to_string());
     let client = authority.client(&[&TLS13], None);
@@ -350,7 +350,7 @@ async fn openssl_agrees_on_new_versions_alone() {
 /// The alerts are those of RFC 8446, 6.2, with TLS 1.2 as well.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 #[cfg_attr(without_openssl, ignore = "openssl is not installed")]
-async fn openssl_is_told_what_is_wrong_with_its_certificate() {
+async fn openssl_gets_the_alert_for_its_certificate() {
     let (authority, namesake, stranger) = (Authority::new(), Authority::new(), Authority::named("stranger"));
     let app = TestApp::start_with(|settings| {
         authority.serve(settings);

@@ -164,7 +164,7 @@ fn wrong_tokens(issuer: &Issuer, rs: &SigningKey, es: &SigningKey) -> Vec<(Strin
 }
 
 #[tokio::test]
-async fn what_is_not_to_be_believed_is_refused() {
+async fn invalid_tokens_are_refused() {
     let issuer = Issuer::start();
     let (rs, es) = (SigningKey::rsa("rs", "RS256"), SigningKey::es256("es"));
     issuer.publish(&[&rs, &es]);
@@ -204,7 +204,7 @@ async fn what_is_not_to_be_believed_is_refused() {
 }
 
 #[tokio::test]
-async fn keys_are_asked_for_once_a_minute_however_many_are_unknown() {
+async fn unknown_keys_are_fetched_at_most_once_a_minute() {
     let issuer = Issuer::start();
     let (old, new) = (SigningKey::es256("old"), SigningKey::es256("new"));
     issuer.publish(&[&old]);
@@ -230,7 +230,7 @@ async fn keys_are_asked_for_once_a_minute_however_many_are_unknown() {
 
 /// Without a token that names a key nobody knows, the provider is asked by the clock alone.
 #[tokio::test]
-async fn a_key_that_the_provider_took_back_is_refused_when_it_is_asked_again() {
+async fn a_withdrawn_key_is_refused_after_the_next_fetch() {
     let issuer = Issuer::start();
     let (old, new) = (SigningKey::es256("old"), SigningKey::es256("new"));
     issuer.publish(&[&old]);
@@ -420,7 +420,7 @@ async fn a_provider_that_is_another_is_not_believed() {
 }
 
 #[tokio::test]
-async fn the_provider_is_asked_by_tls() {
+async fn the_provider_is_reached_over_tls() {
     let (issuer, certificate) = Issuer::by_tls();
     let key = SigningKey::ed25519("one");
     issuer.publish(&[&key]);

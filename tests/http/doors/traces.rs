@@ -159,7 +159,7 @@ async fn spans_of_a_request_come_to_the_collector() {
 }
 
 #[tokio::test]
-async fn whoever_begins_a_trace_decides_whether_it_is_sampled() {
+async fn the_root_of_a_trace_decides_on_sampling() {
     let folder = tempfile::tempdir().unwrap();
     for sample in ["0", "1"] {
         let collector = Collector::start();
@@ -266,7 +266,7 @@ async fn spans_that_nobody_takes_are_counted() {
 
 /// A failure of the store is an error of its span and of the request's.
 #[tokio::test]
-async fn spans_tell_what_failed() {
+async fn spans_have_the_error_that_caused_them() {
     let folder = tempfile::tempdir().unwrap();
     let (collector, database) = (Collector::start(), folder.path().join("test.db"));
     let arguments = ["--otlp-endpoint", &collector.url, "--otlp-sample", "1", "--auth", "off"];

@@ -63,7 +63,7 @@ async fn a_limit_may_have_one_side() {
 
 /// Limits closer than the uncertainty are none that a figure between them could be said to miss.
 #[tokio::test]
-async fn what_lies_in_the_middle_of_narrow_limits_is_not_refused() {
+async fn a_value_centred_in_narrow_limits_is_undecided() {
     let app = TestApp::start().await;
     let mut request = examples("gear_flank_surface")[0].1.clone();
     request.as_object_mut().unwrap().remove("tolerance_limits");
@@ -84,7 +84,7 @@ async fn what_lies_in_the_middle_of_narrow_limits_is_not_refused() {
 
 /// If few nodes cover the range inside the border, nothing conforms.
 #[tokio::test]
-async fn a_range_that_the_nodes_do_not_cover_is_told() {
+async fn an_uncovered_range_is_warned_of() {
     let app = TestApp::start().await;
     let mut request = examples("gear_flank_surface")[0].1.clone();
     let whole = taken(&app, "/v1/gears/flank-surface", &request).await;
@@ -104,7 +104,7 @@ async fn a_range_that_the_nodes_do_not_cover_is_told() {
 }
 
 #[tokio::test]
-async fn places_beyond_the_face_are_refused_or_told() {
+async fn places_outside_the_face_are_refused_or_warned_of() {
     let app = TestApp::start().await;
     let mut request = examples("gear_flank_surface")[0].1.clone();
     request["z_mm"][4] = json!(1e30);
@@ -137,7 +137,7 @@ async fn figures_of_traces_have_intervals_and_conform() {
 }
 
 #[tokio::test]
-async fn what_is_wrong_with_limits_is_pointed_at() {
+async fn errors_in_limits_have_pointers() {
     let app = TestApp::start().await;
     let surface = async |limits: Value| {
         let mut request = examples("gear_flank_surface")[0].1.clone();

@@ -97,7 +97,7 @@ async fn a_forgotten_change_is_named_and_a_machine_that_did_nothing_is_found() {
 /// Only the two angles were entered: the machine's response is judged by these changes, and is
 /// correct.
 #[tokio::test]
-async fn a_machine_is_judged_by_what_was_entered() {
+async fn a_machine_is_judged_by_the_entered_changes() {
     let app = TestApp::start().await;
     let (job, change) = corrected(&app).await;
     let entered = [change[0], change[1], 0.0, 0.0];
@@ -170,7 +170,7 @@ async fn a_machine_is_judged_by_what_was_entered() {
 }
 
 #[tokio::test]
-async fn what_was_entered_comes_with_the_next_measurement_too() {
+async fn entered_changes_may_come_with_the_next_measurement() {
     let app = TestApp::start().await;
     let (job, change) = corrected(&app).await;
     let place = format!("{job}/iterations");

@@ -139,7 +139,7 @@ async fn zeros_of_imported_traces_are_no_deviations() {
 
 /// Traces are given with the iteration or with the correction, with the same result.
 #[tokio::test]
-async fn traces_are_told_with_nodes_or_with_the_correction() {
+async fn traces_are_given_with_nodes_or_with_the_correction() {
     let app = TestApp::start().await;
     let shape = |u: f64, v: f64| 5.0 * (u - 9.0) / 3.0 - 4.0 * (v - 7.5) / 6.5 + 0.3 * (2.0 * u + v).sin();
     let job = job(&app, Some(spur())).await;

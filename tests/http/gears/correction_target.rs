@@ -74,7 +74,7 @@ fn limits() -> Value {
 
 /// A crowning of 3.7 µm within 2…6 µm conforms to the drawing and stays; the angles are corrected.
 #[tokio::test]
-async fn what_is_within_its_limits_stays() {
+async fn figures_within_their_limits_stay() {
     let app = TestApp::start().await;
     let path = measured(&app, &limits(), [7.0, -9.0, 3.7, 5.5]).await;
     let made = correct(&app, &path, json!({})).await;

@@ -126,7 +126,7 @@ async fn traces_in_an_implausible_unit_are_not_judged() {
 }
 
 #[tokio::test]
-async fn what_is_wrong_with_traces_is_pointed_at() {
+async fn errors_in_traces_have_pointers() {
     let app = TestApp::start().await;
     let request =
         |trace: Value, evaluation: Value| json!({"gear": spur(), "traces": [trace], "evaluation": evaluation});
@@ -259,7 +259,7 @@ async fn injected_slope_crowning_and_twist_come_back() {
 }
 
 #[tokio::test]
-async fn traces_with_their_sections_tell_the_surface_of_their_flank() {
+async fn traces_with_sections_determine_the_surface_of_their_flank() {
     let app = TestApp::start().await;
     let base = 52.0 * 20f64.to_radians().cos();
     let diameter = |l: f64| base.hypot(2.0 * l);
@@ -389,7 +389,7 @@ async fn evaluations_are_kept_with_an_iteration_and_take_the_gear_of_the_job() {
 }
 
 #[tokio::test]
-async fn holes_and_dust_are_told() {
+async fn holes_and_dust_are_warned_of() {
     let app = TestApp::start().await;
     let z: Vec<f64> = (0..200).map(|k| 15.0 * f64::from(k) / 199.0).collect();
     // errors without correlation: the sine of a square runs through all frequencies

@@ -166,7 +166,7 @@ async fn a_model_gives_its_gears_and_its_topographies() {
 }
 
 #[tokio::test]
-async fn a_file_of_another_gear_is_refused_and_one_that_differs_is_told() {
+async fn files_of_another_gear_are_refused_and_differences_warned_of() {
     let app = TestApp::start().await;
     let with = |name: &str, value: Value| {
         let mut gear = spur();

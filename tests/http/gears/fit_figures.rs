@@ -100,7 +100,7 @@ async fn figures_are_by_the_gear_that_the_job_has_when_the_nodes_come() {
 }
 
 #[tokio::test]
-async fn fits_tell_the_figures_of_their_flank_by_what_the_job_requires_then() {
+async fn fits_have_the_figures_that_their_job_required() {
     let app = TestApp::start().await;
     let limits = json!({"class": 6, "profile_crowning_um": [0.0, 5.0], "right": {"twist_um": [20.0, 30.0]}});
     let job = job(&app, json!({"name": "w", "gear": spur(), "requirements": {"tolerance_limits": limits}})).await;
@@ -224,7 +224,7 @@ async fn figures_of_helical_gears_count_along_the_normal_or_transversely() {
 /// The nodes cover 12 of 15 mm of the face width: the slope is extended to all of it and compared
 /// with the full limits, or is over the nodes and has their share of the limits.
 #[tokio::test]
-async fn slopes_refer_to_the_face_width_or_to_what_was_evaluated() {
+async fn slopes_refer_to_the_face_width_or_the_evaluated_range() {
     let app = TestApp::start().await;
     let limits = json!({"helix_slope_um": [-10.0, 20.0], "profile_slope_um": [-30.0, 30.0]});
     let figures = async |reference: &str| {
@@ -271,7 +271,7 @@ async fn a_class_that_bounds_nothing_is_left_aside_and_said_so() {
 }
 
 #[tokio::test]
-async fn what_cannot_be_told_is_left_out_and_it_is_said_why() {
+async fn undetermined_figures_are_omitted_with_a_reason() {
     let app = TestApp::start().await;
     let with_gear = job(&app, json!({"name": "w", "gear": spur()})).await;
     let without = job(&app, json!({"name": "w"})).await;
@@ -308,7 +308,7 @@ async fn what_cannot_be_told_is_left_out_and_it_is_said_why() {
 }
 
 #[tokio::test]
-async fn streams_that_are_finished_tell_them_too() {
+async fn finished_streams_have_figures_too() {
     let app = TestApp::start().await;
     let job = job(&app, json!({"name": "w", "gear": spur()})).await;
     let mut spec = iteration();

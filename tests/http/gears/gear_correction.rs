@@ -245,7 +245,7 @@ async fn next_round(app: &TestApp, job: &str, correction: &Value, came: f64) {
 }
 
 #[tokio::test]
-async fn the_next_round_is_compared_with_what_was_entered() {
+async fn the_next_iterations_are_compared_with_the_entered_changes() {
     let app = TestApp::start().await;
     let job = two_teeth(&app, [0.0, 0.0]).await;
     let path = format!("{job}/correction");
@@ -295,7 +295,7 @@ async fn the_next_round_is_compared_with_what_was_entered() {
 }
 
 #[tokio::test]
-async fn what_cannot_be_corrected_is_refused() {
+async fn invalid_corrections_are_refused() {
     let app = TestApp::start().await;
     let empty = job(&app, Some(spur())).await;
     let path = format!("{empty}/correction");
@@ -399,7 +399,7 @@ async fn a_matrix_has_a_row_for_each_node_of_both_flanks() {
 }
 
 #[tokio::test]
-async fn a_correction_of_one_flank_says_what_it_does_to_the_other() {
+async fn a_correction_of_one_flank_predicts_the_other() {
     let app = TestApp::start().await;
     let job = job(&app, Some(spur())).await;
     let patch = json!({"requirements": {"tolerance_limits": {"helix_slope_um": [-8, 8]}}});

@@ -136,7 +136,7 @@ async fn curves_become_an_iteration_with_its_evaluation() {
 /// Known files have rule 0: for other rules the settings for total and form are applied, with a
 /// warning.
 #[tokio::test]
-async fn an_unknown_rule_for_plus_material_is_told() {
+async fn unknown_rules_for_plus_material_are_warned_of() {
     let app = TestApp::start().await;
     let text = String::from_utf8(file(false)).unwrap();
     for (of_file, name, rule, taken, assumed) in [
@@ -161,7 +161,7 @@ async fn an_unknown_rule_for_plus_material_is_told() {
 }
 
 #[tokio::test]
-async fn a_cross_and_a_lone_trace_are_imported_as_what_they_tell() {
+async fn crosses_and_single_traces_are_imported_as_far_as_determined() {
     let app = TestApp::start().await;
     let job = job(&app, None).await;
     let cross = import(&app, &job, file_of(false, |trace| trace.tooth == "1"), "1.mka", None).await;
@@ -209,7 +209,7 @@ async fn a_cross_and_a_lone_trace_are_imported_as_what_they_tell() {
 }
 
 #[tokio::test]
-async fn what_cannot_be_imported_is_said_with_line_and_column() {
+async fn invalid_files_are_refused_with_line_and_column() {
     let app = TestApp::start().await;
     let place = job(&app, Some(spur())).await;
     let text = String::from_utf8(file(false)).unwrap();

@@ -96,7 +96,7 @@ async fn traces_keep_their_samples_and_signs() {
 }
 
 #[tokio::test]
-async fn sheets_are_drawn_from_what_is_kept() {
+async fn sheets_are_drawn_from_stored_traces() {
     let app = TestApp::start().await;
     let place = job(&app, Some(spur())).await;
     assert_eq!(import(&app, &place, file(false), "1.mka", None).await.status, 201);

@@ -177,7 +177,7 @@ async fn implausible_units_are_settled_before_anything_conforms() {
 }
 
 #[tokio::test]
-async fn what_does_not_conform_is_accepted_with_a_reason_only() {
+async fn nonconforming_iterations_are_accepted_only_with_a_reason() {
     let app = TestApp::start().await;
     let requirements = json!({"tolerance_limits": {"profile_slope_um": [-1.0, 1.0]}});
     let job = job(&app, json!({"name": "w", "gear": spur(), "requirements": requirements})).await;
@@ -228,7 +228,7 @@ async fn a_job_has_the_first_status_of_its_flanks() {
 
 /// Deviations of 1/1000 of those of a gear are not judged where nothing is stored either.
 #[tokio::test]
-async fn stateless_requests_tell_implausible_units() {
+async fn stateless_requests_warn_of_implausible_units() {
     let app = TestApp::start().await;
     let warnings = |answer: &Value| -> Vec<Value> {
         let all = answer["warnings"].as_array().cloned().unwrap_or_default();

@@ -116,7 +116,7 @@ fn made_u(i: u32) -> f64 {
 }
 
 #[tokio::test]
-async fn what_cannot_be_left_out_is_refused_at_its_place() {
+async fn invalid_exclusions_are_refused_with_their_pointer() {
     let app = TestApp::start().await;
     let fit = |exclude: Value| {
         let mut body = iteration(0.0);

@@ -318,7 +318,7 @@ fn measured() -> Value {
 }
 
 #[tokio::test]
-async fn pitches_are_held_against_what_the_job_requires_and_keep_it() {
+async fn pitches_are_compared_with_requirements_and_keep_them() {
     let app = TestApp::start().await;
     // F_p and F_r by hand
     let index: Vec<f64> = (1..=52).map(index).collect();

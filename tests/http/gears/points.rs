@@ -157,7 +157,7 @@ async fn a_part_may_lie_anywhere() {
 
 /// A tooth of four that the operator miscounted, and three.
 #[tokio::test]
-async fn wrongly_named_teeth_are_told() {
+async fn wrongly_named_teeth_are_warned_of() {
     let app = TestApp::start().await;
     let pitch = std::f64::consts::TAU / 31.0;
     let (all, teeth, flanks) = laid(&app, 1.2 * pitch, [0.9, -0.4]).await;

@@ -136,7 +136,7 @@ async fn pitches_are_characteristics() {
 }
 
 #[tokio::test]
-async fn a_kept_evaluation_says_what_it_is_of() {
+async fn a_stored_evaluation_names_its_part_and_measurement() {
     let app = TestApp::start().await;
     let job = json!({"name": "Sonnenrad – groß", "part_number": "47-11", "serial_number": "S12", "machine": "RZ 260",
         "gear": spur(), "tags": {"batch": "B¤ 7"}});

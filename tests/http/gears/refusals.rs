@@ -10,7 +10,7 @@ fn twenty() -> Value {
 }
 
 #[tokio::test]
-async fn numbers_beyond_reason_are_refused_where_they_stand() {
+async fn numbers_out_of_range_are_refused_with_their_pointer() {
     let app = TestApp::start().await;
     let mut index = vec![0.0; 20];
     (index[0], index[3]) = (1e308, -1e308);
@@ -52,7 +52,7 @@ async fn numbers_beyond_reason_are_refused_where_they_stand() {
 }
 
 #[tokio::test]
-async fn samples_of_a_profile_are_pointed_at_as_they_were_posted() {
+async fn profile_samples_have_the_pointers_of_the_request() {
     let app = TestApp::start().await;
     for name in ["diameter_mm", "roll_length_mm"] {
         let trace = json!({"tooth": "1", "flank": "left", "kind": "profile", name: [39.0, 40.0, 1e8],
@@ -65,7 +65,7 @@ async fn samples_of_a_profile_are_pointed_at_as_they_were_posted() {
 }
 
 #[tokio::test]
-async fn a_missing_eccentricity_is_told_in_words() {
+async fn a_missing_eccentricity_is_explained() {
     let app = TestApp::start().await;
     let readings: Vec<f64> = (0..20).map(|k| 1e-150 * f64::from(k)).collect();
     let answer = taken(&app, "/v1/gears/pitch", &json!({"gear": twenty(), "readings_um": readings})).await;
@@ -90,7 +90,7 @@ async fn angles_run_with_the_counting() {
 }
 
 #[tokio::test]
-async fn warnings_and_faults_name_fields_of_the_request() {
+async fn warnings_and_errors_name_fields_of_the_request() {
     let app = TestApp::start().await;
     let mut single = vec![Some(1.0); 20];
     single[4] = Some(5.0);

@@ -47,7 +47,7 @@ fn number(value: &Value) -> f64 {
 }
 
 #[tokio::test]
-async fn evaluations_are_held_against_what_the_job_requires_and_keep_it() {
+async fn evaluations_are_compared_with_requirements_and_keep_them() {
     let app = TestApp::start().await;
     let limits = json!({"class": 5, "helix_crowning_um": [2.0, 4.0], "helix_form_um": [0.0, 0.01],
         "left": {"helix_slope_um": [3.0, 5.0]}, "right": {"helix_slope_um": [3.0, 5.0]}});
@@ -179,7 +179,7 @@ async fn imports_are_held_against_it_too() {
 /// Requirements that do not suit the gear are left aside, and an evaluation is never refused for
 /// them.
 #[tokio::test]
-async fn what_does_not_go_with_the_gear_is_left_aside() {
+async fn requirements_that_do_not_suit_the_gear_are_ignored() {
     let app = TestApp::start().await;
     let mut gear = spur();
     gear.as_object_mut().unwrap().remove("face_width_mm");
@@ -211,7 +211,7 @@ async fn figures_of_a_surface_say_whether_they_lie_within() {
 }
 
 #[tokio::test]
-async fn what_is_no_requirement_is_pointed_at() {
+async fn invalid_requirements_have_pointers() {
     let app = TestApp::start().await;
     let refused = async |requirements: Value| {
         let body = json!({"name": "w", "requirements": requirements});

@@ -46,7 +46,7 @@ async fn meshes_are_written_for_each_program() {
 }
 
 #[tokio::test]
-async fn faults_are_told_by_pointer() {
+async fn errors_have_pointers() {
     let app = TestApp::start().await;
     let cases: [(Change, &str); 9] = [
         (|r| r["teeth"] = json!(25), "/teeth"),

@@ -31,7 +31,7 @@ fn id_of(job: &str) -> Value {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn what_happens_to_all_jobs_is_told_once_and_in_order() {
+async fn events_of_all_jobs_arrive_once_and_in_order() {
     let mut app = TestApp::start().await;
     let earlier = app.job().await;
     let mut listener = open(&app, None).await;
@@ -82,7 +82,7 @@ async fn what_happens_to_all_jobs_is_told_once_and_in_order() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn who_comes_back_after_long_is_told_to_begin_anew() {
+async fn events_resume_after_a_long_break() {
     let mut app = TestApp::start_on_file().await;
     let mut listener = open(&app, None).await;
     app.job().await;

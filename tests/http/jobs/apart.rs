@@ -121,7 +121,7 @@ async fn open_connections_at_the_other_server_end_with_a_revoked_key() {
 /// Responses kept under a key are the same at every server.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 #[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
-async fn kept_answers_are_the_same_everywhere() {
+async fn stored_responses_are_the_same_on_every_server() {
     let replicas = Replicas::on_postgres(2).await;
     let path = format!("{}/iterations", replicas.job().await);
     let watched = result(with_progress(replicas.keyed(0, &path, "watched", &slow_iteration()))).await;
@@ -274,7 +274,7 @@ impl Programs {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 #[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
-async fn metrics_tell_how_a_server_stands_to_its_store() {
+async fn metrics_show_the_state_of_store_and_streams() {
     let server = Server::start();
     let url = server.database().await;
     let servers = [kill::Server::start(&url), kill::Server::start(&url)];

@@ -25,7 +25,7 @@ fn audit_of(job: &str) -> String {
 }
 
 #[tokio::test]
-async fn a_job_tells_who_changed_what() {
+async fn the_audit_of_a_job_names_actor_and_change() {
     let mut app = TestApp::start().await;
     let job = app.job().await;
     app.iteration(&job).await;
@@ -76,7 +76,7 @@ async fn a_deleted_job_leaves_its_entries() {
 }
 
 #[test]
-fn the_program_says_how_it_is_used_and_what_it_cannot_read() {
+fn the_verifier_prints_its_usage_and_unreadable_input() {
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tools/verify_audit.py");
     let run = |arguments: &[&str]| {
         let output = Command::new("python3").arg(&script).args(arguments).output().unwrap();

@@ -41,7 +41,7 @@ fn refit(lambda_star: f64) -> Value {
 }
 
 #[tokio::test]
-async fn each_says_who_did_it() {
+async fn each_resource_names_its_actor() {
     let settings = |settings: &mut flankfit::config::ServeSettings| settings.auth = Authentication::Required;
     let mut app = TestApp::around(harness::TestApp::start_with(settings).await);
     let (operator, engineer) = (Caller::of(&app, Role::Operator).await, Caller::of(&app, Role::Engineer).await);

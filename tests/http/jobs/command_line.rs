@@ -75,7 +75,7 @@ fn a_database_that_cannot_be_is_explained() {
 }
 
 #[test]
-fn what_is_not_there_is_told_in_one_line() {
+fn missing_databases_and_files_are_reported_in_one_line() {
     let directory = tempfile::tempdir().unwrap();
     let nowhere = directory.path().join("none.db");
     let copy = directory.path().join("copy.db");
@@ -115,7 +115,7 @@ fn postgresql_is_backed_up_by_its_own_means() {
 
 /// Says where it listens before it would go on; the test takes its life then.
 #[test]
-fn a_name_is_an_address_and_no_keys_are_no_fault() {
+fn a_host_name_is_a_bind_address_and_keys_may_be_empty() {
     use std::io::{BufRead, BufReader};
     let directory = tempfile::tempdir().unwrap();
     let mut server = Command::new(env!("CARGO_BIN_EXE_flankfit"))

@@ -6,7 +6,7 @@ use serde_json::json;
 use super::app::{TestApp, send};
 
 #[tokio::test]
-async fn a_job_is_changed_only_by_whoever_saw_its_latest_version() {
+async fn a_job_is_changed_only_from_its_latest_version() {
     let mut app = TestApp::start().await;
     let job = app.job().await;
     let patched = app.patch_if(&job, "\"1\"", &json!({"machine": "K300", "tags": {"a": "b"}})).await.expect(200);
@@ -29,7 +29,7 @@ async fn a_job_is_changed_only_by_whoever_saw_its_latest_version() {
 }
 
 #[tokio::test]
-async fn an_iteration_is_decided_only_by_whoever_saw_its_latest_version() {
+async fn an_iteration_is_decided_only_from_its_latest_version() {
     let mut app = TestApp::start().await;
     let place = app.iteration(&app.job().await).await;
     let refit =

@@ -77,7 +77,7 @@ fn names(events: &[Event]) -> Vec<&str> {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn everything_that_happens_is_told_once_and_in_order() {
+async fn every_event_arrives_once_and_in_order() {
     let mut app = TestApp::start().await;
     let job = app.job().await;
     let path = format!("{job}/events");

@@ -161,7 +161,7 @@ async fn idle_clients_do_not_take_all_handles() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn what_was_answered_survives_being_killed() {
+async fn acknowledged_changes_survive_a_kill() {
     let directory = tempfile::tempdir().unwrap();
     let database = database::url(directory.path()).await;
     let answered: Arc<Mutex<Vec<Value>>> = Arc::default();

@@ -88,7 +88,7 @@ fn lasting(text: &str) -> String {
 }
 
 #[tokio::test]
-async fn answers_of_the_examples_are_short_and_include_only_adds() {
+async fn responses_are_short_and_include_only_adds() {
     let mut app = TestApp::start().await;
     let gear = examples("create_job")[0].1.clone();
     let job = app.post("/v1/jobs", &gear).await.expect(201).header("location").unwrap().to_owned();
@@ -132,7 +132,7 @@ async fn answers_of_the_examples_are_short_and_include_only_adds() {
 }
 
 #[tokio::test]
-async fn what_is_asked_for_later_is_what_was_asked_for_at_first() {
+async fn later_includes_equal_initial_ones() {
     let mut app = TestApp::start().await;
     let job = app.job().await;
     let mut body = iteration();
@@ -170,7 +170,7 @@ async fn what_is_asked_for_later_is_what_was_asked_for_at_first() {
 /// Warnings of an include are returned also if it is requested later, after those of the fit
 /// itself.
 #[tokio::test]
-async fn what_is_included_later_brings_its_warnings() {
+async fn later_includes_bring_their_warnings() {
     let mut app = TestApp::start().await;
     let job = app.job().await;
     let mut body = json!({

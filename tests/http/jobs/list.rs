@@ -22,7 +22,7 @@ async fn posted(app: &TestApp, bodies: &[Value]) -> Vec<String> {
 }
 
 #[tokio::test]
-async fn a_listed_job_tells_of_its_last_iteration() {
+async fn a_listed_job_summarises_its_last_iteration() {
     let mut app = TestApp::start().await;
     let job = app.job().await;
     let alone = app.get(&job).await.json();

@@ -9,7 +9,7 @@ use super::{
 };
 
 #[tokio::test]
-async fn streams_of_a_job_are_listed_with_what_became_of_them() {
+async fn streams_of_a_job_are_listed_with_their_state() {
     let mut app = TestApp::start().await;
     let (job, other) = (app.job().await, app.job().await);
     let mut made = Vec::new();

@@ -32,7 +32,7 @@ fn is_told(answer: &Value) {
 }
 
 #[tokio::test]
-async fn what_was_measured_is_told_once_and_answered_everywhere() {
+async fn measurands_are_given_once_and_returned_everywhere() {
     let mut app = TestApp::start().await;
     let job = app.job().await;
     let mut body = iteration();
@@ -70,7 +70,7 @@ async fn what_was_measured_is_told_once_and_answered_everywhere() {
 }
 
 #[tokio::test]
-async fn what_cannot_be_is_refused_with_its_place() {
+async fn invalid_measurands_are_refused_with_their_pointer() {
     let mut app = TestApp::start().await;
     let gear = json!({"teeth": 52, "normal_module_mm": 1.0});
     let job = app.post("/v1/jobs", &json!({"name": "w", "gear": gear})).await.expect(201);

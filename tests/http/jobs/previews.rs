@@ -14,7 +14,7 @@ fn numbers(list: &Value) -> Vec<f64> {
 }
 
 #[tokio::test]
-async fn a_preview_answers_what_a_fit_of_the_nodes_would_and_stores_nothing() {
+async fn a_preview_equals_a_fit_of_the_nodes_and_stores_nothing() {
     let mut app = TestApp::start().await;
     let job = app.job().await;
     let iteration = example("create_iteration", "iteration");
@@ -40,7 +40,7 @@ async fn a_preview_answers_what_a_fit_of_the_nodes_would_and_stores_nothing() {
 }
 
 #[tokio::test]
-async fn a_preview_stands_on_the_same_prior_as_a_refit() {
+async fn a_preview_has_the_same_prior_as_a_refit() {
     let mut app = TestApp::start().await;
     let job = app.job().await;
     let mut iteration = example("create_iteration", "iteration");

@@ -139,7 +139,7 @@ pub fn is_gone(answer: &Answer, what: &str) {
 }
 
 #[tokio::test]
-async fn what_was_purged_is_gone_and_its_numbers_stay() {
+async fn purged_data_is_gone_and_its_numbers_stay() {
     let mut app = TestApp::start().await;
     let Filled { job, fit, record, stream, finished } = filled(&app).await;
     let place = format!("{job}/iterations/1");

@@ -90,7 +90,7 @@ async fn bad_iterations_are_refused_and_nothing_is_stored() {
 }
 
 #[tokio::test]
-async fn what_does_not_exist_is_a_404() {
+async fn missing_resources_are_404() {
     let mut app = TestApp::start().await;
     let job = app.job().await;
     let place = app.iteration(&job).await;

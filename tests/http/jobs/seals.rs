@@ -46,7 +46,7 @@ pub async fn lines(file: &Path, entries: u64) -> Vec<Value> {
 }
 
 #[tokio::test]
-async fn a_server_seals_what_was_changed() {
+async fn a_server_seals_changes() {
     let folder = tempfile::tempdir().unwrap();
     let (file, change) = (folder.path().join("seals"), sealing(folder.path()));
     let mut app = TestApp::around(harness::TestApp::start_in(folder, change).await);
@@ -114,7 +114,7 @@ async fn an_empty_database_is_called_empty() {
 }
 
 #[tokio::test]
-async fn the_command_line_finds_what_was_changed() {
+async fn the_command_line_detects_changes() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().to_owned();
     let (file, database, change) = (path.join("seals"), path.join("test.db"), sealing(&path));

@@ -54,7 +54,7 @@ pub async fn close(socket: &mut Socket) -> Option<CloseCode> {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn node_by_node_with_the_answers_of_requests() {
+async fn socket_messages_get_the_responses_of_requests() {
     let mut app = TestApp::start().await;
     let job = app.job().await;
     let (one, two) = (app.stream(&job, &spec()).await, app.stream(&job, &spec()).await);

@@ -266,7 +266,7 @@ async fn finish_and_delete_race_with_nodes() {
 }
 
 #[tokio::test]
-async fn forgetting_follows_what_changes_and_finish_counts_all() {
+async fn forgetting_discounts_blocks_and_finish_counts_all() {
     let mut app = TestApp::start().await;
     let job = app.job().await;
     let model = json!({"model": {"type": "polynomial", "degree": 0}, "regularization": {"type": "none"},

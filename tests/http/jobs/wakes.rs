@@ -67,7 +67,7 @@ async fn events_are_heard_at_once_at_another_server() {
 /// Past a pooler behind which there is nobody, nothing is heard.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 #[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
-async fn what_is_not_told_is_found_all_the_same() {
+async fn changes_without_notification_are_found_by_polling() {
     let replicas = Replicas::on_postgres_with(2, |settings| {
         settings.postgres.database_direct_url = Some("postgres://nobody@127.0.0.1:1/nowhere".to_owned());
         settings.postgres.migrate = flankfit::config::MigrateMode::Check;
@@ -105,7 +105,7 @@ async fn servers_hear_again_after_their_connections_were_lost() {
 /// reads everything at once.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 #[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
-async fn whoever_hears_again_looks_everywhere_at_once() {
+async fn a_server_that_listens_again_polls_everything_at_once() {
     // servers hear by this way alone
     let gate = Gate::to(Server::shared().folder.join(".s.PGSQL.5432")).await;
     let replicas = Replicas::on_postgres_with(2, |settings| {

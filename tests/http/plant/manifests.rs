@@ -81,7 +81,7 @@ fn every_setting_that_is_named_exists() {
 }
 
 #[test]
-fn every_metric_of_an_alert_exists_and_every_alert_is_told() {
+fn metrics_of_alerts_exist_and_alerts_are_in_the_runbook() {
     let telemetry = read("src/telemetry.rs");
     let runbook = read("docs/how-to/runbook.md");
     let rules = yaml::documents(&read("deploy/alerts.yaml")).remove(0);

@@ -52,7 +52,7 @@ async fn a_circle_is_a_circle() {
 }
 
 #[tokio::test]
-async fn a_curve_that_stands_still_has_no_curvature_there() {
+async fn a_curve_with_zero_velocity_has_no_curvature_there() {
     let app = TestApp::start().await;
     let curve =
         json!({"type": "piecewise_polynomial", "breaks": [0, 1], "coefficients": [[[0, 0], [0, 0], [1, 0], [0, 1]]]});

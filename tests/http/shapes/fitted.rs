@@ -62,7 +62,7 @@ async fn a_fit_is_cut_and_its_mesh_filled() {
 }
 
 #[tokio::test]
-async fn shapes_are_answered_when_asked_for() {
+async fn shapes_are_returned_on_request() {
     let app = TestApp::start().await;
     let mut plain = example();
     plain.as_object_mut().unwrap().remove("include");
@@ -76,7 +76,7 @@ async fn shapes_are_answered_when_asked_for() {
 }
 
 #[tokio::test]
-async fn a_kept_fit_answers_its_shape_and_replays() {
+async fn a_stored_fit_returns_its_shape_and_replays() {
     let app = TestApp::start().await;
     let job = send(app.post("/v1/jobs", json!({"name": "shapes"}).to_string())).await.json();
     let iterations = format!("/v1/jobs/{}/iterations", job["id"].as_str().unwrap());

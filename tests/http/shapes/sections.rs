@@ -139,7 +139,7 @@ async fn sections_are_posted_on() {
 
 /// Planes that touch, lie in the surface, or are undecidable.
 #[tokio::test]
-async fn touching_planes_are_told() {
+async fn touching_planes_are_reported() {
     let app = TestApp::start().await;
     // z = (2 u − 1)² + (2 v − 1)², its lowest place in the middle, and a flat square
     let axis = [1.0, -1.0, 1.0];
@@ -166,7 +166,7 @@ async fn touching_planes_are_told() {
 }
 
 #[tokio::test]
-async fn faults_are_told_by_pointer() {
+async fn errors_have_pointers() {
     let app = TestApp::start().await;
     let family = |normal: Value, offsets: Value| json!({"normal": normal, "offsets": offsets});
     let plain = family(json!([0, 0, 1]), json!([1.0, 2.0]));

@@ -63,7 +63,7 @@ async fn a_coons_patch_by_hand() {
 
 /// A surface of degree 2 by 1 is reproduced by everything that holds such surfaces.
 #[tokio::test]
-async fn what_can_reproduce_a_surface_does() {
+async fn every_method_that_can_reproduces_a_surface() {
     let app = TestApp::start().await;
     let z = |u: f64, v: f64| 1.0 - 0.5 * u + 0.25 * u * u + 0.125 * v - 0.0625 * u * v;
     let (u, v) = ([0.0, 0.5, 1.0, 2.0, 3.0], [-1.0, 0.0, 1.5, 2.0]);
@@ -144,7 +144,7 @@ async fn many_coefficients_take_the_banded_way() {
 
 /// Patches of a mesh meet as their filling promises.
 #[tokio::test]
-async fn how_patches_meet_is_told() {
+async fn continuity_of_patches_is_reported() {
     let app = TestApp::start().await;
     let request = examples("create_surface").into_iter().find(|(name, _)| *name == "surface_mesh").unwrap().1;
     for (fill, least) in [("coons_bilinear", "c0"), ("coons_bicubic", "c1"), ("bezier", "c1"), ("gregory", "g1")] {

@@ -53,7 +53,7 @@ async fn the_share_that_is_done_grows_up_to_the_result() {
 
 /// A problem that is found at once is that of the plain request.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn faults_that_are_found_at_once_have_their_own_status() {
+async fn errors_that_are_found_at_once_have_their_own_status() {
     let app = TestApp::around(harness::TestApp::start_with(|settings| settings.pace.look = super::PATIENCE).await);
     let job = app.job().await;
     let mut wrong = study(300);
@@ -86,7 +86,7 @@ async fn faults_that_are_found_at_once_have_their_own_status() {
 
 /// An error of the computation is the last event.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn what_computing_refuses_is_the_last_event() {
+async fn errors_of_the_computation_are_the_last_event() {
     let app = one_worker().await;
     let dependent = json!({
         "nodes": {"type": "matrix", "x": [[1, 1], [2, 2], [3, 3], [4, 4]], "y": [1, 2, 3, 4]},
@@ -157,7 +157,7 @@ async fn a_key_gives_the_result_again_after_a_cut() {
 /// While all workers are busy nothing is reported; comments keep proxies awake, and the time of a
 /// plain request does not apply.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn comments_bridge_silence_beyond_the_time_of_a_plain_request() {
+async fn comments_continue_past_the_request_timeout() {
     let app = TestApp::around(
         harness::TestApp::start_with(|settings| {
             settings.workers = 1;
@@ -225,7 +225,7 @@ async fn answered(app: &TestApp, status: u16) -> f64 {
 
 /// A finished result is not lost because others have the memory.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_result_is_sent_whoever_holds_the_memory() {
+async fn a_result_is_sent_even_if_memory_is_exhausted() {
     let settings = |settings: &mut flankfit::config::ServeSettings| {
         (settings.body_memory, settings.pace.look) = (1 << 20, Duration::ZERO);
     };
