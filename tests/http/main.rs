@@ -6,6 +6,7 @@ mod harness;
 mod influence;
 mod intervals;
 
+mod access;
 mod bad_bodies;
 mod bad_input;
 mod cancellation;
@@ -17,7 +18,6 @@ mod criteria;
 mod degenerate;
 mod document;
 mod documents;
-mod doors;
 mod enclosure;
 mod errors;
 mod estimators;

@@ -3,12 +3,12 @@
 mod backup;
 mod carry;
 mod conformance;
+mod cut_connections;
 mod disk;
 mod failover;
 mod group_commit;
 mod heard;
 mod held_seals;
-mod lost;
 mod many_jobs;
 mod migrations;
 mod misplaced;

@@ -17,7 +17,7 @@ use tokio::{task::JoinHandle, time::sleep};
 use uuid::Uuid;
 
 use crate::{
-    lost::Proxy,
+    cut_connections::Proxy,
     server::{Server, shell},
     support::{Values, WHOLE, caller, receipt},
 };

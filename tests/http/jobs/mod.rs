@@ -1,10 +1,9 @@
 //! Gear jobs over real HTTP.
 
+mod actors;
 mod all_events;
-mod apart;
 pub mod app;
 pub mod audit;
-mod by;
 mod command_line;
 mod concurrency;
 mod conditional;
@@ -22,6 +21,7 @@ mod measurand;
 mod plant;
 mod previews;
 pub mod progress;
+mod propagation;
 pub mod purges;
 mod refusals;
 mod replicas;

@@ -2,6 +2,7 @@
 //! it. Each case has a new store with two handles, which take turns. (Cases without a server are
 //! ignored; `build.rs` looks for one.)
 
+mod all_events;
 mod answers;
 mod append_only;
 mod audit;
@@ -22,7 +23,6 @@ mod runs;
 pub mod streams;
 mod teeth;
 mod tenants;
-mod told;
 mod trace;
 mod unaudited;
 mod upkeep;
@@ -168,7 +168,7 @@ conformance! {
             another_tenants_reads_find_nothing,
             another_tenants_writes_change_nothing,
             tenants_do_not_meet;
-        told:
+        all_events:
             all_events_are_told_in_order_to_their_tenant_alone,
             what_many_write_is_told_once_to_who_reads_meanwhile,
             what_was_told_long_ago_is_forgotten,

@@ -5,9 +5,9 @@
 //!
 //! `FLANKFIT_PLANT_SECONDS` says for how long.
 
+mod acknowledged;
 mod clients;
 mod cuts;
-mod told;
 
 use std::{
     env,
@@ -26,9 +26,9 @@ use tokio::{
 };
 
 use self::{
+    acknowledged::{Acknowledged, check_iterations},
     clients::{PATIENCE, Plant},
     cuts::{CUTS, Cuts},
-    told::{Told, check_iterations},
 };
 use super::{kill, streams::spec};
 use crate::{
@@ -135,7 +135,7 @@ async fn nothing_is_lost_or_repeated_whatever_is_killed() {
         }
         let at = (plant.clone(), stream.clone());
         probes.spawn(async move { (of, at.0.stream(&at.1, of % 2 == 0).await) });
-        told.push(Told { job, stream, events, ..Told::default() });
+        told.push(Acknowledged { job, stream, events, ..Acknowledged::default() });
     }
     let watched = plant.post("/v1/jobs", &json!({"name": "wheel"})).await.expect(201);
     let watched = watched.header("location").unwrap().to_owned();
@@ -196,7 +196,7 @@ async fn nothing_is_lost_or_repeated_whatever_is_killed() {
 }
 
 /// Prints what happened.
-fn tell(interrupted: &Interrupted<'_>, told: &[Told]) {
+fn tell(interrupted: &Interrupted<'_>, told: &[Acknowledged]) {
     let counts = &interrupted.plant.counts;
     let count = |count: &AtomicU64| count.load(Ordering::Relaxed);
     println!(

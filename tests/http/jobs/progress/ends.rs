@@ -11,8 +11,8 @@ use serde_json::{Value, json};
 
 use super::{Entry, Events, eager, posted, problem, result, slow_iteration, study, with_progress};
 use crate::{
+    access::keys::key_of,
     cancellation::dear,
-    doors::keys::key_of,
     harness,
     jobs::app::{TestApp, iteration, send},
 };

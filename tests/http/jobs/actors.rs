@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use super::app::{Answer, TestApp, iteration, send};
 use crate::{
-    doors::keys::key_of,
+    access::keys::key_of,
     harness,
     jobs::progress::{result, with_progress},
     shapes::examples,

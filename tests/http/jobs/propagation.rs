@@ -21,7 +21,7 @@ use super::{
     streams::{block, spec},
 };
 use crate::{
-    doors::keys::{key_of, key_on},
+    access::keys::{key_of, key_on},
     harness::{CURVE, TestApp, figure},
     postgres::{Server, shell},
     program::program,

@@ -18,7 +18,7 @@ const ASKED_AGAIN: usize = 100;
 
 /// A job with the responses that its clients received.
 #[derive(Default)]
-pub struct Told {
+pub struct Acknowledged {
     pub job: String,
     pub stream: String,
     pub iterations: Vec<Written>,
@@ -45,7 +45,7 @@ pub async fn check_iterations(plant: &Plant, job: &str, told: &mut [Written]) {
     assert_eq!(audit.json()["intact"], true, "{}", audit.text);
 }
 
-impl Told {
+impl Acknowledged {
     pub async fn check(mut self, plant: &Plant) {
         check_iterations(plant, &self.job, &mut self.iterations).await;
         for written in self.iterations.iter().step_by(self.iterations.len() / ASKED_AGAIN + 1) {
